@@ -1,4 +1,4 @@
-"""Motions: curves, time scalings, and a robot on them with all rates and accelerations."""
+"""Robot motions along curves with time scalings, with exact rates and accelerations."""
 
 from .conics import ConicArc, conic
 from .curves import (

@@ -1,13 +1,13 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
-With homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic is x^T C x = 0, and
-the pole W of its chord from P to Q is where the tangents at both ends meet. The arc between them is
+In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic is x^T C x = 0. The
+pole W of its chord from P to Q is the intersection of the tangents at P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1,
 
-once W is scaled so that W^T C W = -P^T C Q / 2; the sign of W chooses one of the two arcs. This
-holds for half an ellipse, too, whose W is at infinity. The way along the arc is an integral without
-closed form: Gauss quadrature on pieces, and Newton's iteration for its inverse.
+with W scaled so that W^T C W = -P^T C Q / 2; the sign of W selects one of the two arcs. For half an
+ellipse, W is at infinity. The arc length has no closed form: it is computed by Gauss quadrature on
+pieces and inverted by Newton's method.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -32,24 +32,25 @@ from .curves import CurvePoses, poses_at, turns_through, waypoints
 FloatArray = NDArray[np.float64]
 
 _POINTS = 5
-"""Points that determine a conic."""
+"""Number of points that determine a conic."""
 _PIECES, _ORDER = 128, 16
-"""Pieces of an arc, and points of the quadrature on each."""
+"""Number of pieces of an arc, and of quadrature points on each piece."""
 _NEWTON = 4
-"""Steps for the inverse of the way; each squares the error of the table, a part of a piece."""
+"""Number of Newton steps that invert the arc length, from the nearest entry of the table."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
 
 
 @dataclass(frozen=True, eq=False)
 class ConicArc:
-    """An arc of a conic section; s is the way on it.
+    """An arc of a conic section, parameterized by the arc length s.
 
     Attributes:
         controls: (3, 4) homogeneous control points P, W and Q: (weight * position [m], weight).
-        weight: The weight w of W: below 1 an ellipse, 1 a parabola, above 1 a hyperbola.
+        weight: The weight w of W: below 1 for an ellipse, 1 for a parabola, above 1 for a
+            hyperbola.
         rotations: The orientation as a function of s.
-        table: (k + 1,) the way at k + 1 equal steps of t [m].
-        length: The way of the whole arc [m].
+        table: (k + 1,) arc lengths at k + 1 equally spaced t [m].
+        length: Arc length of the whole arc [m].
     """
 
     controls: FloatArray
@@ -61,7 +62,7 @@ class ConicArc:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses at lengths (m,)."""
+        """Return the poses at arc lengths (m,)."""
         p, by_t, by_tt = _point(self.controls, self._parameter(s))
         speed = np.linalg.norm(by_t, axis=1, keepdims=True)
         ahead = by_t / speed
@@ -71,7 +72,7 @@ class ConicArc:
         return CurvePoses(poses_at(R, p), np.hstack([ahead, turn]), np.hstack([bend, turn_rate]))
 
     def _parameter(self, s: FloatArray) -> FloatArray:
-        """The parameter t of lengths (m,)."""
+        """Return the parameter t at arc lengths (m,)."""
         pieces = len(self.table) - 1
         t = np.interp(s, self.table, np.linspace(0, 1, pieces + 1))
         for _ in range(_NEWTON):
@@ -82,20 +83,19 @@ class ConicArc:
 
 
 def conic(poses: ArrayLike) -> ConicArc:
-    """The arc of the conic section through five points, from the first to the last.
+    """Return the arc of the conic section through five points, from the first to the last.
 
     Args:
-        poses: (5, 4, 4) poses in the order in which the arc meets them, or (5, 3) positions [m]
-            with the orientation of the base. The positions lie in a plane, no three on a line.
+        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m] with the
+            orientation of the base. The positions are coplanar, no three collinear.
 
     Returns:
-        The arc; the orientation is a smooth curve through those of the poses.
+        The arc; the orientation is a smooth curve through the orientations of the poses.
 
     Raises:
-        ShapeError: These are not five poses or positions.
-        InputValueError: The positions lie in no plane, three lie on a line, or they do not follow
-            each other on an arc: the conic meets them in another order, or is a hyperbola with
-            points on both branches.
+        ShapeError: `poses` has another shape.
+        InputValueError: The positions are not coplanar, three are collinear, the order along the
+            conic differs, or the points are on both branches of a hyperbola.
     """
     T, _ = waypoints("conic", poses)
     if len(T) != _POINTS:
@@ -117,12 +117,12 @@ def conic(poses: ArrayLike) -> ConicArc:
 
 
 def _plane(p: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """The middle of points, their size [m], and two axes (2, 3) of their plane."""
+    """Return the center of points, their size [m], and two axes (2, 3) of their plane."""
     middle = p.mean(0)
     _, spread, axes = np.linalg.svd(p - middle)
     if spread[2] > STRAIGHT * spread[0]:
         raise InputValueError(
-            f"conic: expected points in a plane, they are {spread[2]:.3g} m off the nearest one"
+            f"conic: expected coplanar points, their distance from a plane is {spread[2]:.3g} m"
         )
     return middle, float(spread[0]), np.asarray(axes[:2])
 
@@ -132,11 +132,11 @@ def _require_corners(points: FloatArray) -> None:
         a, b = points[j, :2] - points[i, :2], points[k, :2] - points[i, :2]
         area = abs(a[0] * b[1] - a[1] * b[0])
         if area <= STRAIGHT * np.linalg.norm(a) * np.linalg.norm(b):
-            raise InputValueError(f"conic: points {i}, {j} and {k} lie on a line")
+            raise InputValueError(f"conic: points {i}, {j} and {k} are collinear")
 
 
 def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Control points (3, 3) of the arc through homogeneous points (5, 3), and their parameters."""
+    """Return control points (3, 3) of the arc through homogeneous points (5, 3), and parameters."""
     x, y, _ = points.T
     terms = np.column_stack([x * x, x * y, y * y, x, y, np.ones(_POINTS)])
     a, b, c, d, e, f = np.linalg.svd(terms)[2][-1]
@@ -144,7 +144,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     start, end = points[0], points[-1]
     pole = np.linalg.solve(C, np.cross(start, end))
     square = -(start @ C @ end) / (2 * pole @ C @ pole)
-    if square <= 0:  # the ends lie on two branches of a hyperbola
+    if square <= 0:  # the ends are on different branches of a hyperbola
         raise InputValueError(_NO_ARC)
     controls = np.array([start, np.sqrt(square) * pole, end])
     # A point is k ((1 - t)^2, 2 t (1 - t), t^2) in the basis of the control points.
@@ -160,7 +160,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions (m, 3) at parameters (m,), and their first and second derivatives by t."""
+    """Return positions (m, 3) at parameters (m,), with first and second derivatives."""
     u = t[:, None]
     first, middle, last = controls
     x = (1 - u) ** 2 * first + 2 * u * (1 - u) * middle + u**2 * last
@@ -173,7 +173,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _way(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """(m,) ways between parameters (m,) of the same piece [m]."""
+    """Return arc lengths (m,) between parameters (m,) within a piece [m]."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2
     t = middle[:, None] + half[:, None] * nodes

@@ -1,8 +1,8 @@
-"""Curves: where a tool or the coordinates go, without time.
+"""Curves of a tool or of the coordinates, without time.
 
-A curve is a function of the length s from its start. In space s is the way of the tool's origin [m]
-or the angle [rad] of a curve that only turns; among coordinates s runs from 0 to 1. With a curve
-comes its first and second derivative by s, so that rates and accelerations are exact.
+A curve is a function of the length s from its start. For tool curves, s is the path length of the
+tool origin [m], or the angle [rad] of a pure rotation; for coordinates, s runs from 0 to 1. Curves
+return exact first and second derivatives with respect to s, so rates and accelerations are exact.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class CurvePoses(NamedTuple):
 
     Attributes:
         T: (m, 4, 4) poses `T_0_ee`.
-        V: (m, 6) mixed twist by s: (dp/ds, turn by s) in base axes.
-        A: (m, 6) its derivative by s.
+        V: (m, 6) mixed twists per unit of s, in base axes.
+        A: (m, 6) derivatives of V with respect to s.
     """
 
     T: FloatArray
@@ -45,7 +45,7 @@ class PoseCurve(Protocol):
     """A curve of the tool.
 
     Attributes:
-        length: Its length [m], or [rad] where the tool only turns.
+        length: Length of the curve [m], or [rad] for a pure rotation.
     """
 
     length: float
@@ -56,7 +56,7 @@ class PoseCurve(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the coordinates: all of them move in proportion.
+    """A straight line in the coordinates, which all move proportionally.
 
     Attributes:
         q_start: (n,) values at s = 0.
@@ -83,10 +83,10 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
     Args:
         q_start: (n,) values at the start [rad or m].
         q_end: (n,) values at the end [rad or m].
-        space: "coordinates": values of q; "chain": values of the joints of the main chain.
+        space: "coordinates": values of q; "chain": joint positions of the main chain.
 
     Raises:
-        ShapeError: They are not vectors of the same length.
+        ShapeError: q_start and q_end are not vectors of the same length.
         InputValueError: A value is not finite.
     """
     a, b = np.asarray(q_start, dtype=np.float64), np.asarray(q_end, dtype=np.float64)
@@ -100,10 +100,10 @@ class TaskLine:
     """A straight line in the coordinates of a task, such as position and pitch.
 
     Attributes:
-        start: (k,) task coordinates at the start, as the robot's inverse of the task takes them.
+        start: (k,) task coordinates at the start, as arguments of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: The distance of the positions [m]; of a line without one, that of all coordinates.
+        length: Distance of the positions [m]; if it is 0, the norm of the change of coordinates.
     """
 
     start: FloatArray
@@ -119,17 +119,17 @@ class TaskLine:
 
 
 def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
-    """A straight line in the coordinates of a task.
+    """Return a straight line in the coordinates of a task.
 
     Args:
-        task: "position" (x, y, z), "position_pitch" (and the elevation of the tool's third axis
-            above the base's x-y plane) or "planar" (x, y and the angle in the base's x-y plane).
+        task: "position" (x, y, z), "position_pitch" (x, y, z and the elevation of the tool's z axis
+            above the x-y plane of the base) or "planar" (x, y and the angle in the x-y plane).
         start: (k,) task coordinates at the start [m, rad].
         end: (k,) task coordinates at the end [m, rad].
 
     Raises:
-        ShapeError: They are not k values.
-        InputValueError: The task is unknown, a value is not finite, or both ends are the same.
+        ShapeError: start or end does not have k values.
+        InputValueError: The task is unknown, a value is not finite, or start and end are equal.
     """
     _require_task("task_line", task)
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
@@ -145,14 +145,14 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
 
 @dataclass(frozen=True, eq=False)
 class TaskCurve:
-    """A curve of the tool's origin in the coordinates of a task.
+    """A curve of the tool origin in the coordinates of a task.
 
     Attributes:
-        curve: The curve; its orientation does not count.
-        start: Pitch or angle at its start [rad].
-        end: Pitch or angle at its end [rad]; on the way it changes in proportion to s.
+        curve: The curve; its orientation is ignored.
+        start: Pitch or angle at the start [rad].
+        end: Pitch or angle at the end [rad]; it is linear in s.
         task: "position", "position_pitch" or "planar".
-        length: Its length [m].
+        length: Length of the curve [m].
     """
 
     curve: PoseCurve
@@ -176,13 +176,13 @@ class TaskCurve:
 
 
 def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.0) -> TaskCurve:
-    """A curve of the tool's origin for an arm that cannot hold every orientation.
+    """Return a curve of the tool origin for an arm that cannot reach every orientation.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the origin, of which the position counts.
+        curve: The curve of the tool; its orientation is ignored.
         start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]; on the way it changes in proportion to s.
+        end: Pitch or angle at the end [rad]; it is linear in s.
 
     Raises:
         InputValueError: The task is unknown, or an angle is not finite.
@@ -199,7 +199,7 @@ def _require_task(name: str, task: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Turning:
-    """The orientation along a curve: about one axis, in proportion to s."""
+    """The orientation along a curve: rotation about one axis by an angle proportional to s."""
 
     R_0: FloatArray
     turn: FloatArray
@@ -208,14 +208,14 @@ class _Turning:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rotations (m, 3, 3) and the turn by s (3,) in base axes."""
+        """Return rotations (m, 3, 3), and the angular velocity per unit of s (3,) in base axes."""
         rate = self.turn / self.length if self.length else np.zeros(3)
         return self.R_0 @ so3.exp(s[:, None] * rate), self.R_0 @ rate
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A straight line; the tool turns about one axis on the way."""
+    """A straight line; the tool rotates about one axis."""
 
     start: FloatArray
     step: FloatArray
@@ -234,7 +234,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Arc:
-    """A circular arc; the tool turns about one axis on the way."""
+    """A circular arc; the tool rotates about one axis."""
 
     center: FloatArray
     axes: FloatArray
@@ -257,18 +257,18 @@ class Arc:
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
-    """A straight line of the tool's origin; the tool turns about one axis on the way.
+    """Return a straight line of the tool origin; the tool rotates about one axis.
 
     Args:
         T_start: (4, 4) pose at the start.
-        T_end: (4, 4) pose at the end. For a half turn the axis is one of two.
+        T_end: (4, 4) pose at the end. For a half turn, the sign of the axis is ambiguous.
 
     Returns:
-        The line; where the tool only turns, its length is the angle [rad].
+        The line. For a pure rotation, its length is the angle [rad].
 
     Raises:
         ShapeError: A pose is not (4, 4).
-        InputValueError: A pose is not rigid or not finite, or both are the same.
+        InputValueError: A pose is not rigid or not finite, or both poses are equal.
     """
     a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
     step, turn = _way(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
@@ -278,29 +278,29 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
 
 
 def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
-    """The circular arc from a pose to another through a point.
+    """Return the circular arc from a pose through a point to another pose.
 
     Args:
         T_start: (4, 4) pose at the start.
-        via: (3,) point on the arc between both [m].
-        T_end: (4, 4) pose at the end; the tool turns about one axis on the way.
+        via: (3,) point on the arc between start and end [m].
+        T_end: (4, 4) pose at the end; the tool rotates about one axis.
 
     Raises:
-        InputValueError: The points lie on a line or are the same, a number is not finite, or a pose
-            is not rigid.
+        InputValueError: The points are collinear or equal, a number is not finite, or a pose is not
+            rigid.
         ShapeError: A pose is not (4, 4), or the point not (3,).
     """
     a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
     if not _way(p, e).any():
-        raise InputValueError("arc: it ends where it starts; a circle is made of two arcs")
+        raise InputValueError("arc: start and end are equal; compose a circle of two arcs")
     if not (_way(p, m).any() and _way(m, e).any()):
-        raise InputValueError("arc: via is at the start or at the end; take `line`, or another via")
+        raise InputValueError("arc: via is at the start or the end; use `line`, or another via")
     chord, other = e - p, m - p
     normal = np.cross(other, chord)
     area = np.linalg.norm(normal)
     if area <= STRAIGHT * np.linalg.norm(other) * np.linalg.norm(chord):
-        raise InputValueError("arc: start, via and end lie on a line; take `line`")
+        raise InputValueError("arc: start, via and end are collinear; use `line`")
     normal /= area
     to_centre = (
         np.cross(normal, other) * (chord @ chord) - np.cross(normal, chord) * (other @ other)
@@ -317,14 +317,14 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
 def _straight(
     start: FloatArray, end: FloatArray, length: float, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Values (m, n) on a straight line, and their first and second derivatives by s."""
+    """Return values (m, n) on a straight line, with first and second derivatives."""
     by_s = (end - start) / (length or 1.0)
     values = start + s[:, None] * by_s
     return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
 
 
 def poses_at(R: FloatArray, p: FloatArray) -> FloatArray:
-    """Poses (m, 4, 4) with rotations (m, 3, 3) at positions (m, 3)."""
+    """Return poses (m, 4, 4) with rotations (m, 3, 3) and positions (m, 3)."""
     T = np.zeros((len(p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1
     return T
@@ -338,7 +338,7 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
 
 
 def _way(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The way from one position to another [m]; 0 where it is no more than rounding."""
+    """Return the displacement between positions [m]; 0 if it is a rounding error."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
@@ -347,14 +347,13 @@ def _way(a: FloatArray, b: FloatArray) -> FloatArray:
 def _require_way(name: str, length: float) -> None:
     if not length > IN_PLACE:
         raise InputValueError(
-            f"{name}: start and end are the same, so that nothing moves; "
-            "`MotionSequence.pause` waits"
+            f"{name}: start and end are equal, so nothing moves; use `MotionSequence.pause` to wait"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A curve through poses, or past their corners; s is the sum of the chords between them."""
+    """A curve through poses, or past corners of poses; s is the chord length."""
 
     positions: Any
     rotations: Any
@@ -366,22 +365,22 @@ class Spline:
         """Poses at lengths (m,)."""
         p, v, a = (self.positions(s, order) for order in range(3))
         R = self.rotations(s).as_matrix()
-        # SciPy gives the turn in body axes; its derivative needs no further term in base axes,
-        # since omega x omega = 0.
+        # SciPy returns the angular velocity in body axes. Its derivative in base axes needs no
+        # further term, since omega x omega = 0.
         turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
         return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
 def spline(poses: ArrayLike) -> Spline:
-    """A smooth curve through poses: cubic splines of position and orientation.
+    """Return a smooth curve through poses: cubic splines of position and orientation.
 
     Args:
-        poses: (m, 4, 4) poses, at least three, which differ in position from the one before; or
-            (m, 3) positions [m] with the orientation of the base.
+        poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)
+            positions [m] with the orientation of the base.
 
     Raises:
-        ShapeError: These are not three poses or more.
-        InputValueError: Two successive poses have the same position.
+        ShapeError: There are fewer than three poses, or their shape is wrong.
+        InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):
         from scipy.interpolate import CubicSpline  # noqa: PLC0415
@@ -391,15 +390,15 @@ def spline(poses: ArrayLike) -> Spline:
 
 
 def parabola(poses: ArrayLike) -> Spline:
-    """The parabola through three poses, whose parameter is the sum of the chords between them.
+    """Return the parabola through three poses, parameterized by the chord length.
 
     Args:
-        poses: (3, 4, 4) poses, which differ in position; or (3, 3) positions [m] with the
+        poses: (3, 4, 4) poses with different positions; or (3, 3) positions [m] with the
             orientation of the base.
 
     Raises:
-        ShapeError: These are not three poses.
-        InputValueError: Two successive poses have the same position.
+        ShapeError: There are not exactly three poses.
+        InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):
         from scipy.interpolate import PPoly  # noqa: PLC0415
@@ -415,20 +414,21 @@ def parabola(poses: ArrayLike) -> Spline:
 
 
 def blend(poses: ArrayLike, radius: float) -> Spline:
-    """Straight lines between poses, whose corners are cut off by parabolas.
+    """Return straight lines between poses with corners blended by parabolas.
 
-    The tool leaves a line at a distance from the corner and joins the next one at the same distance
-    behind it; its direction is continuous, its curvature jumps. It passes the corner within half
-    the distance, and all orientations are met at the corners.
+    A parabola replaces each corner between two points at the same distance from the corner. The
+    direction is continuous; the curvature jumps. The distance from the corner is at most half of
+    the blend radius. The curve has the orientation of each pose at its corner.
 
     Args:
-        poses: (m, 4, 4) poses, at least three, which differ in position from the one before; or
-            (m, 3) positions [m] with the orientation of the base.
-        radius: The distance from each corner [m], at most half of the lines beside it.
+        poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)
+            positions [m] with the orientation of the base.
+        radius: Distance of the ends of the parabolas from each corner [m], at most half of the
+            adjacent lines.
 
     Raises:
-        ShapeError: These are not three poses or more.
-        InputValueError: Two successive poses have the same position, or the radius does not fit.
+        ShapeError: There are fewer than three poses, or their shape is wrong.
+        InputValueError: Two consecutive poses have the same position, or the radius is too large.
     """
     with requires("chasles[study]"):
         from scipy.interpolate import PPoly  # noqa: PLC0415
@@ -454,15 +454,15 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
 
 
 def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Poses (m, 4, 4) on a curve, and the sums of the chords before them (m,).
+    """Return poses (m, 4, 4) of a curve, and their chord lengths from the start (m,).
 
     Args:
-        name: The function that was called, for errors.
-        poses: (m, 4, 4) poses or (m, 3) positions, at least three; successive ones differ.
+        name: The calling function, for errors.
+        poses: (m, 4, 4) poses or (m, 3) positions, three or more; consecutive ones differ.
 
     Raises:
-        ShapeError: These are not three poses or more.
-        InputValueError: Two successive poses have the same position, a number is not finite, or a
+        ShapeError: There are fewer than three poses, or their shape is wrong.
+        InputValueError: Two consecutive poses have the same position, a number is not finite, or a
             pose is not rigid.
     """
     T = np.asarray(poses, dtype=np.float64)
@@ -470,7 +470,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
         T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
     if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices
         raise ShapeError(
-            f"{name}: expected three poses (m, 4, 4) or more, or positions, got {T.shape}"
+            f"{name}: expected three or more poses (m, 4, 4) or positions (m, 3), got {T.shape}"
         )
     T = rigid(f"{name}: poses", T)
     chords = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
@@ -481,7 +481,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def turns_through(T: FloatArray, s: FloatArray) -> Any:
-    """The smooth orientation through those of poses (m, 4, 4), as a function of s."""
+    """Return a smooth orientation curve through the poses (m, 4, 4), as a function of s."""
     with requires("chasles[study]"):
         from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Limits of coordinates, rates and accelerations: which of them a trajectory exceeds."""
+"""Violations of coordinate, rate and acceleration limits by a trajectory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .trajectory import Trajectory
 FloatArray = NDArray[np.float64]
 
 _ROUNDING = 1e-9
-"""Part of a limit by which rounding may exceed it."""
+"""Relative excess of a limit that counts as a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class LimitViolation:
     t: float
 
     def __str__(self) -> str:
-        """A sentence."""
+        """The violation as a sentence."""
         return (
             f"{self.coordinate} exceeds its {self.limit} limit by {self.amount:.3g} at "
             f"{self.t:.3f} s"
@@ -51,13 +51,13 @@ def limit_violations(
     """Return the limits that a trajectory exceeds, with the largest excess of each.
 
     Args:
-        robot: The robot; its limits of the coordinates are always checked.
-        trajectory: Its trajectory.
+        robot: The robot; its coordinate limits are always checked.
+        trajectory: A trajectory of the robot.
         rate_limits: () or (n,) maximum rates [rad/s or m/s]; None: not checked.
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2]; None: not checked.
 
     Raises:
-        ShapeError: Limits are not n values.
+        ShapeError: The limits do not have n values.
         InputValueError: A limit is not above 0.
     """
     bounds = [("lower", -trajectory.q, -robot.lower), ("upper", trajectory.q, robot.upper)]
@@ -79,10 +79,10 @@ def limit_violations(
 
 
 def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
-    """Return limits (n,) from a number or n of them.
+    """Return limits (n,) from one number or from n numbers.
 
     Raises:
-        ShapeError: They are not.
+        ShapeError: The limits have another shape.
         InputValueError: A limit is not above 0.
     """
     values = np.asarray(limits, dtype=np.float64)

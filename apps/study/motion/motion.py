@@ -1,9 +1,9 @@
 """Motions: a robot on a curve with a time scaling.
 
-On a curve of the tool, each sample is solved by the inverse on the branch nearest to `q_seed`, so
-that the tool stays on the curve to the rounding of the inverse, however coarse the samples. Rates
-and accelerations follow from the Jacobian and its derivative, not from differences. Nothing is
-clipped to limits: `limit_violations` reports them.
+On a curve of the tool, the inverse solves each sample on the branch nearest to `q_seed`. The tool
+is on the curve up to rounding errors, also for coarse samples. Rates and accelerations follow from
+the Jacobian and its derivative, not from differences. Limits are not enforced: `limit_violations`
+reports violations.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ FloatArray = NDArray[np.float64]
 Redundancy = Literal["fixed", "minimum_norm"]
 
 _HALVINGS = 4
-"""How often the steps between samples are halved before a jump of a joint is believed."""
+"""Number of times that the sample spacing is halved before a jump of a joint is reported."""
 _ROUNDING = 1e-9
-"""Part of the curve's length by which a time scaling may exceed it."""
+"""Relative excess of a time scaling over the curve length that counts as rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,20 +42,19 @@ class Motion:
 
     Attributes:
         robot: The robot.
-        curve: The curve, of the tool, of a task's coordinates or of the robot's.
-        time_scaling: The length covered as a function of time, at most the length of the curve.
-        q_seed: (n,) coordinates near the start, which choose the branch on a curve of the tool.
-        fixed: Joints that keep their values on a curve of the tool's pose: names or indices keep
-            the values at q_seed, a mapping sets values. If other joints than redundancy parameters
-            are fixed, the configurations follow by iteration.
-        redundancy: How surplus joints are used. "fixed": redundancy parameters keep their values at
-            q_seed, and the coordinates stay on one branch. "minimum_norm": steps of minimum norm in
-            the joints of the main chain, from q_seed anew for each pose.
+        curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
+        time_scaling: The curve length as a function of time.
+        q_seed: (n,) coordinates near the start that select the branch on a curve of the tool.
+        fixed: Joints with constant values on a curve of the tool pose: names or indices keep the
+            values at q_seed, a mapping sets values. If joints other than redundancy parameters are
+            fixed, the configurations are computed by iteration.
+        redundancy: The use of surplus joints. "fixed": redundancy parameters keep their values at
+            q_seed, and the coordinates stay on one branch. "minimum_norm": each pose is solved from
+            q_seed by minimum-norm steps in the joints of the main chain.
 
     Raises:
-        InputValueError: There is no such redundancy, "minimum_norm" or fixed joints come without a
-            curve of the tool's pose, the time scaling is longer than the curve, or q_seed is not
-            finite.
+        InputValueError: `redundancy` is unknown, "minimum_norm" or `fixed` is used without a curve
+            of the tool pose, the time scaling is longer than the curve, or q_seed is not finite.
         ShapeError: q_seed is not (n,).
     """
 
@@ -74,38 +73,38 @@ class Motion:
         return summary_repr(self, self.robot.name, *facts, methods="sample(frequency), at(t)")
 
     def __post_init__(self) -> None:
-        """Reject arguments that do not fit the curve."""
+        """Reject arguments that the curve does not support."""
         if self.redundancy not in get_args(Redundancy):
             raise InputValueError(
-                f"Motion: expected a redundancy out of {', '.join(get_args(Redundancy))}, got "
+                f"Motion: expected redundancy as one of {', '.join(get_args(Redundancy))}, got "
                 f"{self.redundancy!r}"
             )
         if isinstance(self.curve, TaskLine | TaskCurve | JointLine):
             if self.redundancy == "minimum_norm":
-                raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
+                raise InputValueError("Motion: minimum_norm requires a curve of the tool pose")
             if self.fixed is not None:
-                raise InputValueError("Motion: fixed needs a curve of the tool's pose")
+                raise InputValueError("Motion: fixed requires a curve of the tool pose")
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
-                f"Motion: the time scaling covers {self.time_scaling.length:g}, the curve has "
+                f"Motion: the time scaling has length {self.time_scaling.length:g}, the curve only "
                 f"{self.curve.length:g}"
             )
 
     @property
     def duration(self) -> float:
-        """The time it takes [s]."""
+        """Duration of the motion [s]."""
         return self.time_scaling.duration
 
     def sample(self, frequency: float = 100.0) -> Trajectory:
-        """Sample the motion at equal times, from its start to its end inclusive.
+        """Sample the motion at equal time steps, including start and end.
 
         Args:
             frequency: Samples per second.
 
         Raises:
-            OutOfReachError: The curve leaves the reach, the branch or the limits; the message says
-                where and why.
+            OutOfReachError: The curve leaves the workspace, the branch or the limits; the message
+                states position and reason.
         """
         return self.at(_times(self.duration, frequency))
 
@@ -113,8 +112,8 @@ class Motion:
         """Sample the motion at times (m,) in ascending order [s].
 
         Raises:
-            InputValueError: There are no times, or they do not ascend.
-            OutOfReachError: As of `sample`.
+            InputValueError: There are no times, or the times are not ascending.
+            OutOfReachError: As for `sample`.
         """
         times = np.atleast_1d(finite("Motion.at: t", t))
         if not len(times) or (np.diff(times) < 0).any():
@@ -128,16 +127,16 @@ class Motion:
         return Trajectory(self.robot.name, names, times, q, qd, qdd, T, V, stage)
 
     def on_curve(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The coordinates on the curve, without time.
+        """Return the coordinates on the curve, independent of time.
 
         Args:
             s: (m,) lengths in ascending order.
 
         Returns:
-            (m, n) coordinates and their first and second derivative by s.
+            (m, n) coordinates, and their first and second derivatives with respect to s.
 
         Raises:
-            OutOfReachError: As of `sample`.
+            OutOfReachError: As for `sample`.
         """
         robot = self.robot
         if isinstance(self.curve, JointLine):
@@ -166,7 +165,7 @@ class Motion:
         return [item if isinstance(item, str) else names[item] for item in items]
 
     def _q_fixed(self) -> FloatArray:
-        """(n,) q_seed with the values of fixed coordinates and joints."""
+        """Return q_seed (n,) with the values of fixed coordinates and joints."""
         q, joints = np.array(self.q_seed, dtype=np.float64), self.robot.joint_names
         values = read_fixed("Motion", self.fixed).values()
         for name, value in zip(self._fixed_names(), values, strict=True):
@@ -181,7 +180,7 @@ class Motion:
         return q
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
-        """Coordinates on the branch of q_seed; more samples where a joint moves far between two."""
+        """Return coordinates on the branch of q_seed, with more samples if a joint moves far."""
         for halvings in range(_HALVINGS + 1):
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)
@@ -192,8 +191,7 @@ class Motion:
             if path.reason != "jump" or len(s) == 1:
                 break
         raise OutOfReachError(
-            f"{self.robot.name}: at {self._part(finer[path.ended_at])} the motion cannot go on: "
-            f"{path}"
+            f"{self.robot.name}: at {self._part(finer[path.ended_at])} the motion stops: {path}"
         )
 
     def _part(self, s: float) -> str:
@@ -207,7 +205,7 @@ class Motion:
             )
             if not found.valid:
                 raise OutOfReachError(
-                    f"{self.robot.name}: at {self._part(s[k])} the motion cannot go on: with "
+                    f"{self.robot.name}: at {self._part(s[k])} the motion stops: with "
                     f"{', '.join(fixed)} fixed the tool misses the curve by {found.residual:.3g} m"
                 )
             q[k] = q_seed = found.q

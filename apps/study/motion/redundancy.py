@@ -1,19 +1,18 @@
-"""Redundancy "minimum_norm": more joints move than the curve has conditions.
+"""Redundancy "minimum_norm", for robots with more joints than the curve constrains.
 
-From one posture, the start, each pose of the curve is solved for itself by Newton's iteration in
-the joints theta of the main chain:
+Each pose of the curve is solved independently by Newton's method in the joints theta of the main
+chain, from the same start configuration:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
-Among the steps that meet the linear conditions, the pseudo-inverse J^+ takes the least in joints,
-whatever moves them: the lengths of cylinders do not count. So the posture at a pose depends on the
-start and the pose alone, not on the way between them, nor on the samples: a closed curve leads back
-to the same posture, unlike the integral of rates of minimum norm. It is near the start, but not the
-nearest posture: from the second step on, the norm is measured from where the step before ended.
+The pseudo-inverse J^+ gives the smallest joint step; cylinder lengths do not affect the norm. The
+configuration at a pose depends only on the start and the pose, not on the path or on the samples.
+So a closed curve returns to the same configuration, unlike integrated minimum-norm rates. The
+configuration is near the start, but not the nearest one: each step minimizes its own norm.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
-    rates of minimum norm.
+    minimum-norm rates.
 """
 
 from __future__ import annotations
@@ -34,18 +33,18 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 30
-"""Steps after which the iteration is given up; it takes 5 to 8 where it converges."""
+"""Maximum number of steps; converging iterations need 5 to 8."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
-"""Nodes of the differences at the start of a curve, inside it and at its end."""
+"""Nodes of finite differences at the start, inside and at the end of a curve."""
 
 
 class OnCurve(NamedTuple):
-    """A robot on a curve, without time.
+    """Configurations on a curve, independent of time.
 
     Attributes:
         q: (m, n) coordinates [rad or m].
-        by_s: (m, n) their first derivative by s.
-        by_ss: (m, n) their second derivative by s.
+        by_s: (m, n) first derivatives of q with respect to s.
+        by_ss: (m, n) second derivatives of q with respect to s.
     """
 
     q: FloatArray
@@ -56,17 +55,17 @@ class OnCurve(NamedTuple):
 def minimum_norm(
     robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, fixed: Fixed | None = None
 ) -> OnCurve:
-    """Coordinates on a curve of the tool by steps of minimum norm from one posture.
+    """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
 
-    The tool's motion is exact: derivatives by s meet the curve's twist and its derivative to
-    rounding. Their part without motion of the tool follows from differences of fourth order.
-    These lose digits near singularities, where joints turn far within a hundredth of the curve.
+    Derivatives with respect to s match the twist of the curve and its derivative up to rounding.
+    Their null-space components are fourth-order differences, which are inaccurate near
+    singularities, where joints move far within a hundredth of the curve.
 
     Args:
-        robot: A robot whose chain has as many joints as it has coordinates.
+        robot: A robot with as many joints in its main chain as coordinates.
         curve: The curve of the tool.
-        s: (m,) lengths on it.
-        start: (n,) coordinates of the posture from which each pose is solved [rad or m].
+        s: (m,) lengths on the curve.
+        start: (n,) start configuration of each solution [rad or m].
         fixed: Coordinates, or joints of the main chain, that do not move.
 
     Raises:
@@ -88,10 +87,10 @@ def minimum_norm(
 
 
 def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
-    """(n,) the joints of the main chain that move."""
+    """Return a mask (n,) of the moving joints of the main chain."""
     if len(robot.chain_joints) != robot.n:
         raise InputValueError(
-            f"{robot.name}: minimum_norm needs a chain whose joints move independently, it has "
+            f"{robot.name}: minimum_norm requires independent joints, but the main chain has "
             f"{len(robot.chain_joints)} joints for {robot.n} coordinates"
         )
     locked = fixed_coordinates(robot, "minimum_norm", fixed)
@@ -101,7 +100,7 @@ def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
 def _solved(
     robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
-    """(m, n) joints at lengths (m,), each by the iteration from theta_0."""
+    """Return joint positions (m, n) at lengths (m,), each by iteration from theta_0."""
     T = curve.at(s).T
     theta = np.tile(theta_0, (len(s), 1))
     met = False
@@ -111,14 +110,14 @@ def _solved(
         theta[:, moving] += _pinv(J[..., moving], error)
         if met:
             return theta
-        # A last step follows, which squares the residual.
+        # A final step squares the residual.
         met = bool((np.abs(error) < ON_CURVE * robot.unit_length).all())
         if not np.isfinite(theta).all():
             break
     missed = int(np.argmax(np.nan_to_num(np.abs(error).max(-1), nan=np.inf)))
     raise OutOfReachError(
-        f"{robot.name}: at {s[missed] / curve.length:.1%} of the curve steps of minimum norm from "
-        f"the start do not reach the tool's pose"
+        f"{robot.name}: at {s[missed] / curve.length:.1%} of the curve, minimum-norm steps from "
+        f"the start do not reach the tool pose"
     )
 
 
@@ -129,7 +128,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Coordinates, from joints and their differences that the curve's twist corrects."""
+    """Convert joint positions and differences to coordinates, corrected by the curve's twist."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)
@@ -142,14 +141,14 @@ def _on_curve(
 def _of_coordinates(
     robot: Robot, theta: FloatArray, by_s: FloatArray, by_ss: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """First and second derivatives of the coordinates from those of the joints."""
+    """Convert first and second derivatives of the joints to derivatives of the coordinates."""
     if not robot.loops:
         return by_s, by_ss
     return robot.actuator_rates(theta, by_s), robot.actuator_accelerations(theta, by_s, by_ss)
 
 
 def _kinematics(robot: Robot, theta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coordinates (m, n), poses (m, 4, 4) and mixed Jacobians by the joints (m, 6, n)."""
+    """Return coordinates (m, n), poses (m, 4, 4) and joint-space mixed Jacobians (m, 6, n)."""
     if not robot.loops:
         return theta, *robot.fk_jacobian_mixed(theta)
     q = robot.actuators(theta)
@@ -176,13 +175,13 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
     if len(jumps) and jumps.max() > JUMP:
         k = int(np.argmax(jumps))
         raise OutOfReachError(
-            f"{robot.name}: at {s[k] / curve.length:.1%} of the curve the steps of minimum norm "
-            f"change their end: a joint jumps by {jumps[k]:.3g}"
+            f"{robot.name}: at {s[k] / curve.length:.1%} of the curve, minimum-norm steps lead to "
+            f"another solution: a joint jumps by {jumps[k]:.3g}"
         )
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(3, 5) weights of the nodes for the value, the first and the second derivative."""
+    """Return the node weights (3, 5) of the value, the first and the second derivative."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

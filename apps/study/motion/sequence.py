@@ -1,4 +1,4 @@
-"""Sequences: motions and pauses one after the other, as in a process.
+"""Sequences of motions and pauses.
 
     laying = (
         MotionSequence(robot, q_start)
@@ -8,7 +8,7 @@
     )
     trajectory = laying.sample(frequency=100)
 
-Each stage begins where the one before ends.
+Each stage begins at the end of the previous stage.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from .trajectory import Trajectory, concatenate
 FloatArray = NDArray[np.float64]
 
 _LONG = 200
-"""Characters of all names of stages up to which they are shown."""
+"""Maximum total length of the stage names in a summary [characters]."""
 _SAME = 1e-9
-"""Distance [m] and angle [rad] between the end of a stage and the start of the next curve."""
+"""Maximum distance [m] and angle [rad] between the end of a stage and the start of a curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +46,8 @@ class Stage:
 
     Attributes:
         motion: The motion.
-        q_end: (n,) coordinates at its end [rad or m].
-        name: Its name.
+        q_end: (n,) coordinates at the end [rad or m].
+        name: Name of the stage.
     """
 
     motion: Motion
@@ -84,7 +84,7 @@ class MotionSequence:
         )
 
     def __post_init__(self) -> None:
-        """Reject a start that is not a configuration."""
+        """Check q_start."""
         finite(f"MotionSequence of {self.robot.name}: q_start", self.q_start, (self.robot.n,))
 
     @property
@@ -94,7 +94,7 @@ class MotionSequence:
 
     @property
     def duration(self) -> float:
-        """The time of all stages [s]."""
+        """Duration of all stages [s]."""
         return sum(stage.motion.duration for stage in self._stages)
 
     def move(
@@ -106,15 +106,15 @@ class MotionSequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Add a motion in which all coordinates move in proportion.
+        """Add a motion on a straight line in the coordinates.
 
         Args:
-            q_goal: (n,) coordinates at the end; with space "chain" the joints of the main chain
+            q_goal: (n,) coordinates at the end, or for space "chain" joints of the main chain
                 [rad or m].
             profile: As in `time_scaling`.
-            space: "coordinates", or "chain": the joints of the main chain move in proportion.
+            space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of the fraction of the path, 0 to 1.
+            limits: duration, speed, acceleration and jerk of the path fraction, from 0 to 1.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:
@@ -127,7 +127,7 @@ class MotionSequence:
         """Add a pause.
 
         Args:
-            duration: The time [s].
+            duration: Duration of the pause [s].
             name: The name of the stage.
 
         Raises:
@@ -148,29 +148,29 @@ class MotionSequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Add a motion on a curve that starts where the tool is, or on a planned path.
+        """Add a motion on a curve that starts at the current tool pose, or on a planned path.
 
-        A path is followed segment by segment: each is a stage that starts and stops at a corner.
+        Each segment of a planned path is a stage that starts and ends at rest.
 
         Args:
             curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
-            fixed: Joints that keep their values, as in `Motion`; names keep the values at the start
+            fixed: Joints with constant values, as in `Motion`; names keep the values at the start
                 of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
                 start of the stage.
             name: The name of the stage.
-            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. On a
-                plan, duration is the time of the whole path and the others limit the length in the
-                coordinates.
+            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
+                plan, duration is the time of the whole path, and the others limit the path length
+                in the coordinates.
 
         Raises:
-            InputValueError: The curve or the plan starts elsewhere, or the plan has no path.
-            OutOfReachError: The curve leaves the reach, the branch or the limits.
+            InputValueError: The curve or the plan does not start at q_end, or the plan has no path.
+            OutOfReachError: The curve leaves the workspace, the branch or the limits.
         """
         if isinstance(curve, Plan):
             if fixed is not None or redundancy != "fixed":
-                raise InputValueError("follow: a plan leaves nothing to fixed= and redundancy=")
+                raise InputValueError("follow: a plan does not support fixed= and redundancy=")
             return self._follow_plan(curve, profile, name, limits)
         if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
@@ -206,14 +206,14 @@ class MotionSequence:
             )
 
     def sample(self, frequency: float = 100.0) -> Trajectory:
-        """Sample all stages; `stage` of the result counts them.
+        """Sample all stages; `stage` of the result is the index of the stage.
 
         Args:
             frequency: Samples per second.
 
         Raises:
             InputValueError: There is no stage.
-            OutOfReachError: A curve leaves the reach, the branch or the limits.
+            OutOfReachError: A curve leaves the workspace, the branch or the limits.
         """
         if not self._stages:
             raise InputValueError(
@@ -222,7 +222,7 @@ class MotionSequence:
         return concatenate([stage.motion.sample(frequency) for stage in self._stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
-        """List jumps of derivatives: stage, derivative, time in the sequence [s], step."""
+        """List jumps of derivatives: stage, derivative, time in the sequence [s], jump size."""
         found, begin = [], 0.0
         for index, stage in enumerate(self._stages):
             timed = stage.motion.time_scaling
@@ -241,4 +241,4 @@ class MotionSequence:
 
 
 _CHECKS = 100
-"""Samples of a new stage up to its end."""
+"""Number of samples for checking a new stage."""

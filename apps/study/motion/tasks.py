@@ -1,6 +1,6 @@
 """Rates and accelerations on a curve of the tool, or in the coordinates of a task.
 
-Neither damping nor limits change them: close to a singularity they grow as the curve demands.
+They are exact, without damping or limits, so they are large close to a singularity.
 
 With the position p and the directions x and z of the tool's first and third axes, their twist
 (v, omega) and its derivative (a, alpha):
@@ -26,27 +26,27 @@ from .curves import Task
 FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
-"""Step of differences of fourth order [rad or m]: they are off by its fourth power, 2e-11, and
-rounding is divided by its square in the second derivative."""
+"""Step of fourth-order differences [rad or m]. The truncation error is about its fourth power,
+2e-11; second derivatives divide rounding errors by its square."""
 
 
 def task_rates(
     robot: Robot, task: Task, q: FloatArray, by_s: FloatArray, by_ss: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of the coordinates by s on a curve in task coordinates.
+    """Return derivatives of the coordinates with respect to s on a curve in task coordinates.
 
-    Joints that the task's inverse holds do not move. The others must be as many as the task has
-    coordinates: the rates of further ones would not follow from the task.
+    Joints that the inverse for the task keeps constant do not move. The number of the others must
+    be the number of task coordinates; otherwise the task does not determine their rates.
 
     Args:
         robot: A robot with the inverse of the task.
         task: The task.
         q: (m, n) coordinates on the curve [rad or m].
-        by_s: (m, k) first derivative of the task coordinates by s.
-        by_ss: (m, k) second derivative.
+        by_s: (m, k) first derivatives of the task coordinates with respect to s.
+        by_ss: (m, k) second derivatives of the task coordinates with respect to s.
 
     Returns:
-        (m, n) first and second derivative of q by s.
+        (m, n) first and second derivatives of q with respect to s.
 
     Raises:
         InputValueError: More joints move than the task has coordinates.
@@ -55,14 +55,14 @@ def task_rates(
     held = [robot.coordinate_names.index(name) for name in names]
     if robot.n - len(held) != by_s.shape[1]:
         raise InputValueError(
-            f"{robot.name}: {robot.n - len(held)} joints move for the {by_s.shape[1]} coordinates "
-            f"of task {task}, which leaves their rates open"
+            f"{robot.name}: task {task} has {by_s.shape[1]} coordinates, which do not determine "
+            f"the rates of {robot.n - len(held)} joints"
         )
     T, J = robot.fk_jacobian_mixed(q)
     J[..., held] = 0
     inverse = np.linalg.pinv(_jacobian(task, T, J))
     rate = (inverse @ by_s[..., None])[..., 0]
-    # The task's acceleration while the joints have no acceleration of their own.
+    # The task acceleration for zero joint accelerations.
     own = _acceleration(task, T, (J @ rate[..., None])[..., 0], _drift(robot, q, rate))
     return rate, (inverse @ (by_ss - own)[..., None])[..., 0]
 
@@ -70,17 +70,17 @@ def task_rates(
 def curve_rates(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, fixed: Fixed | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of the coordinates by s on a curve of the tool, of minimum norm.
+    """Return minimum-norm derivatives of the coordinates on a curve of the tool.
 
     Args:
         robot: The robot.
         q: (m, n) coordinates on the curve [rad or m].
-        V: (m, 6) mixed twist by s.
-        A: (m, 6) its derivative by s.
+        V: (m, 6) mixed twists per unit of s.
+        A: (m, 6) derivatives of V with respect to s.
         fixed: Coordinates, or joints of the main chain, that do not move.
 
     Returns:
-        (m, n) first and second derivative of q by s.
+        (m, n) first and second derivatives of q with respect to s.
     """
     J = robot.fk_jacobian_mixed(q)[1]
     J[..., fixed_coordinates(robot, "joint_rates", fixed)] = 0
@@ -92,10 +92,10 @@ def curve_rates(
 def parameter_rates(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives as `curve_rates`, with constant redundancy parameters.
+    """Return derivatives like `curve_rates`, with constant redundancy parameters.
 
-    An angle such as the swivel angle a(q) is constant if the motion along the null direction n of
-    the Jacobian compensates it: D_n a c = -D_p a for a particular rate p.
+    An angle a(q), such as the swivel angle, stays constant if a motion c along the null vector n of
+    the Jacobian compensates its change: D_n a c = -D_p a for a particular rate p.
     """
     indices = [item.index for item in robot.redundancy if item.index is not None]
     angles = [getattr(robot, item.name) for item in robot.redundancy if item.index is None]
@@ -115,7 +115,7 @@ def parameter_rates(
 def _along(
     angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """(m,) first and second derivative of an angle along rates (m, n), by differences."""
+    """Return first and second derivatives (m,) of an angle along rates (m, n), by differences."""
     size = np.linalg.norm(rate, axis=1)
     step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
     moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]
@@ -126,7 +126,7 @@ def _along(
 
 
 def _drift(robot: Robot, q: FloatArray, rate: FloatArray) -> FloatArray:
-    """The derivative of the mixed twist at constant rates."""
+    """Return the derivative of the mixed twist at constant rates."""
     return np.asarray(robot.acceleration_mixed(q, rate, np.zeros(q.shape)))
 
 

@@ -1,8 +1,8 @@
-"""Time-optimal motion: at each moment a rate or an acceleration is at its limit.
+"""Time-optimal motion: at each moment, a rate or an acceleration is at its limit.
 
-The curve in the coordinates, q(s), is sampled with its exact derivatives; reachability analysis
-gives the fastest profile s(t) on this grid. Between the grid's nodes a limit may be exceeded a
-little, so the time scaling is then stretched by what a ten times finer grid shows.
+The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis gives the
+fastest profile s(t) on this grid. Limits may be exceeded slightly between the nodes, so the time
+scaling is stretched by the largest excess on a ten times finer grid.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -31,30 +31,28 @@ from .trajectory import Trajectory
 FloatArray = NDArray[np.float64]
 
 _NODES = 400
-"""Nodes of the grid along the curve."""
+"""Default number of grid nodes along the curve."""
 _FEWEST = 10
-"""Nodes at least: between fewer the curve bends too far."""
+"""Minimum number of grid nodes."""
 _FINER = 10
-"""Samples between two nodes at which limits are checked."""
+"""Number of samples between two nodes at which limits are checked."""
 _REFINEMENTS = 3
-"""Rounds in which samples are added near the largest values."""
+"""Number of rounds that add samples near the largest values."""
 _ROUNDS = 4
-"""Grids at most; each has further nodes where the time scaling of the grid before exceeds a
-limit."""
+"""Maximum number of grids; each adds nodes at excesses of the previous time scaling."""
 _CLOSEST = 1e-5
-"""Distance of nodes, in parts of the curve, that is not halved: rounding of rates over less than
-that would become accelerations."""
+"""Minimum node spacing relative to the curve length; rounding errors of rates over smaller
+distances would look like accelerations."""
 _LOCAL = 1.01
-"""Factor of time that is given to the whole motion rather than to a finer grid."""
+"""Maximum stretching factor that is applied without refining the grid."""
 _HIDDEN = 1.0
-"""How far a peak may stand above the samples beside it, in parts of the step between them."""
+"""Maximum height of a peak between two samples, relative to the difference of the samples."""
 _BEFORE = 1e-9
-"""Part of the time between two nodes by which a sample is before a node."""
+"""Distance of a sample before a node, relative to the time between nodes."""
 _NONE = 1e9
-"""An acceleration that nothing reaches, for the tool's way, which has no limit of its own."""
+"""An unreachable acceleration limit, for the path length of the tool."""
 _MARGIN = 1e-5
-"""Part of the time that is given away for the extremes between these samples: they exceed the
-samples by the square of a tenth of the variation from node to node."""
+"""Relative time margin for extremes between these samples."""
 
 
 def time_optimal(
@@ -72,15 +70,15 @@ def time_optimal(
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
         tool_speed: The maximum speed of the tool's origin [m/s]; None: no limit.
-        nodes: Nodes of the grid along the curve.
+        nodes: Number of grid nodes along the curve.
 
     Returns:
-        The motion, from rest to rest, with no limit exceeded.
+        The motion from rest to rest within all limits.
 
     Raises:
         InputValueError: A limit is not positive, an acceleration has no limit, nothing moves on the
             curve, or no motion from rest to rest exists.
-        OutOfReachError: The curve leaves the reach, the branch or the limits.
+        OutOfReachError: The curve leaves the workspace, the branch or the limits.
     """
     robot = motion.robot
     limits = [
@@ -107,7 +105,7 @@ def time_optimal(
 
 
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
-    """Lengths with further ones, the middles of the parts in which these lie."""
+    """Return grid nodes with the midpoint of each interval that contains one of `further`."""
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
     middles = (s[parts] + s[parts + 1]) / 2
@@ -117,7 +115,7 @@ def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
 def _fastest(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
 ) -> TimeScaling:
-    """The time scaling whose acceleration is constant between the nodes of a grid, at lengths s."""
+    """Return the time scaling with constant acceleration between grid nodes s."""
     with requires("chasles[study]"):
         import toppra  # noqa: PLC0415
         from toppra.algorithm import TOPPRA  # noqa: PLC0415
@@ -147,7 +145,7 @@ def _fastest(
 
 
 def _nodes(motion: Motion, count: int) -> FloatArray:
-    """Lengths from the start to the end, closer together where rates change by a larger factor."""
+    """Return grid nodes from start to end, denser if rates change by a larger factor."""
     s = np.linspace(0, motion.curve.length, count + 1)
     _, by_s, by_ss = motion.on_curve(s)
     if not by_s.any():
@@ -159,7 +157,7 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
 
 
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
-    """The curve in the coordinates as toppra reads it; the way of the tool is one more of them."""
+    """Return the curve as a toppra path; the tool path length is an additional coordinate."""
     with requires("chasles[study]"):
         from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
 
@@ -184,17 +182,17 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
 def _stretch(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None
 ) -> tuple[float, FloatArray]:
-    """The factor of time that brings rates and accelerations within limits, at least 1.
+    """Return the time factor, at least 1, that brings rates and accelerations within limits.
 
-    With it come the lengths at which more than a small factor is needed, as further nodes.
+    The second result contains lengths at which a larger factor is needed, as additional nodes.
 
-    Close to a singularity a peak is narrower than the samples. Wherever the sampled values are
-    within their own steps of the largest one, a peak may hide between them: samples are added.
+    Close to a singularity, peaks may be narrower than the sample spacing. Samples are added near
+    sampled values that are close to the maximum, relative to the difference between samples.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
-        # The acceleration jumps at a node: its value before the node counts, too.
+        # The acceleration jumps at a node: its value before the node is also checked.
         parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
         times = begin[:, None] + width[:, None] * parts
         used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)
@@ -209,7 +207,7 @@ def _stretch(
 
 
 def _used(sampled: Trajectory, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
-    """(m,) the factor of time that each sample needs to be within limits."""
+    """Return the time factor (m,) that each sample needs to be within limits."""
     rate = (np.abs(sampled.qd) / limits[0]).max(1)
     acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))
     used = np.maximum(rate, acceleration)

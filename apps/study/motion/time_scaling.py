@@ -1,7 +1,6 @@
-"""Time scalings: a length as a function of time, by polynomials between breaks.
+"""Time scalings: piecewise polynomials that give a length as a function of time.
 
-All profiles except the constant one start and end at rest. They are piecewise polynomials, so that
-every derivative is exact and its jumps are known.
+All profiles except "constant" start and end at rest. All derivatives and their jumps are exact.
 
 | profile | limited by | first derivative that jumps |
 |---|---|---|
@@ -37,7 +36,7 @@ Profile = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
 DERIVATIVES = ("position", "rate", "acceleration", "jerk")
 
 _JUMP = 1e-9
-"""Smallest jump of a derivative that counts, in parts of length / duration^order."""
+"""Minimum jump of a derivative that is reported, relative to length / duration^order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +44,9 @@ class TimeScaling:
     """A length as a function of time.
 
     Attributes:
-        breaks: (k + 1,) times between which the length is a polynomial, from 0 [s].
+        breaks: (k + 1,) times of the breaks between polynomials, from 0 [s].
         coefficients: (k, m) coefficients of powers 0 to m - 1 of the time since the last break.
-        length: The length that is covered, in the unit of the path.
+        length: Length at the end, in the unit of the path.
     """
 
     breaks: FloatArray
@@ -61,14 +60,14 @@ class TimeScaling:
 
     @property
     def duration(self) -> float:
-        """The time it takes [s]."""
+        """Duration [s]."""
         return float(self.breaks[-1])
 
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Length, rate and acceleration.
+        """Return length, rate and acceleration.
 
         Args:
-            t: (m,) times [s]; before the start and after the end nothing moves.
+            t: (m,) times [s]; before the start and after the end, rates are 0.
 
         Returns:
             (m,) each, in the unit of the path, per second, and per second squared.
@@ -82,7 +81,7 @@ class TimeScaling:
         return s, np.where(rests, 0, v), np.where(rests, 0, a)
 
     def jumps(self) -> list[tuple[str, float, float]]:
-        """List the lowest derivative that jumps at each break: its name, the time [s], the step."""
+        """List the lowest derivative that jumps at each break: name, time [s] and jump size."""
         found = []
         orders = self.coefficients.shape[1]
         ends = [self._at_ends(order) for order in range(min(orders, len(DERIVATIVES)))]
@@ -107,7 +106,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """A derivative just before and just after each break; it rests outside."""
+        """Return a derivative just before and just after each break; 0 outside."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
@@ -138,7 +137,7 @@ def time_scaling(
         duration: The time [s]; None: the shortest within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
-        jerk: The maximum jerk, per second cubed; it does not limit a cubic or a trapezoid.
+        jerk: The maximum jerk, per second cubed; "cubic" and "trapezoidal" ignore it.
 
     Raises:
         InputValueError: A limit that the profile needs is missing, the duration is shorter than the
@@ -160,7 +159,7 @@ def time_scaling(
     if length == 0:
         if duration is None:
             raise InputValueError(
-                "time_scaling: a length of 0 takes no time; give a duration to wait"
+                "time_scaling: a length of 0 takes no time; pass a duration to wait"
             )
         return TimeScaling(np.array([0, duration]), np.zeros((1, 1)), 0.0)
     if profile in _PEAKS:
@@ -179,7 +178,7 @@ def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
 
 
 def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Limits that give the duration: a third each to start, cruise and brake."""
+    """Return limits that result in the duration: a third each to accelerate, cruise and brake."""
     if duration is None:
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"
@@ -208,13 +207,13 @@ def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
 
 
 _PEAKS = {"constant": (1.0,), "cubic": (1.5, 6.0), "quintic": (1.875, 10 / math.sqrt(3), 60.0)}
-"""Largest rate, acceleration and jerk of a unit length in a unit time, where they are finite."""
+"""Maximum rate, acceleration and jerk for unit length and unit duration, if they are finite."""
 _POWERS: dict[str, tuple[float, ...]] = {
     "constant": (0, 1),
     "cubic": (0, 0, 3, -2),
     "quintic": (0, 0, 0, 10, -15, 6),
 }
-"""Coefficients of a unit length in a unit time."""
+"""Coefficients for unit length and unit duration."""
 
 
 def _single(
@@ -265,7 +264,7 @@ def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
 def _by_jerk(
     length: float, widths: Sequence[float], values: Sequence[float], order: int
 ) -> TimeScaling:
-    """A time scaling from rest whose derivative of an order has given values for given times."""
+    """Return a time scaling from rest with a piecewise constant derivative of some order."""
     kept = [(w, j) for w, j in zip(widths, values, strict=True) if w > 0]
     state, rows = np.zeros(order), []
     for width, value in kept:

@@ -20,25 +20,25 @@ from ..results import StudyResult, by_suffix, read_npz, write_table
 FloatArray = NDArray[np.float64]
 
 _STEP = 0.05
-"""Seconds between the rows of a table without times."""
+"""Default time step between table rows [s]."""
 _TIME = ("t [s]", "t", "time [s]", "time")
-"""The names that a column of times may have."""
+"""Supported names of the time column."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(StudyResult):
-    """A motion at ascending times.
+    """A sampled motion.
 
     Attributes:
-        robot: The robot's name.
-        coordinate_names: The names of its coordinates.
+        robot: Name of the robot.
+        coordinate_names: Names of the coordinates.
         t: (m,) times [s].
         q: (m, n) coordinates [rad or m].
         qd: (m, n) rates [rad/s or m/s].
         qdd: (m, n) accelerations [rad/s^2 or m/s^2].
-        T: (m, 4, 4) poses of the tool `T_0_ee`.
+        T: (m, 4, 4) tool poses `T_0_ee`.
         V: (m, 6) mixed twists of the tool [m/s, rad/s].
-        stage: (m,) the index of the stage of a sequence; 0 in a single motion.
+        stage: (m,) index of the stage in a sequence; 0 for a single motion.
     """
 
     robot: str
@@ -64,23 +64,23 @@ class Trajectory(StudyResult):
         )
 
     def q_at(self, t: ArrayLike) -> FloatArray:
-        """Return coordinates (..., n) at times (...) [s], linear between the samples.
+        """Return coordinates (..., n) at times (...) [s], by linear interpolation.
 
-        Before the start and after the end they are those of the start and the end.
+        Before the start and after the end, the first and the last sample are returned.
         """
         times = np.asarray(t, dtype=np.float64)
         columns = [np.interp(times, self.t, column) for column in self.q.T]
         return np.asarray(np.stack(columns, axis=-1))
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write a row per sample: time, coordinates, rates, accelerations, tool position."""
+        """Write one row per sample: time, coordinates, rates, accelerations, tool position."""
         names = self.coordinate_names
         head = [_TIME[0], *names, *_rates(names), *_accelerations(names), "x [m]", "y [m]", "z [m]"]
         rows = np.column_stack([self.t, self.q, self.qd, self.qdd, self.T[:, :3, 3]])
         write_table(path, head, rows.tolist())
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw coordinates, rates and accelerations over time.
+        """Plot coordinates, rates and accelerations over time.
 
         Args:
             ax: Three matplotlib axes; None: a new figure.
@@ -97,18 +97,17 @@ class Trajectory(StudyResult):
         """Return the trajectory of a file.
 
         Args:
-            path: A .npz that `to_npz` wrote, or with arrays `t (m,)` and `q (m, n)`; or a .csv with
-                a header: a column named after each coordinate [rad or m], and maybe columns of
-                times, "t [s]", of rates, "NAME rate", and of accelerations, "NAME acceleration".
-                Other columns are ignored. Without times, rows are 0.05 s apart. Missing rates and
-                accelerations are differences of the samples.
-            robot: The robot, checked against the file; it is required unless `to_npz` wrote the
-                file.
+            path: A .npz file written by `to_npz` or with arrays `t (m,)` and `q (m, n)`; or a .csv
+                file with a header: a column for each coordinate name [rad or m], and optional
+                columns of times, "t [s]", rates, "NAME rate", and accelerations, "NAME
+                acceleration". Other columns are ignored. Without times, the time step is 0.05 s.
+                Missing rates and accelerations are computed by finite differences.
+            robot: The robot, checked against the file; required unless `to_npz` wrote the file.
 
         Raises:
-            InputValueError: The file cannot be read, belongs to another robot, lacks a column, or
-                holds text instead of a number; times do not ascend; the robot is missing.
-            ShapeError: The arrays of the file do not belong to the robot.
+            InputValueError: The file cannot be read or is of another robot, a column is missing, a
+                cell is not a number, times are not ascending, or `robot` is missing.
+            ShapeError: The shapes of the arrays do not match the robot.
         """
         if by_suffix(path, {".npz": True, ".csv": False}):
             arrays = read_npz(path)
@@ -119,12 +118,12 @@ class Trajectory(StudyResult):
         elif robot is not None:
             arrays = _table(Path(path), robot)
         if robot is None:
-            raise InputValueError(f"{path}: expected robot=, which gives the poses of the tool")
+            raise InputValueError(f"{path}: robot= is required to compute the tool poses")
         return cls._of(path, robot, arrays)
 
     @classmethod
     def _of(cls, path: Any, robot: Robot, arrays: dict[str, Any]) -> Self:
-        """The trajectory of a robot with arrays t, q, and maybe qd and qdd."""
+        """Return the trajectory of a robot from arrays t, q, and optionally qd and qdd."""
         if "t" not in arrays or "q" not in arrays:
             raise InputValueError(f"{path}: expected arrays t and q, got {', '.join(arrays)}")
         names, shape = _names(robot), (len(arrays["t"]), robot.n)
@@ -139,7 +138,7 @@ class Trajectory(StudyResult):
         if not (np.isfinite(q).all() and np.isfinite(t).all()):
             raise InputValueError(f"{path}: expected finite times and coordinates")
         if not (np.diff(t) > 0).all():
-            raise InputValueError(f"{path}: expected times that ascend")
+            raise InputValueError(f"{path}: expected ascending times")
         qd = arrays.get("qd", _slopes(t, q))
         qdd = arrays.get("qdd", _slopes(t, qd))
         stage = np.zeros(len(t), dtype=np.intp)
@@ -147,12 +146,12 @@ class Trajectory(StudyResult):
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Return trajectories one after the other; `stage` counts them.
+    """Concatenate trajectories; `stage` of the result is their index.
 
-    Where two meet, the last sample of the first is dropped.
+    Where two trajectories meet, the last sample of the first is dropped.
 
     Raises:
-        InputValueError: There are none, or they belong to different robots.
+        InputValueError: There is no trajectory, or the trajectories are of different robots.
     """
     if not trajectories or len({own.robot for own in trajectories}) > 1:
         raise InputValueError("concatenate: expected trajectories of one robot, at least one")
@@ -181,7 +180,7 @@ def _accelerations(names: Sequence[str]) -> list[str]:
 
 
 def _slopes(t: FloatArray, values: FloatArray) -> FloatArray:
-    """Derivatives (m, n) by differences; 0 for a single sample."""
+    """Return derivatives (m, n) by differences; 0 for a single sample."""
     if len(t) == 1:
         return np.zeros(values.shape)
     return np.asarray(np.gradient(values, t, axis=0))
@@ -197,7 +196,7 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 
 
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
-    """Arrays t and q of a table, with qd and qdd if it has their columns."""
+    """Return arrays t and q of a table, and qd and qdd if it has these columns."""
     try:
         with path.open(newline="", encoding="utf-8") as lines:
             head, *rows = [row for row in csv.reader(lines) if row]

@@ -1,4 +1,4 @@
-"""Planning: paths among obstacles, on maps and in the coordinates of robots."""
+"""Path planning among obstacles, on maps and in the configuration space of robots."""
 
 from .configuration_space import ConfigurationSpace, configuration_space
 from .obstacles import Obstacle, box, capsule, mesh, sphere

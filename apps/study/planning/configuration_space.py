@@ -1,11 +1,11 @@
-"""Configuration space of a robot among obstacles, whose bodies are rounded shapes.
+"""Configuration space of a robot among obstacles, with rounded shapes for its bodies.
 
-A segment between two configurations is free for certain, not at samples. If the clearance of a
-configuration is larger than the largest motion of any point of the robot on the segment, nothing
-touches. Otherwise the segment is halved, down to a resolution at which it counts as blocked. How
-far loops move the joints is bounded for each segment by `loop_bounds.py`, and how far joints move
-the bodies by `hulls.py`. A segment too close to a dead point or to a parallel singularity counts as
-blocked, so that no segment leads from one assembly mode to another.
+Segments between configurations are checked continuously, not at samples. If the clearance at a
+configuration exceeds the largest motion of any point of the robot on the segment, the segment is
+free. Otherwise the segment is halved, down to a resolution at which it counts as blocked.
+`loop_bounds.py` bounds the joint motion caused by loops, `hulls.py` the body motion caused by
+joints. A segment near a dead point or a parallel singularity counts as blocked, so that no segment
+connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -36,15 +36,15 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Part of the box of the coordinates below which a segment is not halved further."""
+"""Minimum length of a segment relative to the coordinate ranges; shorter ones are not halved."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSpace:
-    """A robot's coordinates within limits, free where no body touches an obstacle or another body.
+    """The configurations within limits; free if no body touches an obstacle or another body.
 
-    Bodies include rods and cylinders, with the lines and plates of the robot's drawing, rounded.
-    Bodies that a joint connects may touch, and so may two that touch in each of many
+    Bodies, rods and cylinders have the rounded lines and plates of the robot's drawing as shapes.
+    Bodies connected by a joint may touch, as well as bodies that touch in each of many random
     configurations.
 
     Attributes:
@@ -54,9 +54,9 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs whose distance counts: a shape of the robot, and an obstacle (by index) or
-            another shape (by index beyond the obstacles).
-        bounds: Bounds of the joints of a robot with loops.
+        checks: Pairs to check: a shape of the robot, and an obstacle or another shape, whose
+            indices follow the indices of the obstacles.
+        bounds: Bounds of the joint motion of a robot with loops.
     """
 
     robot: Robot
@@ -81,7 +81,7 @@ class ConfigurationSpace:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The names of the bodies, rods and cylinders that have a shape."""
+        """Names of the bodies, rods and cylinders that have a shape."""
         return self.hulls.parts
 
     def is_free(self, q: FloatArray) -> BoolArray:
@@ -109,14 +109,14 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Largest approach of the two shapes of each check, from the middle of a segment.
+        """Return bounds of how far the shapes of each check approach, from the segment's middle.
 
         Args:
             a: (n,) start of the segment [rad or m].
-            b: (n,) its end.
+            b: (n,) end of the segment [rad or m].
 
         Returns:
-            (checks,) distances [m]; inf if loops are open on the segment or too near a dead point.
+            (checks,) distances [m]; inf if loops on the segment are open or near a dead point.
         """
         z, w = (a + b) / 2, np.abs(b - a) / 2
         if self.bounds is not None:
@@ -136,8 +136,8 @@ class ConfigurationSpace:
             q: (n,) coordinates [rad or m].
 
         Returns:
-            The distance [m], not positive if something touches or a loop is open, and the names of
-            the nearest shapes.
+            The distance [m], at most 0 for a collision or an open loop, and the names of the
+            nearest shapes.
         """
         distances = self.distances(q)
         k = int(np.argmin(distances))
@@ -156,7 +156,7 @@ class ConfigurationSpace:
         return np.asarray(self._distances_at(z)[0])
 
     def _distances_at(self, z: FloatArray) -> FloatArray:
-        """(m, checks) distances at configurations (m, n_z) of all joints [m]."""
+        """Return distances (m, checks) at configurations (m, n_z) of all joints [m]."""
         with requires("coal"):
             import coal  # noqa: PLC0415
 
@@ -191,7 +191,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _radii(self) -> list[float]:
-        """The radius of each shape."""
+        """Return the radius of each shape."""
         by_part = dict(zip(self.bodies, self.radii.tolist(), strict=True))
         return [by_part[hull.part] for hull in self.hulls.hulls]
 
@@ -201,7 +201,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """The shapes of each check, -1 for obstacles, and the body that carries both."""
+        """Return the shapes of each check, -1 for obstacles, and their last common body."""
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [
@@ -223,13 +223,13 @@ def configuration_space(
         robot: The robot.
         obstacles: Obstacles in the base frame, from `sphere`, `box`, `capsule` or `mesh`.
         radius: Radius of all bodies [m], or a radius for each of `ConfigurationSpace.bodies`.
-        allowed_collisions: Pairs of bodies, by name, whose distance does not count, such as bodies
-            that pass next to each other.
+        allowed_collisions: Pairs of body names that are not checked, such as bodies that pass close
+            to each other.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the radii are not positive, a body is
-            unknown, or the motion of loops has no bound.
-        ShapeError: There are not as many radii as bodies.
+            unknown, or the motion of loops cannot be bounded.
+        ShapeError: The number of radii differs from the number of bodies.
     """
     lower, upper = _box(robot)
     hulls = hulls_of(robot)
@@ -251,14 +251,14 @@ def configuration_space(
     space = ConfigurationSpace(robot, tuple(obstacles), hulls, radii, lower, upper, (), bounds)
     space = _checked(space, [set(pair) for pair in allowed_collisions])
     if not space.checks:
-        raise InputValueError(f"{robot.name}: there is nothing that its bodies could touch")
+        raise InputValueError(f"{robot.name}: there are no pairs of shapes to check")
     return space
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Limits; a full turn around the reference for revolute actuators of loops without limits.
+    """Return the limits; revolute actuators of loops without limits get a full turn.
 
-    Loops close around the reference, which may lie at the border of other full turns.
+    The turn is centered at the reference configuration, where loops close.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:
@@ -270,10 +270,10 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
-    """The space with its checks: all moving shapes against all obstacles and against each other.
+    """Return the space with its checks: moving shapes against obstacles and against each other.
 
-    Two shapes on one body, or on bodies that a joint connects, are not checked, nor are two that
-    touch in each of many configurations.
+    Shapes on the same body, on bodies connected by a joint, or that touch in each of many random
+    configurations are not checked.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
     together = joined(space.hulls.skeleton) + allowed_collisions

@@ -1,12 +1,12 @@
-"""The bodies of a robot as rounded shapes, and how far they move.
+"""The bodies of a robot as rounded shapes, and bounds of their motion.
 
-The shapes are those of the drawing: each line of a body is a capsule, each plate the hull of its
-corners, rounded; a rod or a cylinder is one capsule between its two ends. The plate or line between
-several joints on the ground stands for the ground itself and is left out.
+The shapes follow the drawing: each line of a body is a capsule, each plate a rounded hull of its
+corners, each rod or cylinder a capsule between its ends. Lines and plates of the ground between
+several joints are ignored.
 
-A point moves no further than its joints turn it, from the base to the tip: what a joint moves
-carries the axes beyond it along, so that each lever is that in the middle of a way. This bound is
-convex in the point, so that the corners of a shape bound all of it.
+The motion of a point is bounded by the sum over the joints before it, of joint motion times lever
+arm at the middle configuration. The lever arms there suffice, because a joint moves all following
+axes together with the point. This bound is convex in the point, so the corners bound a shape.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ _LINES = ("link", "guide", "ram")
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A convex shape on a body, or a strut.
+    """The convex shape of a body or strut.
 
     Attributes:
-        part: The name of the body or strut.
-        bodies: (corners,) the body that carries each corner.
+        part: Name of the body or strut.
+        bodies: (corners,) index of the body of each corner.
         corners: (corners, 3) corners in the frames of these bodies [m].
     """
 
@@ -50,7 +50,7 @@ class Hull:
 
     @property
     def is_strut(self) -> bool:
-        """Whether two bodies hold its ends."""
+        """Whether the ends of the shape are on different bodies."""
         return bool((self.bodies != self.bodies[0]).any())
 
 
@@ -60,8 +60,8 @@ class Hulls:
 
     Attributes:
         robot: The robot.
-        skeleton: Its bodies.
-        hulls: Their shapes.
+        skeleton: The bodies.
+        hulls: The shapes of the bodies.
     """
 
     robot: Robot
@@ -69,26 +69,26 @@ class Hulls:
     hulls: tuple[Hull, ...]
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         return summary_repr(
             self, self.robot.name, f"{len(self.hulls)} shapes on {', '.join(self.parts)}"
         )
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The names of bodies and struts that have shapes."""
+        """Names of the bodies and struts that have shapes."""
         return tuple(dict.fromkeys(hull.part for hull in self.hulls))
 
     def configuration(self, q: FloatArray) -> FloatArray:
-        """(m, n_z) all joints at coordinates (m, n); NaN where loops are open."""
+        """Return all joints (m, n_z) at coordinates (m, n); NaN if loops are open."""
         return np.asarray(self.robot.configuration(q)) if self.robot.loops else q
 
     def corners(self, z: FloatArray) -> list[FloatArray]:
-        """The corners (corners, 3) of each shape at a configuration (n_z,), in the base frame."""
+        """Return the corners (corners, 3) of each shape in the base frame at a configuration."""
         return np.split(self._corners(self.skeleton.poses_from_configuration(z)), self._ends[:-1])
 
     def shapes(self, radii: FloatArray) -> list[Any]:
-        """The shape of each hull in coal, rounded by radii (hulls,); None of a strut's."""
+        """Return the coal shape of each hull with radii (hulls,); None for struts."""
         with requires("coal"):
             import coal  # noqa: PLC0415
 
@@ -106,11 +106,11 @@ class Hulls:
         return made
 
     def poses(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where the shapes are at configurations (m, n_z).
+        """Return the poses of the shapes at configurations (m, n_z).
 
         Returns:
             (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) lengths of struts
-            [m], 0 of other shapes.
+            [m], 0 for other shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         found, lengths = T[:, self._first] @ self._placements, np.zeros((len(z), len(self.hulls)))
@@ -122,16 +122,16 @@ class Hulls:
         return found, lengths
 
     def moves(self, z: FloatArray, w: FloatArray) -> FloatArray:
-        """How far corners move while the joints are within a box, without the joints of a body.
+        """Bound the motion of shapes for joint positions within a box.
 
         Args:
-            z: (n_z,) the configuration in the middle of the box [rad or m].
-            w: (n_z,) half of its widths.
+            z: (n_z,) configuration at the center of the box [rad or m].
+            w: (n_z,) half widths of the box [rad or m].
 
         Returns:
-            (bodies, hulls) distances [m] from where each hull is in the middle, at most. Row k
-            leaves out the joints up to that of body k: what moves all that it carries does not
-            bring two shapes on it nearer to each other.
+            (bodies, hulls) maximum distances [m] from the position of each hull at the center. Row
+            k excludes the joints up to the joint of body k, which move all following shapes
+            together and do not change their distances.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
@@ -140,7 +140,7 @@ class Hulls:
         steps = np.abs(joints.ratios) * w[joints.coordinates]
         turned = steps * joints.turns
         ways = self._carried * (turned[:, None] * levers + (steps * joints.slides)[:, None])
-        # Row j: the way by the joints from j on, and one row more without any.
+        # Row j: the motion caused by the joints from j on; the last row is 0.
         beyond = np.zeros((len(steps) + 1, len(points)))
         beyond[:-1] = np.cumsum(ways[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
@@ -149,7 +149,7 @@ class Hulls:
         return found
 
     def common(self, i: int, j: int) -> int:
-        """The last body that carries all corners of two hulls, by index; 0 is the ground."""
+        """Return the index of the last body that moves all corners of two hulls; 0: the ground."""
         bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
         shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
         return max(shared & {0, *self._moving.tolist()})
@@ -161,7 +161,7 @@ class Hulls:
         return [*chain, 0]
 
     def _corners(self, T: FloatArray) -> FloatArray:
-        """(..., corners, 3) all corners at poses of the bodies (..., bodies, 4, 4)."""
+        """Return all corners (..., corners, 3) for poses of the bodies (..., bodies, 4, 4)."""
         own = T[..., self._carriers, :3, :]
         return np.asarray((own[..., :3] @ self._local[:, :, None])[..., 0] + own[..., 3])
 
@@ -195,7 +195,7 @@ class Hulls:
 
     @cached_property
     def _placements(self) -> FloatArray:
-        """(hulls, 4, 4) poses of capsules and balls on their bodies; plates are in place."""
+        """(hulls, 4, 4) poses of capsules and spheres on their bodies; identity for plates."""
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
             if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line
@@ -204,7 +204,7 @@ class Hulls:
 
     @cached_property
     def _moving(self) -> IntArray:
-        """The bodies on joints that move."""
+        """Indices of the bodies on moving joints."""
         bodies = enumerate(self.skeleton.bodies)
         return np.array([k for k, body in bodies if body.joint and body.joint.kind != "fixed"])
 
@@ -220,7 +220,7 @@ class Hulls:
 
 
 class _MovingJoints:
-    """The joints of bodies, as arrays."""
+    """The moving joints of bodies as arrays."""
 
     def __init__(self, bodies: list[Body]) -> None:
         joints = [body.joint for body in bodies if body.joint]
@@ -230,18 +230,18 @@ class _MovingJoints:
         self.slides = np.array(
             [1.0 if joint.kind == "prismatic" else abs(joint.advance) for joint in joints]
         )
-        # A point of each axis and its direction, as columns.
+        # Columns: a point and the direction of each axis.
         self.lines = np.array([[[*j.at, 1.0], [*j.axis, 0.0]] for j in joints]).transpose(0, 2, 1)
 
 
 def hulls_of(robot: Robot) -> Hulls:
-    """The shapes of a robot's bodies.
+    """Return the shapes of a robot's bodies.
 
     Args:
         robot: The robot.
 
     Raises:
-        ManifestError: An earlier version derived the robot, without its bodies.
+        ManifestError: The robot was derived by an earlier version, without bodies.
     """
     bones = skeleton(robot)
     made = []
@@ -268,9 +268,9 @@ def hulls_of(robot: Robot) -> Hulls:
 
 
 def joined(bones: Skeleton) -> list[set[str]]:
-    """The names of the two bodies or struts that each joint joins, in no order.
+    """Return the names of the two bodies or struts that each joint connects.
 
-    Bodies that are fixed to each other have the name of the first of them, which has their shapes.
+    Bodies fixed to each other have the name of the first of them, which has all their shapes.
     """
     names: list[str] = []
     for body in bones.bodies:
@@ -286,14 +286,14 @@ def joined(bones: Skeleton) -> list[set[str]]:
 
 
 def _rounded(corners: FloatArray, radius: float) -> Any:
-    """The hull of corners (m, 3), rounded, in coal."""
+    """Return the rounded hull of corners (m, 3) as a coal shape."""
     with requires("coal"):
         import coal  # noqa: PLC0415
 
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # The search for a farthest corner goes along edges: with all of them it misses none.
+    # coal searches the farthest corner along edges; with all edges, the search is exact.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)

@@ -1,18 +1,18 @@
-"""How far loops move the bodies of a robot at most, for certain, on a way of its actuators.
+"""Guaranteed bounds of the passive joints of loops on a straight segment of actuator positions.
 
-The loops are equations c(z) = 0 in all joints z, trigonometric polynomials in angles and
-polynomials in slides. With the actuators at the middle q0 of a way, the other joints at x0, a left
-inverse B of dc/dx and H a bound of all second derivatives of c, Taylor's formula gives, for a step
-w of all joints that starts with d of the actuators,
+Loops are equations c(z) = 0 in all joints z: trigonometric polynomials in angles, polynomials in
+prismatic coordinates. At the middle of the segment, the actuators are at q0 and the other joints at
+x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all
+joints, with d for the actuators, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-Where a box of x fulfils this strictly, the joints cannot leave it: they would have to pass its
-border, where the formula does not hold. The box is the limit, from below, of an iteration of the
-right-hand side F, which is convex and grows with w: its steps obey d' >= F'(w) d > 0 and vanish, so
-that no eigenvalue of F' exceeds 1, and those of |B| H w, by which B dc/dx differs from 1 in the box
-at most, are below 1 by the margin that the box is wider. So B dc/dx is regular there, the solution
-is continuous and has one branch. Rounding is not bounded: it is a part in 10^13.
+If a box of x satisfies this strictly, the joints stay inside: on its border, the inequality would
+not hold. The box is the limit, from below, of iterating the right-hand side F, which is convex and
+increasing in w. Its steps satisfy d' >= F'(w) d > 0 and converge to 0, so no eigenvalue of F'
+exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity in the box; its
+eigenvalues are below 1, since the box is slightly widened. So B dc/dx is regular in the box, and
+the solution is continuous and on one branch. Rounding errors, about 1e-13, are not bounded.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -38,29 +38,29 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * np.pi
 _ANGLES, _LENGTHS = 5, 3
-"""Places that determine a polynomial of degree 2 in sine and cosine of an angle, or in a way."""
+"""Number of nodes that determine a polynomial of degree 2, in an angle and in a length."""
 _LARGEST = 300_000
-"""Places at most that determine an equation."""
+"""Maximum number of nodes that determine an equation."""
 _SAMPLES = 200
-"""Postures that show which joints an equation has, and how far frames are from their axes."""
+"""Number of random configurations that show which joints an equation contains."""
 _ATTEMPTS = 30
-"""Times that so many postures are drawn, where loops close at few of them."""
+"""Maximum number of batches of random configurations, if loops close at few of them."""
 _FEWEST = 5
-"""Postures with closed loops, below which they say nothing of the others."""
+"""Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
-"""Ways of slides that are bounded, in parts of those in the samples."""
+"""Range of prismatic joints that is bounded, relative to their range in the samples."""
 _FITS = 1e-9
-"""Error of an equation's polynomial, in parts of its largest value, that is rounding."""
+"""Relative error of an equation's polynomial that counts as rounding."""
 _ROUNDS = 30
-"""Steps towards the box of the joints."""
+"""Maximum number of iterations for the box of the joints."""
 _WIDER = 1 + 1e-6
-"""Factor by which the box is wider than its limit, so that it holds strictly."""
+"""Factor that widens the box, so that the inequality is strict."""
 _ROUNDING = 1e-12
-"""Half of the least width of the box [rad or m], in which joints at rest stay up to rounding."""
+"""Minimum half width of the box [rad or m], for rounding errors of joints at rest."""
 _CONDITION = 1e10
-"""Condition of the equations from which the joints do not follow from the actuators."""
+"""Condition number of the equations above which the actuators do not determine the joints."""
 _CLOSED = 1e-9
-"""Error up to which loops are closed [rad or m], with which the ends of a way are in the box."""
+"""Maximum closure error of loops [rad or m] at the ends of a segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +69,14 @@ class LoopBounds:
 
     Attributes:
         robot: The robot.
-        given: (g,) places among all joints z of those that actuators move directly.
-        gears: (g, n) their ways for a unit of each actuator.
-        turns: (z,) whether a joint turns.
-        widest: (z,) ways up to which the bounds hold [m]; inf for joints that turn.
-        curvature: (equations, z, z) bounds of second derivatives of the equations.
-        lengths: (equations, 1 + z) of an equation that sets the length of a strut, this length at 0
-            and its growth with the joints; zeros of all other equations. Such an equation, d - l
-            with the distance d of the strut's ends, is bounded as d^2 - l^2.
+        given: (g,) indices in z of the joints that actuators move directly.
+        gears: (g, n) motion of these joints per unit of each actuator.
+        turns: (z,) whether a joint is revolute.
+        widest: (z,) joint motion up to which the bounds hold [m]; inf for revolute joints.
+        curvature: (equations, z, z) bounds of the second derivatives of the equations.
+        lengths: (equations, 1 + z) strut length as a linear function of the joints: its value at 0
+            and its slopes; zeros for other equations. A strut equation d - l, with the distance d
+            of the strut ends, is bounded in the form d^2 - l^2.
     """
 
     robot: Robot
@@ -90,15 +90,14 @@ class LoopBounds:
     __repr__ = short_repr
 
     def joints(self, a: FloatArray, b: FloatArray) -> FloatArray | None:
-        """How far each joint is from its place in the middle of a straight way, at most.
+        """Bound the deviation of each joint from its position at the middle of a segment.
 
         Args:
-            a: (n,) actuated coordinates at the start of the way [rad or m].
-            b: (n,) at its end.
+            a: (n,) actuated coordinates at the start of the segment [rad or m].
+            b: (n,) actuated coordinates at its end [rad or m].
 
         Returns:
-            (z,) bounds [rad or m]; None where there are none: close to a dead point, or where the
-            loops are open.
+            (z,) bounds [rad or m]; None if loops are open or near a dead point.
         """
         z = self.robot.configuration(np.array([a, (a + b) / 2, b]))
         if not np.isfinite(z).all():
@@ -129,24 +128,24 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """(equations,) the factors of derivatives of closed loops where equations are squared."""
+        """Return the factors (equations,) of derivatives for equations in squared form."""
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
-        """(equations,) bounds of w^T H w."""
+        """Return bounds (equations,) of w^T H w."""
         return np.asarray((self.curvature @ w) @ w)
 
 
 def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBounds:
-    """Bounds of the motion of a robot with loops.
+    """Return the bounds of the motion of a robot with loops.
 
     Args:
         robot: The robot.
-        lower: (n,) least coordinates [rad or m].
-        upper: (n,) largest coordinates.
+        lower: (n,) smallest coordinates [rad or m].
+        upper: (n,) largest coordinates [rad or m].
 
     Raises:
-        InputValueError: The loops close at hardly any posture, or their equations are no
+        InputValueError: The loops close at too few configurations, or their equations are not
             polynomials of degree 2 in few joints.
     """
     names = [variable.name for variable in robot.configuration_variables]
@@ -163,10 +162,10 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
 def closed_postures(
     robot: Robot, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Random postures (m, n) at which the loops close, and their configurations (m, n_z).
+    """Return random coordinates (m, n) at which the loops close, and configurations (m, n_z).
 
     Raises:
-        InputValueError: The loops close at hardly any.
+        InputValueError: The loops close at too few of them.
     """
     rng = np.random.default_rng(0)
     q, z = [], []
@@ -183,8 +182,8 @@ def closed_postures(
     found = sum(map(len, q))
     if found < _FEWEST:
         raise InputValueError(
-            f"{robot.name}: the loops close at {found} of {_ATTEMPTS * _SAMPLES} random postures, "
-            "too few to bound their motion"
+            f"{robot.name}: the loops close at {found} of {_ATTEMPTS * _SAMPLES} random "
+            "configurations, too few to bound their motion"
         )
     return np.concatenate(q), np.concatenate(z)
 
@@ -192,7 +191,7 @@ def closed_postures(
 def _given(
     robot: Robot, names: list[str], chain: NDArray[np.intp], q: FloatArray
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """The joints that actuators move directly, and by how much: themselves, or through gears."""
+    """Return the indices of the joints that actuators move directly, and the gear ratios."""
     own = [
         (names.index(c.name), row)
         for c, row in zip(robot.coordinates, np.eye(robot.n), strict=True)
@@ -208,12 +207,12 @@ def _given(
     ]
     gears = np.array([row for _, row in own]).reshape(-1, robot.n)
     if np.linalg.matrix_rank(gears) < robot.n:
-        raise InputValueError(f"{robot.name}: an actuator moves no joint in proportion")
+        raise InputValueError(f"{robot.name}: an actuator moves no joint with a constant ratio")
     return np.array([place for place, _ in own]), gears
 
 
 def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
-    """(struts, m) distances between the ends of rods and cylinders at configurations (m, z) [m]."""
+    """Return the end distances (struts, m) of rods and cylinders at configurations (m, z) [m]."""
     T = bones.poses_from_configuration(z)
     spans = [body.span for body in bones.bodies if body.span and not body.span.from_end]
     ends = [
@@ -224,15 +223,15 @@ def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
 
 
 def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
-    """Values at z (..., z) of coefficients (..., 1 + z)."""
+    """Evaluate linear functions with coefficients (..., 1 + z) at z (..., z)."""
     return np.asarray(coefficients[..., 0] + (coefficients[..., 1:] * z).sum(-1))
 
 
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
-    """(1 + z,) the length that an equation sets a strut, zeros where it sets none.
+    """Return the linear strut length (1 + z,) of a strut equation; zeros for other equations.
 
-    Such an equation is the distance of the strut's ends less its length, which is constant or grows
-    with the stroke.
+    A strut equation is the end distance minus the strut length, which is constant or linear in the
+    stroke.
     """
     basis = np.column_stack([np.ones(len(z)), z])
     for distance in distances:
@@ -244,7 +243,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The lengths of struts, and (equations, z, z) bounds of second derivatives of equations."""
+    """Return strut lengths and bounds (equations, z, z) of the second derivatives of equations."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
@@ -260,8 +259,8 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
         here = equation(random)
         if not np.abs(fitted - here).max() <= _FITS * max(np.abs(here).max(), 1):
             raise InputValueError(
-                f"{robot.name}: equation {row} of its loops is no polynomial of degree 2 in its "
-                "joints, so their motion has no bound"
+                f"{robot.name}: loop equation {row} is not a polynomial of degree 2 in its joints, "
+                "so their motion cannot be bounded"
             )
         for first, j in enumerate(joints):
             for second, k in enumerate(joints[: first + 1]):
@@ -272,7 +271,7 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
 
 
 def _equation(robot: Robot, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """An equation of the loops; with the length l of a strut, d^2 - l^2 from d - l."""
+    """Return a loop equation as a function; a strut equation d - l is squared to d^2 - l^2."""
 
     def value(z: FloatArray) -> FloatArray:
         found = robot.constraint(z)[:, row]
@@ -289,11 +288,11 @@ def _coefficients(
     turns: BoolArray,
     scale: FloatArray,
 ) -> NDArray[np.complex128]:
-    """The coefficients of an equation: of e^(i m angle), m = 0, 1, 2, -2, -1, and of powers."""
+    """Return coefficients of an equation, in e^(i m angle), m = 0, 1, 2, -2, -1, and in powers."""
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
         raise InputValueError(
-            f"{robot.name}: equation {row} of its loops has {len(joints)} joints, too many to bound"
+            f"{robot.name}: loop equation {row} has {len(joints)} joints, too many to bound"
         )
     z = np.zeros((*shape, len(turns)))
     for axis, (j, count) in enumerate(zip(joints, shape, strict=True)):
@@ -310,12 +309,12 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """The orders m of e^(i m angle) as they follow each other, or the powers."""
+    """Return the orders m of e^(i m angle) in coefficient order, or the powers."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 
 def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> FloatArray:
-    """(m,) values of a polynomial at joints (m, k), in parts of half a turn or of their scale."""
+    """Evaluate a polynomial (m,) at joints (m, k), relative to half a turn or to their scale."""
     letters = string.ascii_lowercase[: C.ndim]
     bases = [
         np.exp(1j * np.pi * x[:, None] * _orders(True)) if turn else x[:, None] ** _orders(False)
@@ -328,12 +327,12 @@ def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> F
 def _derivative(
     sizes: FloatArray, by: tuple[int, int], turns: BoolArray, scale: FloatArray
 ) -> float:
-    """A bound of a second derivative of a polynomial with coefficients of these sizes."""
+    """Bound a second derivative of a polynomial with coefficients of these magnitudes."""
     for axis in range(sizes.ndim):
         order = by.count(axis)
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The first axis is the next one: those before it are summed up.
+        # The first axis is the next joint; previous axes are already summed.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

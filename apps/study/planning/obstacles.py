@@ -1,4 +1,4 @@
-"""Obstacles, and capsules along lines, as shapes of the library coal.
+"""Obstacles and capsules as shapes of the library coal.
 
 Source:
     T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along lines.
@@ -32,8 +32,8 @@ class Obstacle:
 
     Attributes:
         shape: The shape of the library coal.
-        T_0_shape: (4, 4) its pose in the base frame.
-        name: Its name.
+        T_0_shape: (4, 4) pose of the shape in the base frame.
+        name: Name of the obstacle.
     """
 
     shape: Any
@@ -49,7 +49,7 @@ class Obstacle:
 
 
 def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
-    """Return a sphere: center (3,) and radius [m] in the base frame."""
+    """Return a sphere with a center (3,) in the base frame and a radius [m]."""
     with requires("coal"):
         import coal  # noqa: PLC0415
 
@@ -59,7 +59,7 @@ def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
 
 
 def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
-    """Return a box: pose (4, 4) of its center in the base frame, and side lengths (3,) [m]."""
+    """Return a box with a center pose (4, 4) in the base frame and side lengths (3,) [m]."""
     with requires("coal"):
         import coal  # noqa: PLC0415
 
@@ -68,7 +68,7 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
-    """Return the points within a radius [m] of a line between two points (3,) of the base frame."""
+    """Return a capsule: all points within a radius [m] of a segment in the base frame."""
     with requires("coal"):
         import coal  # noqa: PLC0415
 
@@ -81,23 +81,23 @@ def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsul
 def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
-    """Return the surface in a file (.stl, .obj, .dae) in meters: pose (4, 4) in the base frame."""
+    """Return the surface in a file (.stl, .obj, .dae; in meters) at a pose in the base frame."""
     with requires("coal"):
         import coal  # noqa: PLC0415
 
     if not Path(path).is_file():
-        raise InputValueError(f"mesh: there is no file {os.fspath(path)}")
+        raise InputValueError(f"mesh: file not found: {os.fspath(path)}")
     shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
     T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
     return Obstacle(shape, T, name or Path(path).name)
 
 
 def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m,) distances, and (m, 4, 4) poses in the middle between points (m, 3) with z along them."""
+    """Return distances (m,) of point pairs, and their middle poses (m, 4, 4) with z along them."""
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
-    # The frame of Frisvad and Duff: x and y from z without a cross product.
+    # Frames of Frisvad and Duff: x and y from z without a cross product.
     sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
     u = -1 / (sign + z[:, 2])
     v = z[:, 0] * z[:, 1] * u

@@ -1,4 +1,4 @@
-"""A map of free and occupied cells, in which a point moves."""
+"""A planar map of free and occupied cells for a moving point."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """A plane of cells; the space outside is occupied.
+    """A planar grid of cells; the space outside is occupied.
 
     Attributes:
-        occupied: (nx, ny) whether each cell is occupied; cell (i, j) reaches from `origin` +
+        occupied: (nx, ny) whether each cell is occupied. Cell (i, j) extends from `origin` +
             (i, j) `cell_size` to `origin` + (i + 1, j + 1) `cell_size`.
-        cell_size: The side of a cell [m].
-        origin: (2,) the corner of the first cell [m].
+        cell_size: Side of a cell [m].
+        origin: (2,) lower corner of the first cell [m].
     """
 
     occupied: BoolArray
@@ -52,10 +52,10 @@ class OccupancyMap:
         return self._free_cells(cell)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether the straight line between two points (2,) passes free cells only.
+        """Return whether the segment between two points (2,) lies in free cells only.
 
-        The line is cut where it crosses the borders of cells, so that the answer is exact; a line
-        along a border lies in the cells above it.
+        The segment is cut at cell borders, so the result is exact. A segment along a border belongs
+        to the cells with the larger index.
         """
         start, step = (a - self.origin) / self.cell_size, (b - a) / self.cell_size
         cuts = [np.array([0.0, 1.0])]
@@ -88,13 +88,13 @@ def occupancy_map(
     """Return the map of an array.
 
     Args:
-        occupied: (nx, ny) whether each cell is occupied: the first index along x.
-        cell_size: The side of a cell [m].
-        origin: (2,) the corner of the first cell [m].
+        occupied: (nx, ny) whether each cell is occupied; the first index is along x.
+        cell_size: Side of a cell [m].
+        origin: (2,) lower corner of the first cell [m].
 
     Raises:
-        ShapeError: The array is not a matrix, or the origin not a point.
-        InputValueError: The cell_size is not positive.
+        ShapeError: The shape of `occupied` is not (nx, ny), or of `origin` not (2,).
+        InputValueError: cell_size is not positive.
     """
     cells, corner = np.asarray(occupied, dtype=bool), np.asarray(origin, dtype=np.float64)
     if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane

@@ -1,4 +1,4 @@
-"""Spaces in which points are free or not, and paths between free points."""
+"""Planning spaces with free and blocked points, and paths between free points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BoolArray = NDArray[np.bool_]
 
 
 class Space(Protocol):
-    """A box in which points are free or not.
+    """A box with free and blocked points.
 
     Attributes:
         lower: (n,) smallest coordinates.
@@ -47,9 +47,9 @@ class Plan(StudyResult):
 
     Attributes:
         q: (m, n) corners of the path from start to goal; (0, n) without a path.
-        length: The length of the path in the coordinates; inf without a path.
-        reason: The reason why there is no path; "" with a path.
-        n_checked: Number of segments that were checked.
+        length: Length of the path in the coordinates; inf without a path.
+        reason: The reason for a missing path; "" with a path.
+        n_checked: Number of checked segments.
     """
 
     q: FloatArray
@@ -71,13 +71,10 @@ class Plan(StudyResult):
         return not self.reason
 
     def at(self, s: ArrayLike) -> FloatArray:
-        """Return points on the path.
+        """Return points (m, n) on the path.
 
         Args:
-            s: (m,) fractions of its length, from 0 to 1.
-
-        Returns:
-            (m, n) points.
+            s: (m,) fractions of the path length, from 0 to 1.
 
         Raises:
             InputValueError: There is no path.
@@ -88,7 +85,7 @@ class Plan(StudyResult):
 
     @property
     def _corner_fractions(self) -> FloatArray:
-        """(m,) fractions of the length at the corners, from 0 to 1.
+        """Return the fraction of the path length at each corner (m,), from 0 to 1.
 
         Raises:
             InputValueError: There is no path.
@@ -99,7 +96,7 @@ class Plan(StudyResult):
         return np.asarray(np.r_[0, np.cumsum(steps)] / max(steps.sum(), np.finfo(float).tiny))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the coordinates over the fraction of the path; in a plane the path itself.
+        """Plot the coordinates over the fraction of the path; for two coordinates, the path itself.
 
         Args:
             ax: matplotlib axes; None: a new figure.
@@ -129,10 +126,10 @@ def plan_along(q: FloatArray, n_checked: int) -> Plan:
 def ends_of(
     space: Space, q_start: ArrayLike, q_goal: ArrayLike
 ) -> tuple[FloatArray, FloatArray] | Plan:
-    """Return start and goal as arrays, or the result that one of them is not free.
+    """Return start and goal as arrays, or a plan without a path if a point is not free.
 
     Raises:
-        ShapeError: One of them is not (n,).
+        ShapeError: The shape of a point is not (n,).
         InputValueError: A number is not finite.
     """
     n = len(space.lower)

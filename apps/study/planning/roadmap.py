@@ -1,6 +1,6 @@
-"""Probabilistic roadmaps: random free points, joined by edges, on which paths are sought.
+"""Probabilistic roadmaps: graphs of random free points, connected by edges.
 
-An edge is checked when a path first uses it (lazily): most edges never are.
+Edges are checked lazily, when a path first uses them; most edges are never checked.
 
 Source:
     L. E. Kavraki, P. Svestka, J.-C. Latombe, M. H. Overmars, Probabilistic roadmaps for path
@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 Algorithm = Literal["dijkstra", "astar"]
 
 _TRIES = 200
-"""Points that are drawn for each point of the roadmap at most."""
+"""Maximum number of random points per point of the roadmap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +38,9 @@ class Roadmap:
     Attributes:
         space: The space.
         q: (m, n) free points.
-        edges: (k, 2) pairs of points that are near each other.
-        max_step: Longest edge.
-        neighbors: Number of nearest points to which a start or a goal is joined.
+        edges: (k, 2) index pairs of neighboring points.
+        max_step: Maximum edge length.
+        neighbors: Number of nearest points to which a start or a goal is connected.
     """
 
     space: Space
@@ -63,10 +63,10 @@ class Roadmap:
         Args:
             q_start: (n,) the start.
             q_goal: (n,) the goal.
-            algorithm: "astar", or "dijkstra", which finds the same length and visits more points.
+            algorithm: "astar", or "dijkstra", which finds the same length but visits more points.
 
         Returns:
-            The path, or the reason why there is none.
+            The path, or the reason for a missing path.
 
         Raises:
             ShapeError: Start or goal is not (n,).
@@ -101,7 +101,7 @@ class Roadmap:
                 return plan_along(points[path], checked)
 
     def _graph(self, points: FloatArray) -> Any:
-        """The roadmap with start and goal, the last two points, and no edge checked."""
+        """Return the unchecked roadmap graph with start and goal as the last two points."""
         with requires("chasles[study]"):
             import networkx as nx  # noqa: PLC0415
             from scipy.spatial import cKDTree  # noqa: PLC0415
@@ -120,7 +120,7 @@ class Roadmap:
         return graph
 
     def _check(self, graph: Any, points: FloatArray, path: list[int]) -> tuple[bool, int]:
-        """Remove the first blocked edge; return whether there is one, and how many were checked."""
+        """Remove the first blocked edge; return whether one was found, and the number of checks."""
         checked = 0
         for i, j in pairwise(path):
             if graph[i][j]["free"]:
@@ -157,14 +157,11 @@ def prm(
     Args:
         space: The space.
         samples: Number of free points.
-        neighbors: Number of nearest points to which each point is joined at most.
-        max_step: Longest edge, in the coordinates.
-        dispersion: Smallest distance between points, in the coordinates; with a large one there is
-            no room for all samples.
-        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy.
-
-    Returns:
-        The roadmap; it has fewer points where the space has no room for more.
+        neighbors: Maximum number of nearest points to which each point is connected.
+        max_step: Maximum edge length, in the coordinates.
+        dispersion: Minimum distance between points, in the coordinates. If it is large, the roadmap
+            has fewer points than `samples`.
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
     Raises:
         InputValueError: A number is not positive.
@@ -191,7 +188,7 @@ def prm(
 
 
 def _points(space: Space, count: int, dispersion: float, rng: np.random.Generator) -> FloatArray:
-    """Free points, at most `count`, each at least `dispersion` from those before it."""
+    """Return at most `count` free points with distances of at least `dispersion`."""
     lower, upper = space.lower, space.upper
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):
@@ -206,7 +203,7 @@ def _points(space: Space, count: int, dispersion: float, rng: np.random.Generato
 
 
 def _dispersed(kept: FloatArray, drawn: FloatArray, dispersion: float) -> FloatArray:
-    """The drawn points that lie at least `dispersion` from the points kept before them."""
+    """Select the random points with distances of at least `dispersion` from all selected points."""
     apart = np.linalg.norm(drawn[:, None] - kept, axis=-1) >= dispersion
     chosen = np.empty((0, drawn.shape[1]))
     for point in drawn[apart.all(axis=1)]:

@@ -1,4 +1,4 @@
-"""RRT-Connect: two trees that grow towards each other, by the library ompl.
+"""RRT-Connect with the library ompl: two trees that grow towards each other.
 
 Source:
     J. J. Kuffner, S. M. LaValle, RRT-connect: an efficient approach to single-query path planning,
@@ -38,11 +38,11 @@ def rrt_connect(
         q_start: (n,) the start.
         q_goal: (n,) the goal.
         time_limit: Time after which the search ends [s].
-        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy. The
-            first call of a process sets them; ompl ignores later calls.
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first call of a
+            process has an effect; ompl ignores later seeds.
 
     Returns:
-        The path, or the reason why there is none. Every segment of the path was checked.
+        The path, or the reason for a missing path. All segments of the path are checked.
 
     Raises:
         ShapeError: Start or goal is not (n,).
@@ -56,7 +56,7 @@ def rrt_connect(
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    # ompl logs an error for every call after the first, and its seeds begin at 1.
+    # ompl seeds begin at 1; ompl logs an error for a second seed.
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(key_of("rrt_connect", rng) % _SEEDS + 1)
     util.setLogLevel(util.LOG_ERROR)

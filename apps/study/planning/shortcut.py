@@ -1,4 +1,4 @@
-"""Shortcutting: two points of a path are joined directly if the segment between them is free.
+"""Shortcutting: two points of a path are connected directly if their segment is free.
 
 Source:
     R. Geraerts, M. H. Overmars, Creating high-quality paths for motion planning, 2007.
@@ -16,16 +16,13 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Return a path without needless corners.
+    """Return a free path that is shorter than the path of a plan, or equally long.
 
     Args:
         space: The space.
         plan: A plan; if it has no path, it is returned unchanged.
-        attempts: Number of pairs of random points on the path that are joined.
-        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy.
-
-    Returns:
-        A free path that is no longer.
+        attempts: Number of attempts to connect two random points of the path.
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
     """
     if not plan.found:
         return plan

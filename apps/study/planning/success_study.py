@@ -1,4 +1,4 @@
-"""Success rate of roadmaps over the number of samples and the maximum step."""
+"""Success rate of roadmaps as a function of the number of samples and the maximum step."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from .plan import Space
 from .roadmap import prm
 
 _NORMAL_95 = 1.959963984540054
-"""Standard deviations of a normal distribution that hold 95 % of it."""
+"""Half width of the central 95 % interval of a normal distribution, in standard deviations."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Roadmaps with the same number of samples and maximum step.
+    """Results of roadmaps with the same number of samples and maximum step.
 
     Attributes:
         samples: Number of points.
-        max_step: Longest edge.
+        max_step: Maximum edge length.
         runs: Number of roadmaps.
         rate: Fraction of the roadmaps that found a path.
-        lower: Lower end of the 95 % interval of the rate, by Wilson.
-        upper: Its upper end.
+        lower: Lower end of the 95 % Wilson interval of the rate.
+        upper: Upper end of the 95 % Wilson interval of the rate.
         length: Median length of the paths; NaN without a path.
         seconds: Median time of a run [s].
     """
@@ -72,7 +72,7 @@ class SuccessStudy(StudyResult):
         write_table(path, names, [astuple(row) for row in self.rows])
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the success rate over the samples, a line per step, with 95 % intervals.
+        """Plot the success rate over the samples, one line per step, with 95 % intervals.
 
         Args:
             ax: matplotlib axes; None: a new figure.
@@ -96,17 +96,17 @@ def success_study(
     neighbors: int = 10,
     rng: Rng = 0,
 ) -> SuccessStudy:
-    """Return how often roadmaps find a path, for all numbers of samples and all maximum steps.
+    """Return the success rate of roadmaps for all numbers of samples and all maximum steps.
 
     Args:
         space: The space.
         q_start: (n,) the start.
         q_goal: (n,) the goal.
         samples: Numbers of points.
-        max_steps: Longest edges.
-        runs: Number of roadmaps for each pair, each with its own random numbers.
+        max_steps: Maximum edge lengths.
+        runs: Number of roadmaps per pair, each with different random numbers.
         neighbors: As in `prm`.
-        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy.
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
     Source:
         E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.

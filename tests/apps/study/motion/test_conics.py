@@ -83,7 +83,7 @@ def test_points_without_conic_arc_are_rejected():
     for points in (swapped, branches):
         with pytest.raises(InputValueError, match="conic: the points do not follow each other"):
             conic(points)
-    with pytest.raises(InputValueError, match="conic: points 0, 2 and 4 lie on a line"):
+    with pytest.raises(InputValueError, match="conic: points 0, 2 and 4 are collinear"):
         conic([[0, 0, 0], [1, 1, 0], [2, 0, 0], [3, 1, 0], [4, 0, 0]])
     with pytest.raises(InputValueError, match="expected points in a plane"):
         conic(on_circle + np.outer(a == 0, [0, 0, 1]))

@@ -105,7 +105,7 @@ def test_unreachable_curve_raises_with_progress(arm):
     far = T.copy()
     far[0, 3] += 2
     curve = line(T, far)
-    with pytest.raises(OutOfReachError, match=r"% of the curve the motion cannot go on: ended"):
+    with pytest.raises(OutOfReachError, match=r"% of the curve the motion stops: ended"):
         Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), HOME).sample()
 
 
@@ -141,7 +141,7 @@ def test_time_optimal_single_joint_motion_is_trapezoidal(arm):
 
 
 def test_time_scaling_longer_than_curve_is_rejected(arm):
-    with pytest.raises(InputValueError, match="the time scaling covers 2, the curve has 1"):
+    with pytest.raises(InputValueError, match="the time scaling has length 2, the curve only 1"):
         Motion(arm, joint_line(HOME, HOME + 0.1), time_scaling("cubic", 2, duration=1), HOME)
 
 

@@ -157,7 +157,7 @@ def test_mapping_sets_value_of_fixed_joint(redundancy):
 def test_fixed_joints_need_curve_of_pose():
     robot = chasles.load("iiwa14")
     timed = time_scaling("cubic", 1, duration=1)
-    with pytest.raises(InputValueError, match="fixed needs a curve of the tool's pose"):
+    with pytest.raises(InputValueError, match="fixed requires a curve of the tool pose"):
         Motion(robot, joint_line(np.zeros(7), np.ones(7)), timed, np.zeros(7), fixed="A3")
 
 
@@ -169,12 +169,12 @@ def test_invalid_minimum_norm_requests_are_rejected():
     far[0, 3] += 3
     beyond = line(robot.fk(q_0), far)
     long = time_scaling("cubic", beyond.length, duration=1)
-    with pytest.raises(OutOfReachError, match=r"% of the curve steps of minimum norm"):
+    with pytest.raises(OutOfReachError, match=r"% of the curve, minimum-norm steps"):
         Motion(robot, beyond, long, q_0, redundancy="minimum_norm").at([1.0])
-    with pytest.raises(InputValueError, match="expected a redundancy out of fixed, minimum_norm"):
+    with pytest.raises(InputValueError, match="expected redundancy as one of fixed, minimum_norm"):
         Motion(robot, curve, timed, q_0, redundancy="shortest")
     for other in (joint_line(q_0, q_0), task_line("position", [0, 0, 0], [0, 0, 1])):
-        with pytest.raises(InputValueError, match="minimum_norm needs a curve of the tool's pose"):
+        with pytest.raises(InputValueError, match="minimum_norm requires a curve of the tool pose"):
             Motion(robot, other, timed, q_0, redundancy="minimum_norm")
     installer = chasles.load("board_installer")
     T = installer.fk(installer.reference.q)
