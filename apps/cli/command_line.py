@@ -1,4 +1,4 @@
-"""The commands and their options."""
+"""The commands of the command line and their options."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from chasles.contract import Argument, Manifest, read_manifest
 from chasles.library import build, find_folder, is_description, options_of, shelf, shipped_folders
 
 USAGE = 2
-"""The exit status of a command line that names no command, as argparse has it for wrong ones."""
+"""Exit status without a command, equal to the status of argparse for invalid arguments."""
 _ASKED_BY_A_SHELL = "_ARGCOMPLETE"
-"""The variable that argcomplete sets where a shell asks how a line goes on."""
+"""Environment variable that argcomplete sets for shell completion."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command line.
+    """Run the command line.
 
     Args:
-        arguments: The arguments after the program's name; None takes the arguments of the process.
+        arguments: The arguments after the program name; None: the arguments of the process.
 
     Returns:
-        The exit status: 0 if all went well, 1 after an error, 2 where no command is named.
+        The exit status: 0 for success, 1 after an error, 2 without a command.
     """
     parser = _parser()
     if _ASKED_BY_A_SHELL in os.environ:
-        # An extra, which only this needs.
+        # Optional package; only completion needs it.
         from .completion import complete  # noqa: PLC0415
 
         complete(parser)
     options = parser.parse_args(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # Who reads through a pipe sees each line when it is printed.
+        # A reader of a pipe receives each line immediately.
         sys.stdout.reconfigure(line_buffering=True)
     if options.command is None:
         parser.print_help(sys.stderr)
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"chasles: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:
-        # The reader (head, less) closed the pipe; Python must not complain at exit either.
+        # The reader (head, less) closed the pipe; this avoids an error message at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     links = argparse.ArgumentParser(add_help=False)
     links.add_argument("--base", metavar="LINK", help="base link of a URDF, xacro or MJCF file")
     links.add_argument("--tip", metavar="LINK", help="tip link of a URDF, xacro or MJCF file")
-    links.add_argument("--exact", action="store_true", help="take all numbers as written")
+    links.add_argument("--exact", action="store_true", help="do not snap numbers to exact values")
     json_ = argparse.ArgumentParser(add_help=False)
     json_.add_argument("--json", action="store_true", help="print machine-readable results")
     build_ = commands.add_parser("build", parents=[links], help="compile robots into the cache")
@@ -86,9 +86,9 @@ def _parser() -> argparse.ArgumentParser:
     calibrate.add_argument(
         "--vary",
         action="append",
-        metavar="PART",
-        help="parameters or parts of the model: geometry, axis, loop, joint, offset, transmission; "
-        "without it, the model that predicts held-back configurations best",
+        metavar="GROUP",
+        help="parameters or groups: geometry, axis, loop, joint, offset, transmission; default: "
+        "the model with the smallest cross-validation error",
     )
     calibrate.add_argument("--report", type=Path, help="report (.html or .tex) to write")
     calibrate.set_defaults(run=_calibrate)
@@ -100,9 +100,9 @@ def _parser() -> argparse.ArgumentParser:
     list_.set_defaults(run=_list)
     view = commands.add_parser("view", parents=[links], help="show a moving robot in the browser")
     view.add_argument("robot", help="name, folder or description")
-    view.add_argument("--html", type=Path, help="page to write instead, which needs no network")
+    view.add_argument("--html", type=Path, help="write a self-contained page instead")
     view.add_argument("--play", type=Path, help="motion (.npz) or table of coordinates (.csv)")
-    view.add_argument("--port", type=int, help="port of the page; a free one without it")
+    view.add_argument("--port", type=int, help="port of the page; default: any free port")
     view.set_defaults(run=_view)
     return parser
 
@@ -124,7 +124,7 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    # SciPy is an extra, and takes a second to import.
+    # SciPy is optional and takes a second to import.
     from chasles import calibration  # noqa: PLC0415
 
     robot = load(options.robot, parametric=True)
@@ -150,18 +150,18 @@ def _calibrate(options: argparse.Namespace) -> int:
         print(f"\nwritten: {options.to}")
         is_robot = options.to.suffix == ".toml"
         if is_robot and "[[transmissions]]" in options.to.read_text(encoding="utf-8"):
-            print("its functions take true coordinates, coordinates_from_readings(r)")
+            print("its functions expect true coordinates: coordinates_from_readings(r)")
     return 0
 
 
 def _view(options: argparse.Namespace) -> int:
-    # The other commands need no drawings.
+    # Other commands do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
 
     robot = load(options.robot, base=options.base, tip=options.tip, exact=options.exact)
     if options.html and (options.play or options.port):
-        raise InputValueError("--play and --port are for the live view; a page has sliders alone")
+        raise InputValueError("--play and --port require the live view; omit them with --html")
     if options.html:
         write_html(robot, options.html)
         print(f"written: {options.html}")
@@ -169,7 +169,7 @@ def _view(options: argparse.Namespace) -> int:
     trajectory = Trajectory.load(options.play, robot) if options.play else None
     file = Path(options.robot) if is_description(Path(options.robot)) else None
     shown = LiveView(robot, port=options.port, urdf=file, trajectory=trajectory)
-    print(f"{robot.name}: {shown.address} (ctrl-c ends it)", flush=True)
+    print(f"{robot.name}: {shown.address} (Ctrl-C stops it)", flush=True)
     try:
         shown.wait()
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""What a shell is told about how a command line goes on; needs argcomplete."""
+"""Shell completion; needs argcomplete."""
 
 import argparse
 
@@ -10,7 +10,7 @@ from chasles.library import shelf
 
 
 class _RobotsAndFiles(BaseCompleter):
-    """Files, and before them the names of robots where one is wanted."""
+    """Completes file names, and robot names for arguments that accept a robot."""
 
     def __call__(
         self,
@@ -25,5 +25,5 @@ class _RobotsAndFiles(BaseCompleter):
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
-    """Tells the shell how its line goes on, and ends the process."""
+    """Print the completions for the shell, and exit."""
     argcomplete.autocomplete(parser, default_completer=_RobotsAndFiles())

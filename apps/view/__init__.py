@@ -1,8 +1,8 @@
-"""Views of robots: live in the browser, and as a page that one can mail.
+"""Views of robots: a live view in the browser, and a self-contained HTML page.
 
 robot = chasles.load("ur5e")
 LiveView(robot).wait()  # needs viser, pip install 'chasles[view]'
-write_html(robot, "ur5e.html")  # a page that needs no network
+write_html(robot, "ur5e.html")  # a self-contained page
 """
 
 from .live import LiveView

@@ -1,6 +1,6 @@
-"""What a view shows: a robot's posture, its branches as ghosts, its limits, its workspace.
+"""The content of a view: configuration, branches as ghosts, limits and workspace of a robot.
 
-All of it is computed here, apart from any window: `at`, `ghosts` and `limits` together are a frame.
+This module is independent of the user interface. `at`, `ghosts` and `limits` compute one frame.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from .tool_branches import Branches, branches
 FloatArray = NDArray[np.float64]
 
 _NEAR_LIMIT = 0.05
-"""Part of the range of a coordinate from its limit that counts as near."""
+"""Distance from a limit, relative to the range of the coordinate, that counts as near."""
 _NEAR_BORDER = 0.05
-"""Margin of a branch (no unit) below which it counts as near the border of reach."""
+"""Margin of a branch (no unit) below which the pose counts as near the workspace border."""
 _STRIDE = 0.05
-"""Radians, and parts of the robot's size, that a coordinate of iterated loops moves at once."""
+"""Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
 _PLANAR_GHOSTS = 8
-"""Branches of a planar platform with three legs of two."""
+"""Number of branches of a planar platform with three two-link legs."""
 
 
 class Nearness(Enum):
-    """The place of a coordinate, or of a branch, with respect to its limits."""
+    """The state of a coordinate or a branch relative to its limits."""
 
     FREE = "within the limits"
     NEAR = "near a limit or the border of reach"
@@ -44,22 +44,22 @@ class Nearness(Enum):
 
 
 COLOURS = {Nearness.FREE: BLUE, Nearness.NEAR: YELLOW, Nearness.BEYOND: VERMILION}
-"""Colours of nearness, which differ for all kinds of sight."""
+"""Colors of the states, which color-blind readers can distinguish."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """A posture of a robot.
+    """A configuration of a robot with its poses.
 
     Attributes:
         q: (n,) coordinates [rad or m].
-        z: (n_z,) the configuration of its loops; q of a serial robot.
+        z: (n_z,) configuration of the loops; q for a serial robot.
         bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
         tool: (4, 4) pose of the tool.
-        closes: Whether the loops close at the coordinates that were asked for; where they do not,
-            this is the posture before.
-        reached: Whether the tool is at the pose that was asked for.
-        branches: The branches of the inverse at that pose, None where none was asked for.
+        closes: Whether the loops close at the requested coordinates; if not, this is the previous
+            configuration.
+        reached: Whether the tool is at the requested pose.
+        branches: The branches of the inverse for the requested pose; None without such a pose.
     """
 
     q: FloatArray
@@ -73,12 +73,12 @@ class Posture:
 
 @dataclass(frozen=True, eq=False)
 class Ghosts:
-    """Other postures with the same pose of the tool, in a fixed number of places.
+    """Other configurations with the same tool pose, in a fixed number of slots.
 
     Attributes:
         positions: (g, bodies, 3) positions of the bodies [m].
-        wxyzs: (g, bodies, 4) their orientations as quaternions.
-        scales: (g,) 1 of a ghost, 0 of a place without one.
+        wxyzs: (g, bodies, 4) orientations of the bodies as quaternions.
+        scales: (g,) 1 for a ghost, 0 for an empty slot.
         colours: (g, 3) red, green and blue from 0 to 255.
     """
 
@@ -89,7 +89,7 @@ class Ghosts:
 
     @staticmethod
     def joined(parts: Sequence[Ghosts]) -> Ghosts:
-        """Several kinds of ghosts, one after the other."""
+        """Concatenate several kinds of ghosts."""
         return Ghosts(
             np.concatenate([part.positions for part in parts]),
             np.concatenate([part.wxyzs for part in parts]),
@@ -99,16 +99,16 @@ class Ghosts:
 
 
 class Display:
-    """A robot as a view shows it.
+    """Computes the content of a view of a robot.
 
     Attributes:
         robot: The robot.
-        skeleton: Its bodies.
-        solids: The solids of its bodies.
-        start: The posture at which a view starts: that of its drawings.
-        most_ghosts: The greatest number of ghosts.
-        most_modes: The greatest number of assembly modes, 0 where they are not known.
-        moved: The coordinate, by index, that moves each joint with a symbol, by name.
+        skeleton: The bodies.
+        solids: The solids of the bodies.
+        start: The initial configuration, the same as in drawings.
+        most_ghosts: Maximum number of ghosts.
+        most_modes: Maximum number of assembly modes; 0 if they are unknown.
+        moved: Index of the coordinate that moves each actuated joint, keyed by joint name.
     """
 
     robot: Robot
@@ -120,13 +120,13 @@ class Display:
     moved: Mapping[str, int]
 
     def __init__(self, robot: Robot) -> None:
-        """Prepares the display.
+        """Prepare the display.
 
         Args:
             robot: The robot.
 
         Raises:
-            ManifestError: The robot was derived by a version without skeletons.
+            ManifestError: The robot was derived by an earlier version, without bodies.
         """
         self.robot = robot
         self.skeleton = skeleton(robot)
@@ -136,7 +136,7 @@ class Display:
         self.solids = solids(self.skeleton, frozenset(self.moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if self.most_ghosts == 1:
-            # The only branch is the posture itself.
+            # The only branch is the current configuration.
             self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
@@ -145,15 +145,15 @@ class Display:
         self.start = self._start()
 
     def at(self, q: FloatArray, last: Posture) -> Posture:
-        """The posture at coordinates.
+        """Return the configuration at coordinates.
 
         Args:
             q: (n,) coordinates [rad or m].
-            last: The posture before, which chooses the branch of loops that are iterated.
+            last: The previous configuration, which selects the branch of iterated loops.
 
         Returns:
-            The posture. Where the loops do not close, the one before; of loops that are iterated,
-            the last one on the straight way in q that closes.
+            The configuration. If the loops do not close, the previous configuration; for iterated
+            loops, the last configuration with closed loops on the straight path in q.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)
@@ -165,11 +165,11 @@ class Display:
         )
 
     def reaching(self, T: FloatArray, last: Posture) -> Posture:
-        """The posture that follows the tool to a pose, on the branch nearest to the last posture.
+        """Return the configuration for a tool pose, on the branch nearest to the previous one.
 
         Args:
             T: (4, 4) the pose in the base frame.
-            last: The posture before.
+            last: The previous configuration.
         """
         found = branches(self.robot, T, last.q)
         there = self.at(found.followed, last)
@@ -177,7 +177,7 @@ class Display:
         return replace(there, reached=reached, branches=found)
 
     def ghosts(self, posture: Posture) -> Ghosts:
-        """The other branches at the tool's pose, or at the pose that was asked for."""
+        """Return the other branches for the requested pose, or for the current tool pose."""
         found = posture.branches or branches(self.robot, posture.tool, posture.q)
         z = self._configurations(found.q, posture.z)
         is_other = np.abs(found.q - posture.q).max(-1, initial=0.0) > SAME_SOLUTION
@@ -186,7 +186,7 @@ class Display:
         return self._placed(z[shown], colours, self.most_ghosts)
 
     def modes(self, posture: Posture) -> Ghosts:
-        """The other assembly modes at the same actuators."""
+        """Return the other assembly modes for the same actuated coordinates."""
         found = others(
             assembly_modes(self.skeleton, posture.q, posture.z), posture.z, self.skeleton
         )
@@ -195,7 +195,7 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Configurations (g, n_z) with their colours in a number of places."""
+        """Put configurations (g, n_z) with their colors into a number of slots."""
         found, places, poses = (
             self.no_ghosts(count),
             slice(0, len(z)),
@@ -207,7 +207,7 @@ class Display:
         return found
 
     def no_ghosts(self, count: int) -> Ghosts:
-        """A number of places without ghosts."""
+        """Return a number of empty slots."""
         bodies = len(self.skeleton.bodies)
         wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
@@ -215,7 +215,7 @@ class Display:
         return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
     def limits(self, posture: Posture) -> Mapping[str, Nearness]:
-        """The nearness of each actuated coordinate to its limits, by the joint that it moves."""
+        """Return the limit state of each actuated coordinate, keyed by the joint that it moves."""
         lower, upper = self.robot.lower, self.robot.upper
         beyond = (posture.q < lower - AT_LIMIT) | (posture.q > upper + AT_LIMIT)
         gap = np.minimum(posture.q - lower, upper - posture.q)
@@ -227,11 +227,11 @@ class Display:
         }
 
     def workspace(self, units: Sequence[SliderUnit], count: int) -> FloatArray:
-        """(m, 3) positions of the tool [m] at coordinates spread evenly over the sliders.
+        """Return tool positions (m, 3) [m] for coordinates evenly distributed over the sliders.
 
         Args:
             units: The sliders.
-            count: The number of postures; those in which loops do not close have no position.
+            count: Number of configurations; configurations with open loops are omitted.
         """
         lower = np.array([unit.lower for unit in units])
         upper = np.array([unit.upper for unit in units])
@@ -240,7 +240,7 @@ class Display:
         return np.asarray(positions[np.isfinite(positions).all(-1)])
 
     def ball(self, posture: Posture) -> tuple[FloatArray, float]:
-        """The centre (3,) and radius [m] of a ball around the robot at a posture."""
+        """Return center (3,) and radius [m] of a sphere around the robot at a configuration."""
         points = [
             solid.triangles.vertices @ posture.bodies[solid.body, :3, :3].T
             + posture.bodies[solid.body, :3, 3]
@@ -261,7 +261,7 @@ class Display:
         return Posture(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
     def _followed(self, q: FloatArray, last: Posture) -> Posture:
-        """The posture at the end of a straight way, in strides that do not lose the branch."""
+        """Return the configuration at the end of a straight path, in steps that keep the branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
         way = last.q + parts * (q - last.q)
@@ -273,7 +273,7 @@ class Display:
         return self._posture(way[k], found.z[k], closes=reached == len(way))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
-        """(k, n_z) configurations at coordinates (k, n); NaN where the loops do not close."""
+        """Return configurations (k, n_z) at coordinates (k, n); NaN if the loops do not close."""
         if not self.robot.configuration_variables:
             return q
         if self.robot.loop_solution == "newton":
@@ -282,7 +282,7 @@ class Display:
 
 
 def _moved(robot: Robot, bodies: Skeleton) -> dict[str, int]:
-    """The coordinate that moves each joint or cylinder, by the name of its symbol."""
+    """Return the coordinate that moves each joint or cylinder, keyed by the name of its symbol."""
     found = {}
     for body in bodies.bodies:
         k = bodies.actuator(body.joint)
@@ -301,10 +301,10 @@ def _nearness_of(found: Branches, k: int) -> Nearness:
 
 
 def quaternions(T: FloatArray) -> FloatArray:
-    """Unit quaternions (..., 4) of poses (..., 4, 4), w first.
+    """Return unit quaternions (..., 4) of poses (..., 4, 4), w first.
 
-    Each comes from the largest of its four entries, so that none is lost to rounding (Shepperd,
-    Quaternion from rotation matrix, 1978).
+    The largest of the four entries is computed first, for accuracy (Shepperd, Quaternion from
+    rotation matrix, 1978).
     """
     R = T[..., :3, :3]
     xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]

@@ -1,4 +1,4 @@
-"""The live view: a robot in the browser, with sliders and a tool that can be dragged."""
+"""The live view: a robot in the browser, with sliders and a draggable tool."""
 
 from __future__ import annotations
 
@@ -29,32 +29,32 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _STEP = 0.1
-"""Step of a slider in the unit that people read: a tenth of a degree or of a millimetre."""
+"""Step of a slider in displayed units: 0.1 degree or 0.1 mm."""
 _RATE = 1 / 30
-"""Seconds between the frames of a motion that is played."""
+"""Time between frames of a played trajectory [s]."""
 _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
-"""Size of the tool's handle, in parts of the robot's size."""
+"""Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Points of the workspace: enough to see its form, few enough to turn it without jerks."""
+"""Number of workspace points: enough to show the shape, few enough for smooth rotation."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
-_AWAY = "The tool cannot be there: the posture of the least error nearby is shown."
-_OPEN = "A loop does not close there."
+_AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
+_OPEN = "A loop does not close at these coordinates."
 
 
 class LiveView:
-    """A robot in a web page of this machine, until it is closed.
+    """A robot in a local web page, until it is closed.
 
-    The page has a slider for each coordinate, in degrees or millimetres; a frame at the tool that
-    can be dragged; the branches of the inverse as ghosts; the workspace as points; and, with a
-    trajectory, its time.
+    The page has a slider for each coordinate, in degrees or millimeters; a draggable frame at the
+    tool; the branches of the inverse as ghosts; the workspace as points; and a time slider for a
+    trajectory.
 
     Attributes:
         address: The address of the page, http://localhost:... .
-        posture: The posture that is shown.
-        handle_size: The length of the arrows at the tool [m].
-        is_dragged: Whether somebody holds the tool.
+        posture: The displayed configuration.
+        handle_size: Length of the arrows at the tool [m].
+        is_dragged: Whether a user is dragging the tool.
     """
 
     address: str
@@ -70,17 +70,17 @@ class LiveView:
         urdf: str | os.PathLike[str] | None = None,
         trajectory: Trajectory | None = None,
     ) -> None:
-        """Starts the server; it listens to this machine alone.
+        """Start the server, which accepts local connections only.
 
         Args:
             robot: The robot.
-            port: The port to listen at; a free one if None.
-            urdf: The URDF of the robot, for its meshes.
-            trajectory: A motion to be played.
+            port: The port to listen on; None: any free port.
+            urdf: The URDF file of the robot, for its meshes.
+            trajectory: A trajectory to play.
 
         Raises:
             InputValueError: viser is not installed, or the port is not free.
-            ManifestError: The robot was derived by a version without skeletons.
+            ManifestError: The robot was derived by an earlier version, without bodies.
         """
         viser = _viser()
         self._display = Display(robot)
@@ -103,17 +103,17 @@ class LiveView:
         self._show()
 
     def close(self) -> None:
-        """Stops the server."""
+        """Stop the server."""
         self._server.stop()
 
     def wait(self) -> NoReturn:
-        """Play the trajectory, if there is one, until the process is interrupted."""
+        """Play the trajectory, if any, until the process is interrupted."""
         while True:
             time.sleep(_RATE)
             self.step()
 
     def step(self) -> None:
-        """Show the trajectory at the present time, again from its start when it has ended."""
+        """Show the trajectory at the current time; the trajectory repeats."""
         if self._trajectory is None or not self._playing.value:
             return
         self._time.value = (time.monotonic() - self._begin) % self._duration
@@ -125,17 +125,17 @@ class LiveView:
             self._take(self._display.at(np.asarray(q, dtype=np.float64), self.posture))
 
     def set_target(self, T: ArrayLike) -> None:
-        """Let the robot follow a target pose (4, 4) of its tool in the base frame."""
+        """Move the robot to a target pose (4, 4) of its tool in the base frame."""
         with self._lock:
             self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.posture))
 
     # --- what the page shows ---
 
     def _look(self) -> None:
-        """Places the first camera so that the robot fills the page."""
+        """Set the initial camera so that the robot fills the page."""
         centre, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
-        # The panel covers the right side of the page: the robot stands left of the middle.
+        # The panel covers the right side of the page, so the robot is left of the center.
         target = centre + 0.5 * radius * np.array([0.8, 0.6, 0.0])
         camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
         camera.look_at = tuple(target)
@@ -173,7 +173,7 @@ class LiveView:
         ]
 
     def _add_ghosts(self) -> None:
-        """All ghosts of a body are one mesh in several places: a message a body and frame."""
+        """Add the ghosts of each body as one batched mesh, which needs one message per frame."""
         places = self._display.most_ghosts + self._display.most_modes
         self._ghosts = []
         for k, body in enumerate(self._display.skeleton.bodies):
@@ -237,8 +237,8 @@ class LiveView:
         value = min(max(q * unit.factor, low), high)
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
-        # No coroutine: viser would wake its loop for each value that the view sets itself, which
-        # has no client.
+        # Not a coroutine: viser would wake its event loop for each value that the view itself sets.
+        # Such values have no client.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.posture.q.copy()
@@ -291,12 +291,12 @@ class LiveView:
 
     @property
     def _duration(self) -> float:
-        """Seconds from the first to the last sample of the trajectory, at least one frame."""
+        """Duration of the trajectory [s], at least one frame."""
         t = np.zeros(1) if self._trajectory is None else self._trajectory.t
         return max(float(t[-1] - t[0]), _RATE)
 
     def _show_time(self, seconds: float) -> None:
-        """Shows the trajectory some seconds after its start."""
+        """Show the trajectory at a time after its start [s]."""
         if self._trajectory is not None:
             self.set_q(self._trajectory.q_at(self._trajectory.t[0] + seconds))
 
@@ -314,7 +314,7 @@ class LiveView:
             self._show_limits(posture)
             for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # A tool in somebody's hand stays there; let go, it returns to the robot.
+            # While the handle is dragged, it keeps its pose; after release, it returns to the tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]
@@ -343,7 +343,7 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Posture], Ghosts], int]]:
-        """For each kind: its switch, what finds its ghosts, and their greatest number."""
+        """Return checkbox, function and maximum number for each kind of ghosts."""
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
         modes = (self._modes_shown, display.modes, display.most_modes)
@@ -351,7 +351,7 @@ class LiveView:
 
 
 def _give(handle: Any, **values: Any) -> None:
-    """Sets what differs: viser checks each value, which takes longer than to compare it."""
+    """Set only changed values, since viser validates each value, which is slower than comparing."""
     for name, value in values.items():
         if not np.array_equal(getattr(handle, name), value):
             setattr(handle, name, value)
@@ -365,7 +365,7 @@ def _told(posture: Posture) -> str:
 
 
 def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
-    """The pose (4, 4) of a unit quaternion and a position."""
+    """Return the pose (4, 4) of a unit quaternion and a position."""
     w, v = wxyz[0], np.asarray(wxyz[1:], dtype=np.float64)
     T = np.eye(4)
     T[:3, :3] = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * np.cross(np.eye(3), v)
@@ -380,7 +380,7 @@ def _viser() -> Any:
 
 
 def _free_port(port: int | None) -> int:
-    """The port itself if it is free, or any free one."""
+    """Return the port if it is free; for None, any free port."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

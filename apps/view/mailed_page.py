@@ -1,4 +1,4 @@
-"""A page that shows a robot without a server or a network: its skeleton, sliders and three.js."""
+"""A self-contained HTML page that shows a robot: skeleton, sliders and three.js."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ _PARTS = {
 
 
 def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
-    """Write a page with the moving robot and its sliders, which needs no network.
+    """Write a self-contained HTML page with the moving robot and its sliders.
 
-    The page moves the bodies by the product of their joints' motions. It closes the loops by Gauss
-    and Newton's iteration from the posture before, so that it stays on a branch; where a loop does
-    not close, the robot stays at the last posture that does.
+    The page computes the body poses from the joint motions. It closes loops by Gauss-Newton
+    iteration from the previous configuration, so the branch does not change. If a loop does not
+    close, the robot keeps the last configuration with closed loops.
 
     Args:
         robot: The robot.
         path: The file to write.
 
     Raises:
-        ManifestError: The robot was derived by a version without skeletons.
+        ManifestError: The robot was derived by an earlier version, without bodies.
     """
     parts = {name: (_HERE / file).read_text(encoding="utf-8") for name, file in _PARTS.items()}
     data = script_json(page_data(robot))
@@ -60,13 +60,13 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
 
 
 def page_data(robot: Robot) -> dict[str, Any]:
-    """What the page's scripts read: the skeleton, its solids, the sliders and the start.
+    """Return the data for the scripts of the page: skeleton, solids, sliders and start.
 
     Args:
         robot: The robot.
 
     Returns:
-        Plain data: lengths in metres, angles in radians, poses as 16 numbers row by row.
+        Plain data: lengths in meters, angles in radians, poses as 16 numbers in row order.
     """
     display = Display(robot)
     skeleton, start = display.skeleton, display.start
@@ -86,7 +86,7 @@ def page_data(robot: Robot) -> dict[str, Any]:
 
 
 def _scales(robot: Robot, skeleton: Skeleton) -> list[float]:
-    """What counts as one unit of each entry of z: a radian, or the robot's size."""
+    """Return the scale of each entry of z: one radian, or the robot size."""
     variables = robot.configuration_variables or robot.coordinates
     return [1.0 if variable.unit == "rad" else skeleton.size for variable in variables]
 
@@ -130,7 +130,7 @@ _SPAN = ("bodies", "ends", "across", "from_end")
 
 
 def _struts(skeleton: Skeleton, start: Posture) -> list[dict[str, Any]]:
-    """The struts once each, with their lengths where their coordinates are 0."""
+    """Return each strut once, with its length at coordinate 0."""
     names = [variable.name for variable in skeleton.robot.configuration_variables]
     spans = {body.span.name: body.span for body in skeleton.bodies if body.span}
     found = []

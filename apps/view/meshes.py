@@ -1,4 +1,4 @@
-"""The meshes of a URDF on the bodies of a robot's skeleton."""
+"""URDF meshes for the bodies of a robot's skeleton."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class BodyMesh:
-    """A mesh on a body.
+    """The mesh of a body.
 
     Attributes:
         body: Index of the body in the skeleton.
@@ -31,17 +31,17 @@ class BodyMesh:
 
 
 def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
-    """The visual meshes and primitive shapes of a URDF.
+    """Return the visual meshes and primitive shapes of a URDF file.
 
-    A link goes with the body of its name. One that the skeleton does not have, as a gripper's, goes
-    with the body that carries it, at joint values of zero.
+    A link belongs to the body with its name. A link without such a body, such as a gripper link,
+    is attached to its nearest ancestor with a body, at zero joint positions.
 
     Args:
-        file: The URDF; mesh files are found beside it, or in the ROS packages around it.
-        skeleton: The skeleton of the robot that was derived from it.
+        file: The URDF file. Mesh files are searched relative to it and in surrounding ROS packages.
+        skeleton: The skeleton of the robot derived from this file.
 
     Returns:
-        A mesh for each link with a shape whose files are there; () for files other than .urdf.
+        A mesh for each link with an available shape; () for files other than .urdf.
 
     Raises:
         NotInstalledError: yourdfpy is not installed.
@@ -64,7 +64,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
         k = index[link] if link is not None else 0
         T_0_mesh = np.linalg.solve(base, T)
         surface = urdf.scene.geometry[geometry]
-        # A primitive shape of trimesh would turn without its corners.
+        # A transform of a trimesh primitive does not change its vertices, so convert it first.
         own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
         own.apply_transform(np.linalg.solve(poses[k], T_0_mesh))
         found.append(BodyMesh(k, own))
@@ -72,7 +72,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
 
 
 def _base(skeleton: Skeleton, urdf: Any) -> str:
-    """The link of the file that is the robot's base."""
+    """Return the name of the link that is the base of the robot."""
     name = skeleton.bodies[0].name
     return name if name in urdf.link_map else str(urdf.base_link)
 
@@ -83,4 +83,4 @@ def _read(file: Path) -> Any:
     try:
         return yourdfpy.URDF.load(str(file), load_meshes=True, build_scene_graph=True)
     except (OSError, ValueError, KeyError) as error:
-        raise InputValueError(f"{file}: its meshes cannot be read ({error})") from error
+        raise InputValueError(f"{file}: cannot read the meshes ({error})") from error

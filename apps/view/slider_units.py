@@ -1,4 +1,4 @@
-"""Coordinates in the units that people read: degrees and millimetres."""
+"""Sliders with coordinates in degrees and millimeters."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from ..drawing import skeleton
 FloatArray = NDArray[np.float64]
 
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
-"""The unit that people read for each unit of the interfaces, and its number in that unit."""
+"""Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""What a slider without limits covers to both sides of its start [rad, parts of the robot's
-size]."""
+"""Range of a slider without limits to both sides of its start [rad, relative to the robot size]."""
 
 
 @dataclass(frozen=True)
 class SliderUnit:
-    """A coordinate on a slider.
+    """A slider of a coordinate.
 
     Attributes:
-        name: The coordinate.
-        unit: The unit that people read, "°" or "mm".
-        factor: The number of these units in one of the interface (rad or m).
-        lower: The slider's lower end [rad or m].
-        upper: Its upper end [rad or m].
-        limited: Whether the ends are limits of the robot on both sides.
+        name: Name of the coordinate.
+        unit: Displayed unit, "°" or "mm".
+        factor: Displayed units per rad or m.
+        lower: Lower end of the slider [rad or m].
+        upper: Upper end of the slider [rad or m].
+        limited: Whether both ends are limits of the robot.
     """
 
     name: str
@@ -43,17 +42,17 @@ class SliderUnit:
 
     @property
     def label(self) -> str:
-        """Its name with the unit."""
+        """The name with the displayed unit."""
         return f"{self.name} [{self.unit}]"
 
 
 def slider_units(robot: Robot, start: FloatArray) -> tuple[SliderUnit, ...]:
-    """The sliders of a robot's coordinates, in the order of q.
+    """Return the sliders of a robot's coordinates, in the order of q.
 
     Args:
         robot: The robot.
-        start: (n,) coordinates at which the view starts [rad or m]. Where a limit is absent, the
-            slider covers half a turn, or half the robot's size, from there.
+        start: (n,) initial coordinates [rad or m]. Without a limit, the slider extends from there
+            by half a turn, or half the robot size.
     """
     found, length = [], skeleton(robot).size
     for k, coordinate in enumerate(robot.coordinates):

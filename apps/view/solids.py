@@ -1,6 +1,6 @@
-"""The solids by which a view shows a skeleton: its lines and symbols with thickness and colour.
+"""Solids for the lines and symbols of a skeleton, with thickness and color.
 
-Colours are those of Okabe and Ito (2008), which differ for all kinds of sight.
+The colors (Okabe and Ito, 2008) can be distinguished by color-blind readers.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ _STRUT: Colour = (230, 159, 0)
 _ROD: Colour = (222, 226, 230)
 
 _THIN = 0.009
-"""Radius of a link, in parts of the robot's size; the other sizes follow from it."""
+"""Radius of a link relative to the robot size; other sizes are proportional to it."""
 _SHORTEST = 1e-9
-"""Parts of the robot's size below which a line has no length."""
+"""Minimum length of a line relative to its radius."""
 _FRAME = 9.0
-"""Length of the arrows of the tool's frame, in radii of a link."""
+"""Length of the tool frame arrows, in link radii."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class Solid:
 
     Attributes:
         body: Index of the body in the skeleton.
-        joint: The joint or strut whose symbol it is, "" of links and plates.
-        colour: Its colour, red, green and blue from 0 to 255.
-        triangles: Its surface in the body's frame.
+        joint: Name of the joint or strut for a symbol; "" for links and plates.
+        colour: Red, green and blue from 0 to 255.
+        triangles: The surface in the body's frame.
     """
 
     body: int
@@ -55,11 +55,11 @@ class Solid:
 
 
 def solids(skeleton: Any, actuated: frozenset[str]) -> tuple[Solid, ...]:
-    """The solids of a skeleton, those of equal colour on a body as one.
+    """Return the solids of a skeleton; solids of equal color on a body are merged.
 
     Args:
         skeleton: The `Skeleton` of a robot.
-        actuated: The joints and struts that actuators move.
+        actuated: Names of the actuated joints and struts.
     """
     radius = _THIN * skeleton.size
     found = []
@@ -88,14 +88,14 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
     for triangles in _surfaces(shape.kind, points, axis, radius):
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
-        # The end that is held: a barrel's first, a piston's last, both of a rod.
+        # The mounted ends: the first of a barrel, the last of a piston, both of a rod.
         held = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
         for end in held:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
 
 
 _SYMBOLS = frozenset({"revolute", "helical", "carriage", "ram", "piston"})
-"""The shapes that show which joint an actuator moves."""
+"""Shapes that are symbols of actuated joints."""
 _COLOURS = {
     "link": _LINK,
     "plate": _LINK,
@@ -127,7 +127,7 @@ def _surfaces(
 
 
 _WIDTH = {"link": 1.0, "guide": 0.7, "barrel": 1.7, "piston": 0.9, "rod": 0.8, "ram": 1.5}
-"""Radius of each line in radii of a link."""
+"""Radius of each kind of line, in link radii."""
 
 
 def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
@@ -138,7 +138,7 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
-    """The plate of points in a plane; lines from their centre to points that are in none."""
+    """Yield a plate for coplanar points, or else lines from their center to the points."""
     centre = points.mean(0)
     _, spread, axes = np.linalg.svd(points - centre)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - three directions
@@ -149,7 +149,7 @@ def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _around(points: FloatArray, centre: FloatArray, axes: FloatArray) -> FloatArray:
-    """The corners of the hull of points in a plane, in order around."""
+    """Return the corners of the convex hull of coplanar points, in order."""
     flat = (points - centre) @ axes[:2].T
     hull: list[int] = []
     order = np.lexsort(flat.T[::-1])
@@ -164,13 +164,13 @@ def _around(points: FloatArray, centre: FloatArray, axes: FloatArray) -> FloatAr
 
 
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the area of a triangle in a plane, positive where it goes counterclockwise."""
+    """Return twice the signed area of a planar triangle, positive if counterclockwise."""
     u, v = b - a, c - a
     return float(u[0] * v[1] - u[1] * v[0])
 
 
 def _frame(body: int, T: FloatArray, radius: float) -> list[Solid]:
-    """The axes of the tool's frame: x vermilion, y green, z blue, and a grey cube at its origin."""
+    """Return the tool frame: x vermilion, y green, z blue, and a gray cube at the origin."""
     origin, found = T[:3, 3], []
     for k, colour in enumerate((VERMILION, GREEN, BLUE)):
         end = origin + _FRAME * radius * T[:3, k]

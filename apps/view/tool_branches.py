@@ -1,4 +1,4 @@
-"""The postures with which a robot holds its tool at a pose, for a tool that is dragged."""
+"""The inverse solutions for a dragged tool, and the solution that the robot follows."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _LEAST_ERROR_BUDGET = 60
-"""Evaluations of forward kinematics for a pose out of reach: a drag moves little from frame to
-frame, and further starts would leave the branch."""
+"""Maximum number of forward kinematics evaluations for a pose out of reach. Few suffice, since a
+drag moves little per frame; additional starts would leave the branch."""
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """All postures with the tool at a pose, and the one that follows the last posture.
+    """All inverse solutions for a tool pose, and the solution to follow.
 
     Attributes:
-        q: (k, n) coordinates of the branches [rad or m], at the turns nearest to the last posture,
-            or within the limits where those are not.
+        q: (k, n) coordinates of the branches [rad or m], at the full turns nearest to the previous
+            configuration, or at turns within the limits if the nearest ones are not.
         inside: (k,) whether a branch is within the limits.
-        margin: (k,) margin of each branch: 0 at the border of reach.
-        followed: (n,) coordinates that follow the last posture: those of the nearest branch within
-            the limits; without one, those of the least error of the tool nearby.
-        reached: Whether the tool is at the pose with these.
+        margin: (k,) margin of each branch; 0 at the workspace border.
+        followed: (n,) coordinates of the nearest branch within the limits; without one, coordinates
+            nearby with the smallest tool error.
+        reached: Whether `followed` reaches the pose.
     """
 
     q: FloatArray
@@ -41,15 +41,15 @@ class Branches:
 
 
 def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
-    """The branches of the inverse at a pose, for robots of all kinds.
+    """Return the branches of the inverse for a pose, for all kinds of robots.
 
-    Where the pose leaves joints free, they keep their values of the last posture. Robots without a
-    closed form of the inverse have the branch alone that iteration finds.
+    Redundancy parameters keep their values. Robots without a closed-form inverse have only the
+    branch found by iteration.
 
     Args:
         robot: The robot.
-        T: (4, 4) pose of the tool `T_0_ee`.
-        last: (n,) coordinates of the last posture [rad or m].
+        T: (4, 4) tool pose `T_0_ee`.
+        last: (n,) previous coordinates [rad or m].
     """
     q, inside, margin = _all(robot, T, last)
     units = np.array([robot.unit_length if c.unit == "m" else 1.0 for c in robot.coordinates])
@@ -63,7 +63,7 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
 
 
 def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Coordinates of all branches, whether they are within the limits, and their margins."""
+    """Return coordinates, limit test and margin of all branches."""
     if hasattr(robot, "ik"):
         return _in_closed_form(robot, T, last)
     if hasattr(robot, "ik_planar"):
@@ -87,7 +87,7 @@ def _in_closed_form(
 
 
 def _unwound(robot: Robot, q: FloatArray, last: FloatArray) -> FloatArray:
-    """Angles at the turns nearest to the last posture."""
+    """Shift angles by full turns to the values nearest to the previous configuration."""
     turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     whole = 2 * np.pi * np.round((q - last) / (2 * np.pi))
     return np.where(turns, q - whole, q)

@@ -1,4 +1,4 @@
-"""Plain solids as triangles: tubes, cylinders, boxes, balls and plates."""
+"""Simple solids as triangle meshes: cylinders, boxes, spheres and plates."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _AROUND = 20
-"""Corners of a circle: round at the size of a screen, a few kilobytes a robot."""
+"""Number of corners of a circle: looks round on a screen, with a few kilobytes per robot."""
 _BANDS = 8
-"""Bands of a ball from pole to pole."""
+"""Number of bands of a sphere from pole to pole."""
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A surface of triangles.
+    """A triangle mesh.
 
     Attributes:
-        vertices: (v, 3) corners [m].
-        faces: (f, 3) the corners of each triangle, by index, counterclockwise from outside.
+        vertices: (v, 3) vertices [m].
+        faces: (f, 3) vertex indices of each triangle, counterclockwise as seen from outside.
     """
 
     vertices: FloatArray
@@ -30,7 +30,7 @@ class Triangles:
 
 
 def joined(parts: Sequence[Triangles]) -> Triangles:
-    """Several surfaces as one."""
+    """Merge several meshes into one."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
     return Triangles(
@@ -40,17 +40,17 @@ def joined(parts: Sequence[Triangles]) -> Triangles:
 
 
 def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
-    """A closed cylinder from one point to another; a thin disc's corners where they coincide.
+    """Return a closed cylinder between two points.
 
     Args:
-        a: (3,) the centre of one end [m].
-        b: (3,) the centre of the other end [m].
-        radius: Its radius [m].
+        a: (3,) center of one end [m].
+        b: (3,) center of the other end [m].
+        radius: Radius [m].
     """
     x, y = _across(b - a)
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
     ring = radius * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
-    # The ends have corners of their own: shading would round the edges otherwise.
+    # The end faces have separate vertices; otherwise, shading would make the edges look round.
     vertices = np.vstack([ring + a, ring + b, ring + a, ring + b, [a, b]])
     here, there = np.arange(_AROUND), np.roll(np.arange(_AROUND), -1)
     n, centre = _AROUND, np.full(_AROUND, 4 * _AROUND)
@@ -64,7 +64,7 @@ def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
 
 
 def ball(centre: FloatArray, radius: float) -> Triangles:
-    """A ball."""
+    """Return a sphere."""
     polar = np.linspace(0, np.pi, _BANDS + 1)[:, None]
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
     z = np.broadcast_to(np.cos(polar), (_BANDS + 1, _AROUND))
@@ -77,19 +77,19 @@ def ball(centre: FloatArray, radius: float) -> Triangles:
 
 
 def box(centre: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
-    """A box.
+    """Return a box.
 
     Args:
-        centre: (3,) its centre [m].
-        axes: (3, 3) the directions of its edges, a column each, a right-handed frame.
-        size: (3,) the lengths of its edges [m].
+        centre: (3,) center [m].
+        axes: (3, 3) directions of the edges as columns, a right-handed frame.
+        size: (3,) edge lengths [m].
     """
     vertices: list[FloatArray] = []
     faces: list[list[int]] = []
     for k in range(3):
         u, v = np.roll(np.eye(3), -k, 0)[1:]
         for side in (1.0, -1.0):
-            # Four corners of their own for each side keep its shade flat.
+            # Four separate vertices per side give flat shading.
             corners = [side * np.eye(3)[k] + a * u + b * v for a, b in _SQUARE[:: int(side)]]
             faces += [[len(vertices) + i for i in face] for face in ((0, 1, 2), (0, 2, 3))]
             vertices += corners
@@ -98,18 +98,18 @@ def box(centre: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
 
 
 def box_on(centre: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
-    """A box whose third edges lie along an axis; the other two are free to turn about it."""
+    """Return a box whose third edge is along an axis; its rotation about the axis is arbitrary."""
     z = axis / np.linalg.norm(axis)
     x, y = _across(z)
     return box(centre, np.column_stack([x, y, z]), size)
 
 
 def plate(corners: FloatArray, thickness: float) -> Triangles:
-    """A plane convex plate of some thickness.
+    """Return a convex plate.
 
     Args:
-        corners: (k, 3) its corners in order around [m], at least three.
-        thickness: Its thickness [m].
+        corners: (k, 3) three or more corners in order [m].
+        thickness: Thickness of the plate [m].
     """
     centre = corners.mean(0)
     normal = np.cross(corners - centre, np.roll(corners, -1, 0) - centre).sum(0)
@@ -132,7 +132,7 @@ _SQUARE = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
 def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two directions at right angles to an axis and to each other, right-handed with it."""
+    """Return two directions that form a right-handed frame with an axis."""
     length = float(np.linalg.norm(axis))
     z = axis / length if length > 0 else np.array([0.0, 0.0, 1.0])
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)

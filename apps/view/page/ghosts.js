@@ -1,12 +1,12 @@
-// Other postures with the tool at the same pose, drawn pale: they follow while the robot moves, and
-// are sought anew when it rests.
+// Ghosts: other configurations with the same tool pose, in pale colors. They follow while the robot
+// moves, and are searched again when the robot is at rest.
 "use strict";
 
 const MOST_GHOSTS = 16;
-const MOST_WITH_LOOPS = 8; // all follow within 2 ms a frame
-const SEEN = 1e-7; // error of a ghost's tool, in parts of the robot's size and in radians: no pixel
-const REST = 250; // milliseconds of rest before a search
-const SLICE = 6; // milliseconds of a search at once, so that the page stays in hand
+const MOST_WITH_LOOPS = 8; // maximum number of ghosts with loops; all take 2 ms per frame
+const SEEN = 1e-7; // maximum tool error of a ghost [relative to the robot size, and rad], not visible
+const REST = 250; // time at rest before a search [ms]
+const SLICE = 6; // duration of a slice of the search [ms], so that the page stays responsive
 const NEARNESS_COLOURS = { free: 0x0072b2, near: 0xf0e442, beyond: 0xd55e00 };
 
 class Ghosts {
@@ -19,7 +19,7 @@ class Ghosts {
     this.isSeeking = false;
   }
 
-  // Follows the tool from the configuration z on; those that cannot go there wait unseen.
+  // Moves the ghosts with the tool to configuration z; ghosts that cannot follow are hidden.
   follow(z) {
     const { kinematics } = this.inverse, goal = kinematics.toolPose(kinematics.frames(z));
     if (this.isShown) {
@@ -34,7 +34,7 @@ class Ghosts {
     this.timer = setTimeout(() => this.seek(this.inverse.others(z.slice()), []), REST);
   }
 
-  // A slice of a search, and the next one later.
+  // Runs a slice of a search and schedules the next slice.
   seek(starts, found) {
     const end = performance.now() + SLICE;
     while (performance.now() < end) {
@@ -73,9 +73,9 @@ class Ghosts {
     this.drawn();
   }
 
-  // A pale robot without its ground.
+  // A pale robot without the ground.
   place() {
-    // Behind a body at the same place, and ghosts at the same place but once.
+    // Drawn behind bodies at the same position, and only once per position.
     const behind = { polygonOffset: true, polygonOffsetFactor: 4, polygonOffsetUnits: 4 };
     const once = { depthFunc: THREE.LessDepth };
     const pale = { transparent: true, opacity: 0.25 };

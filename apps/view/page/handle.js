@@ -1,14 +1,14 @@
-// The handle at the tool: arrows along its axes, squares in its planes, rings about its axes, each to
-// be dragged.
+// The draggable handle at the tool: arrows along its axes, squares in its planes, rings about its
+// axes.
 "use strict";
 
-const HANDLE = 0.2; // length of an arrow, in parts of the robot's size
+const HANDLE = 0.2; // length of an arrow relative to the robot size
 const AXIS_COLOURS = [0xd55e00, 0x009e73, 0x0072b2];
-const GRIP = 0.05; // radius of what the pointer takes, in arrow lengths
-const EDGE_ON = 0.08; // cosine between ray and plane below which a plane is seen from its edge
+const GRIP = 0.05; // radius of the invisible grips, in arrow lengths
+const EDGE_ON = 0.08; // cosine between ray and plane normal below which a plane is viewed edge-on
 
 class Handle {
-  // `told` has grabbed(), dragged(pose, first) and released().
+  // `told` is a listener with methods grabbed(), dragged(pose, first) and released().
   constructor(size, camera, canvas, told) {
     Object.assign(this, { length: HANDLE * size, camera, canvas, told, drag: null });
     this.group = new THREE.Group();
@@ -22,7 +22,7 @@ class Handle {
     }
   }
 
-  // Puts the handle at a pose, 16 numbers row by row.
+  // Moves the handle to a pose, 16 numbers in row order.
   place(pose) {
     this.pose = pose;
     this.group.matrix.set(...pose);
@@ -54,8 +54,8 @@ class Handle {
     return this.part(k, "ring", [geometry], grip, null);
   }
 
-  // A part of the handle with an invisible, thicker grip; geometries of arrows lie along y, those of
-  // squares and rings about z.
+  // A part of the handle with an invisible, thicker grip. Arrow geometries are along y, square and
+  // ring geometries are normal to z.
   part(k, kind, geometries, grip, quarter) {
     const turn = new THREE.Matrix4();
     if (kind === "arrow") {
@@ -85,7 +85,7 @@ class Handle {
     return this.ray.ray;
   }
 
-  // What the pointer is on; an arrow before a square before a ring.
+  // The part under the pointer; arrows take precedence over squares, squares over rings.
   gripAt(event) {
     this.aim(event);
     const order = ["arrow", "square", "ring"];
@@ -123,8 +123,8 @@ class Handle {
     this.told.released();
   }
 
-  // Where a ray meets what a grip moves on: a point of the line or of the plane, in the tool's axes,
-  // or the angle about the axis; null where the ray misses it.
+  // The intersection of a ray with the line or plane of a grip: a point in tool axes, or the angle
+  // about the axis; null without an intersection.
   along({ k, kind }, pose, ray) {
     const local = ray.clone().applyMatrix4(new THREE.Matrix4().set(...pose).invert());
     const o = local.origin.toArray(), d = local.direction.toArray();
@@ -145,14 +145,14 @@ class Handle {
   }
 }
 
-// A pose after a shift along its own axes.
+// A pose after a translation along its own axes.
 function shiftedPose(T, shift) {
   const found = T.slice(), at = moved(T, shift);
   [3, 7, 11].forEach((i, k) => (found[i] = at[k]));
   return found;
 }
 
-// A pose after a turn about one of its own axes.
+// A pose after a rotation about one of its own axes.
 function turnedPose(T, k, angle) {
   const axis = [0, 0, 0];
   axis[k] = 1;

@@ -1,20 +1,20 @@
-// The inverse on the page: the posture that follows the tool to a pose, by damped least squares from
-// the posture before, and other postures with the same pose, from many starts.
+// Inverse kinematics on the page: damped least squares from the previous configuration, and a
+// search from many starts for other configurations with the same tool pose.
 "use strict";
 
-const REACHED = 1e-11; // error of the tool, in parts of the robot's size and in radians
-const MOST_DRAGS = 25; // iterations; a drag of a hand's pace takes three
-const SECOND = 0.02; // weight of what is not dragged, beside what is, where both cannot be had
-const DAMPING = 1e-3; // of the normal equations, in parts of the squared error
-const LEAST_DAMPING = 1e-14; // of them at a pose that is reached
-const FARTHEST = 0.3; // largest move of a coordinate in an iteration [rad, parts of the size]
-const WORSE = 12; // how often the damping grows before the error is the least
-const LEAST_GAIN = 1e-3; // part by which an iteration lessens the error, below which it is the least
-const STARTS = 120; // of a search for other postures
-const SAME = 1e-6; // distance of bodies, in parts of the size, within which postures are the same
-const NOT_ISOLATED = 1e-6; // ratio of pivots below which the tool's pose leaves the robot mobile
+const REACHED = 1e-11; // maximum tool error [relative to the robot size, and rad]
+const MOST_DRAGS = 25; // maximum number of iterations; a typical drag needs three
+const SECOND = 0.02; // weight of the part of the pose that is not dragged, for poses out of reach
+const DAMPING = 1e-3; // damping of the normal equations relative to the squared error
+const LEAST_DAMPING = 1e-14; // minimum damping, at a reached pose
+const FARTHEST = 0.3; // maximum step of a coordinate [rad, or relative to the robot size]
+const WORSE = 12; // maximum number of increases of the damping in an iteration
+const LEAST_GAIN = 1e-3; // relative decrease of the error below which the iteration stops
+const STARTS = 120; // number of starts of a search for other configurations
+const SAME = 1e-6; // distance of bodies, relative to the robot size, of equal configurations
+const NOT_ISOLATED = 1e-6; // ratio of pivots below which a configuration has a self-motion
 
-// The rows of the tool's error at a goal: position in parts of the size, turn in radians.
+// The rows of the tool error at a goal: position relative to the robot size, rotation in radians.
 function toolRows(kinematics, T, goal, weights) {
   const { size, tool } = kinematics.robot, at = kinematics.toolPose(T);
   const rows = kinematics.rowsAt(T), here = column(at, 3);
@@ -34,7 +34,7 @@ function toolRows(kinematics, T, goal, weights) {
   return rows;
 }
 
-// The turn from one pose to another, as an axis of the base times an angle.
+// The rotation vector from one pose to another, in base axes.
 function rotationBetween(from, to) {
   const R = [0, 1, 2].map((i) => [0, 1, 2].map((j) =>
     [0, 1, 2].reduce((sum, k) => sum + to[4 * i + k] * from[4 * j + k], 0)));
@@ -60,11 +60,11 @@ class Inverse {
     this.upper = ends.map((pair) => Math.max(...pair));
   }
 
-  // The configuration that follows the tool from z to a goal, with its errors there.
+  // The configuration that follows the tool from z to a goal, with its errors at the goal.
   //
-  // The part of the pose that is dragged ("position" or "turn") comes first where both cannot be
-  // had. Loops stay closed all the way, and coordinates within their limits if they are to. The
-  // iteration ends at an error of `reached`.
+  // If the pose is out of reach, the dragged part ("position" or "turn") takes precedence. Loops stay
+  // closed, and with `within` coordinates stay within their limits. The iteration stops at an error
+  // of `reached`.
   follow(z, goal, first = "position", within = true, reached = REACHED) {
     const weights = { position: SECOND, turn: SECOND, [first]: 1 };
     let here = this.stateAt(z, goal, weights), damping = DAMPING;
@@ -85,7 +85,7 @@ class Inverse {
     return { z, T, rows, error: Math.hypot(...rows.values) };
   }
 
-  // A state with a smaller error, and the damping that led there; null where there is none.
+  // A state with a smaller error, and its damping; null if there is none.
   better(here, goal, weights, damping, within) {
     const J = this.jacobian(here);
     for (let k = 0; k < WORSE; k++) {
@@ -100,7 +100,7 @@ class Inverse {
     return null;
   }
 
-  // Rows of the tool's rate for each driven coordinate in its scale, the loops closed.
+  // Rows of the tool Jacobian with respect to the scaled driven coordinates, with closed loops.
   jacobian(here) {
     const { driven, free, robot } = this.kinematics;
     here.follow = this.kinematics.following(here.z, here.T);
@@ -110,8 +110,8 @@ class Inverse {
     }));
   }
 
-  // The damped move of the driven coordinates, in their scales. Where one would pass its limit, it
-  // goes there, and the others make up for it.
+  // The damped step of the scaled driven coordinates. A coordinate that would exceed its limit moves
+  // to the limit, and the others compensate.
   moveOf(J, here, damping, within) {
     const n = this.scales.length, move = new Array(n).fill(0), fixed = new Set();
     for (let round = 0; round <= n; round++) {
@@ -133,7 +133,7 @@ class Inverse {
     return most > FARTHEST ? move.map((m) => (m * FARTHEST) / most) : move;
   }
 
-  // A move that does not pass a limit; who is beyond one may come back.
+  // The step, clipped at a limit; a coordinate beyond a limit may move back.
   clipped(i, here, move) {
     const now = here.z[this.kinematics.driven[i]];
     const low = Math.min(this.lower[i], now), high = Math.max(this.upper[i], now);
@@ -142,7 +142,7 @@ class Inverse {
     return ((then < low ? low : high) - now) / this.scales[i];
   }
 
-  // The configuration after a move, its loops closed; null where they do not close nearby.
+  // The configuration with closed loops after a step; null if loops do not close nearby.
   after(here, move) {
     const { driven, free, robot } = this.kinematics, z = here.z.slice();
     driven.forEach((k, i) => (z[k] += move[i] * this.scales[i]));
@@ -154,7 +154,7 @@ class Inverse {
     return found && this.kinematics.isNear(found, z) ? found : null;
   }
 
-  // Whether the coordinates follow from the pose of the tool but for a choice of branches.
+  // Whether the tool pose determines the coordinates up to the choice of a branch.
   isIsolated(z) {
     const T = this.kinematics.frames(z), goal = this.kinematics.toolPose(T);
     const rows = toolRows(this.kinematics, T, goal, { position: 1, turn: 1 });
@@ -163,7 +163,7 @@ class Inverse {
     return smallestPivot(M) > NOT_ISOLATED ** 2;
   }
 
-  // Other postures with the tool where it is: a generator that yields after each start.
+  // Other configurations with the same tool pose: a generator that yields after each start.
   *others(z, seed = 1) {
     const goal = this.kinematics.toolPose(this.kinematics.frames(z)), found = [z];
     if (!this.isIsolated(z)) return;
@@ -176,8 +176,8 @@ class Inverse {
     }
   }
 
-  // A posture with the tool at the goal, from coordinates drawn at random; null if there is none
-  // that way. Where the tool is held, the joints that carry it stay, and the others close the loops.
+  // A configuration with the tool at the goal, from a random start; null if the iteration fails. If
+  // the tool is fixed, the joints that move the tool stay, and the others close the loops.
   fromAnywhere(z, goal, random, isHeld) {
     const { driven, free, robot, ways } = this.kinematics, start = z.slice();
     const carrying = ways[robot.tool.body].map((k) => robot.bodies[k].joint.coordinate);
@@ -188,7 +188,7 @@ class Inverse {
     return closed && this.reaching(closed, goal);
   }
 
-  // A value of a coordinate: on its slider if that is no turn, or around the present one.
+  // A random value of a coordinate: in the slider range, or around the current value.
   anywhere(k, now, part) {
     const { driven, robot } = this.kinematics, i = driven.indexOf(k);
     if (i >= 0 && !this.turns(i)) {
@@ -203,7 +203,7 @@ class Inverse {
     return Math.max(found.position, found.turn) < SAME / 100 ? this.unwound(found.z) : null;
   }
 
-  // Turns of driven joints within their limits, where a whole turn brings them there.
+  // Shifts driven joints by full turns into their limits, if possible.
   unwound(z) {
     const found = z.slice();
     this.kinematics.driven.forEach((k, i) => {
@@ -215,7 +215,7 @@ class Inverse {
     return found;
   }
 
-  // Whether the driven coordinates are the same but for whole turns, or all bodies in one place.
+  // Whether the driven coordinates are equal up to full turns, or all body poses are equal.
   areSame(one, other) {
     const { driven, robot } = this.kinematics;
     const apart = driven.map((k, i) => {
@@ -228,7 +228,7 @@ class Inverse {
       Math.abs(value - U[k][i]) < SAME * (i % 4 === 3 ? robot.size : 1)));
   }
 
-  // Whether a whole turn of a driven coordinate brings everything back.
+  // Whether a full turn of a driven coordinate restores all body poses.
   turns(i) {
     const { unit, ratio } = this.kinematics.robot.sliders[i];
     return unit === "°" && Math.abs(ratio) === 1;
@@ -245,7 +245,7 @@ class Inverse {
   }
 }
 
-// The smallest pivot of a symmetric matrix without negative eigenvalues, in parts of the largest.
+// The ratio of smallest to largest pivot of a positive semidefinite matrix.
 function smallestPivot(M) {
   const rows = M.map((row) => row.slice()), rest = new Set(M.keys()), pivots = [];
   while (rest.size) {
@@ -261,7 +261,7 @@ function smallestPivot(M) {
   return Math.min(...pivots) / Math.max(...pivots);
 }
 
-// Numbers between 0 and 1 that are the same on each run: the upper bits of a linear congruence
+// Reproducible random numbers between 0 and 1: the upper bits of a linear congruential generator
 // modulo 2^32 (Knuth, The Art of Computer Programming 2, 3.3.4, line 26).
 function randomNumbers(seed) {
   let state = seed >>> 0;

@@ -1,15 +1,15 @@
-// The motion of a skeleton: poses of all bodies from the configuration z, and z from the sliders.
-// Matrices are arrays of 16 numbers, row by row.
+// Kinematics of a skeleton: body poses from the configuration z, and z from the sliders.
+// Matrices are arrays of 16 numbers in row order.
 "use strict";
 
-const CLOSED = 1e-12; // residual of the closures, in parts of the robot's size, that counts as closed
-const MOST_STEPS = 20; // iterations; a good start takes four
-const STILL = 1e-12; // part of the largest pivot below which a direction moves nothing
-const STRIDE = 0.05; // largest move of a slider's coordinate at once [rad, parts of the robot's size]
-const NEAR = 3; // strides that a joint moves in one of a slider, beyond which it is another branch
-const SMALLEST_STRIDE = 1e-3; // part of a stride below which the loops are said not to close
+const CLOSED = 1e-12; // maximum residual of closed loops, relative to the robot size
+const MOST_STEPS = 20; // maximum number of iterations; a good start needs four
+const STILL = 1e-12; // relative pivot below which a direction is a null direction
+const STRIDE = 0.05; // maximum step of a slider coordinate [rad, or relative to the robot size]
+const NEAR = 3; // maximum joint motion per slider step, in steps; more is another branch
+const SMALLEST_STRIDE = 1e-3; // minimum step relative to STRIDE; below it, loops do not close
 
-// The product of two poses, written out: most of a frame's time goes here.
+// The product of two poses, unrolled, since it takes most of the time of a frame.
 function product(A, B) {
   const a = A[0], b = A[1], c = A[2], p = A[3], d = A[4], e = A[5];
   const f = A[6], q = A[7], g = A[8], h = A[9], i = A[10], r = A[11];
@@ -46,7 +46,7 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const column = (T, k) => [T[k], T[4 + k], T[8 + k]];
 
-// The motion of a joint by a value, in the frame of its body.
+// The pose of a joint at a value, in the frame of its body.
 function motion(joint, value) {
   const [x, y, z] = joint.axis;
   if (joint.kind === "prismatic") {
@@ -78,7 +78,7 @@ class Kinematics {
     this.ways = this.waysFromTheGround();
   }
 
-  // The bodies whose joints move each body.
+  // For each body, the bodies whose joints move it.
   waysFromTheGround() {
     const ways = [];
     this.robot.bodies.forEach(({ joint, parent }, k) => {
@@ -88,14 +88,14 @@ class Kinematics {
     return ways;
   }
 
-  // The poses of all bodies; parts of struts lie between the points that they join.
+  // The poses of all bodies; struts lie between their end points.
   poses(z = this.z) {
     const T = this.frames(z);
     for (const { span } of this.robot.bodies.slice(T.length)) T.push(this.spanned(span, T));
     return T;
   }
 
-  // The poses of the ground and of the bodies on joints, which come before the parts of struts.
+  // The poses of the ground and of the bodies on joints, which precede the struts.
   frames(z) {
     const T = [];
     for (const body of this.robot.bodies) {
@@ -129,8 +129,8 @@ class Kinematics {
     return product(T[this.robot.tool.body], this.robot.tool.placement);
   }
 
-  // The twist of each body on its parent for one unit of the coordinate: its turning rate w, and
-  // the velocity m of a point of the body at the base's origin.
+  // The twist of each body relative to its parent per unit of the coordinate: angular velocity w, and
+  // velocity m of the body point at the base origin.
   twists(T) {
     return this.robot.bodies.map(({ joint }, k) => {
       if (joint === null || joint.coordinate < 0) return null;
@@ -141,12 +141,12 @@ class Kinematics {
     });
   }
 
-  // Rows of equations at a configuration, each with its value and its derivative by z.
+  // Rows of equations at a configuration, each with its value and its derivative with respect to z.
   rowsAt(T) {
     return new Rows(this, T, this.twists(T));
   }
 
-  // What keeps the loops open, in metres, and angles times the robot's size.
+  // The closure residual of the loops: lengths in meters, angles times the robot size.
   loops(z, T) {
     const rows = this.rowsAt(T), size = this.robot.size;
     for (const strut of this.robot.struts) {
@@ -170,8 +170,8 @@ class Kinematics {
     return rows;
   }
 
-  // Closes the loops with Gauss and Newton's iteration, from a configuration nearby; entries of z
-  // that are not unknown stay. Null where it finds nothing.
+  // Closes the loops by Gauss-Newton iteration from a nearby configuration; only the entries of z in
+  // `unknown` change. Null if the iteration does not converge.
   closed(start, unknown = this.free) {
     const z = start.slice(), { scales, size } = this.robot;
     for (let step = 0; step < MOST_STEPS; step++) {
@@ -184,7 +184,7 @@ class Kinematics {
     return null;
   }
 
-  // Whether axes that closures hold together point the same way.
+  // Whether axes that closures connect have the same direction, not the opposite one.
   faces(T) {
     return this.robot.closures.every(({ kind, bodies, frames }) => {
       const [A, B] = bodies.map((body, i) => product(T[body], frames[i]));
@@ -193,7 +193,7 @@ class Kinematics {
     });
   }
 
-  // The rate of each free coordinate for each driven one that closed loops leave, in scaled units.
+  // The derivative of each free coordinate with respect to each driven one, in scaled units.
   following(z, T) {
     const { scales } = this.robot;
     if (this.free.length === 0) return [];
@@ -202,7 +202,7 @@ class Kinematics {
     return solved(rows.normal(this.free, scales), by).map((row) => row.map((value) => -value));
   }
 
-  // Follows the loops to new values of the sliders [rad or m]; false where they do not close.
+  // Moves to new slider values [rad or m] with closed loops; false if loops do not close.
   moveTo(q) {
     const { sliders, scales } = this.robot;
     const goal = q.map((value, i) => value * sliders[i].ratio);
@@ -230,13 +230,13 @@ class Kinematics {
     return true;
   }
 
-  // Whether no joint jumped: a far solution is another branch.
+  // Whether no joint jumped, which would be a change of branch.
   isNear(found, z) {
     return this.free.every((k) => Math.abs(found[k] - z[k]) < NEAR * STRIDE * this.robot.scales[k]);
   }
 }
 
-// Equations by rows: a value each, and its derivative by the entries of z.
+// Rows of equations: a value and its derivative with respect to z for each row.
 class Rows {
   constructor(kinematics, T, twists) {
     Object.assign(this, { ways: kinematics.ways, bodies: kinematics.robot.bodies, T, twists });
@@ -254,7 +254,7 @@ class Rows {
     this.by.push(new Float64Array(this.count));
   }
 
-  // Adds the velocity of a point of a body along a direction to the last row.
+  // Adds the velocity of a body point along a direction to the last row.
   moving(body, point, direction, factor) {
     const moment = cross(point, direction);
     for (const k of this.ways[body]) {
@@ -263,14 +263,14 @@ class Rows {
     }
   }
 
-  // Adds the turning rate of a body about a direction to the last row.
+  // Adds the angular velocity of a body about a direction to the last row.
   turning(body, direction, factor) {
     for (const k of this.ways[body]) {
       this.last[this.bodies[k].joint.coordinate] += factor * dot(this.twists[k].w, direction);
     }
   }
 
-  // The row of two points on two bodies that meet along an axis of the first body.
+  // Adds the row of two points on two bodies that coincide along an axis of the first body.
   meeting([a, b], from, to, axis) {
     const gap = minus(to, from);
     this.add(dot(gap, axis));
@@ -279,7 +279,7 @@ class Rows {
     this.turning(a, cross(axis, gap), 1);
   }
 
-  // The row of two axes of two bodies at right angles.
+  // Adds the row of two perpendicular axes of two bodies.
   square([a, b], one, other, size) {
     const normal = cross(one, other);
     this.add(size * dot(one, other));
@@ -291,7 +291,7 @@ class Rows {
     return this.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
   }
 
-  // A' A of the columns of some entries of z, each in its scale.
+  // A' A for the columns of some scaled entries of z.
   normal(entries, scales) {
     return this.products(entries, entries, scales);
   }
@@ -319,8 +319,7 @@ class Rows {
   }
 }
 
-// X with M X = R for a symmetric M without negative eigenvalues; directions in which nothing moves
-// are left out.
+// The solution X of M X = R for a positive semidefinite M; null directions are omitted.
 function solved(M, R) {
   const n = M.length, rows = M.map((row, i) => [...row, ...R[i]]);
   const most = Math.max(...M.map((row, i) => row[i]), 1e-300), rest = [...rows.keys()];

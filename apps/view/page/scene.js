@@ -1,10 +1,10 @@
-// The page: the robot's bodies in three.js, its sliders, and what both say to each other.
+// The page: the robot's bodies in three.js and its sliders, which update each other.
 "use strict";
 
-const THERE = 1e-4; // error of the tool, in parts of the robot's size and in radians, that is shown
+const THERE = 1e-4; // tool error that is reported [relative to the robot size, and rad]
 
 const robot = JSON.parse(document.getElementById("robot").textContent);
-const DIGITS = Math.max(1, Math.ceil(-Math.log10(robot.size))); // of millimetres
+const DIGITS = Math.max(1, Math.ceil(-Math.log10(robot.size))); // of millimeters
 const kinematics = new Kinematics(robot);
 const canvas = document.getElementById("canvas");
 const renderer = rendererOn(canvas);
@@ -45,7 +45,7 @@ function geometryOf(part) {
 }
 
 const geometries = robot.bodies.map(() => []);
-const symbols = robot.sliders.map(() => []); // the materials of each coordinate's joint
+const symbols = robot.sliders.map(() => []); // materials of the joint of each coordinate
 const bodies = robot.bodies.map((body) => {
   const group = new THREE.Group();
   group.name = body.name;
@@ -93,7 +93,7 @@ function look() {
 let isDue = false;
 let controls = null;
 
-// Draws at the next frame of the screen, however often it is called until then.
+// Requests one redraw at the next frame; repeated calls have no effect.
 function draw() {
   if (isDue) return;
   isDue = true;
@@ -114,7 +114,7 @@ function fit() {
   renderer.setPixelRatio(window.devicePixelRatio);
   renderer.setSize(window.innerWidth, window.innerHeight, false);
   camera.aspect = window.innerWidth / window.innerHeight;
-  // The panel covers the right side: the robot stands in the middle of the rest.
+  // The panel covers the right side; the robot is centered in the rest.
   const [width, height] = [window.innerWidth, window.innerHeight];
   camera.setViewOffset(width, height, panel() / 2, 0, width, height);
   camera.updateProjectionMatrix();
@@ -169,22 +169,22 @@ function follow() {
   setCoordinates(inputs.map(({ input }) => Number(input.value)));
 }
 
-// Moves the robot; where a loop does not close, it stays at the last posture that does.
+// Moves the robot; if a loop does not close, it stays at the last closed configuration.
 function setCoordinates(q) {
   const closes = kinematics.moveTo(q);
-  say(closes ? "" : "A loop does not close further on.");
+  say(closes ? "" : "A loop does not close beyond this configuration.");
   write();
   show();
   return closes;
 }
 
-// Follows the tool to a pose, 16 numbers row by row; `first` is what is dragged, "position" or "turn".
+// Moves the tool to a pose, 16 numbers in row order; `first` is the dragged part, "position" or "turn".
 function dragTo(pose, first) {
   const { z, position, turn } = inverse.follow(kinematics.z, pose, first);
   kinematics.z = z;
   const [mm, degrees] = [1000 * robot.size * position, (180 / Math.PI) * turn];
   const isThere = position < THERE && turn < THERE;
-  say(isThere ? "" : `The tool cannot be there: it is ${mm.toFixed(1)} mm and ${degrees.toFixed(1)}° off.`);
+  say(isThere ? "" : `The pose is out of reach: errors ${mm.toFixed(1)} mm and ${degrees.toFixed(1)}°.`);
   write();
   show();
   return { position, turn };

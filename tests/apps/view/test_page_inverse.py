@@ -162,7 +162,7 @@ def test_page_shows_ghosts_and_reports_unreachable_tool(page, tmp_path):
     far = tool(browser, robot)
     far[:3, 3] *= 3
     browser.run(f"dragTo({far.ravel().tolist()}, 'position')")
-    assert "The tool cannot be there" in message(browser)
+    assert "The pose is out of reach" in message(browser)
     browser.click(browser.middle("document.getElementById('ghosts')"))
     until(lambda: browser.run(shown) == 0)
     browser.click(browser.middle("document.getElementById('ghosts')"))
