@@ -9,10 +9,10 @@ ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
 TEXT = """\
 # Arms that can be loaded by name
 
-`python docs/robots.py` writes this page. The column *inverse* names the structure of the axes from
-which the inverse follows. "For given" joints, the number of solutions is the maximum for one value
-of these joints. If the axes only nearly have a structure, chasles solves a nominal arm and
-[refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
+`python docs/robots.py` writes this page. The column *inverse* names the structure of the axes that
+the inverse uses. If joints are fixed ("for given"), the number of solutions is the maximum for one
+value of these joints. If the axes have a structure only approximately, chasles solves a nominal arm
+and [refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
 
 ## The shelf
 
@@ -27,7 +27,7 @@ file in `derive/robots/shelf` names the source of its numbers.
 
 `make gallery` writes a [page with sliders](how-to/view.md#the-page) of every shipped robot.
 
-Robots with loops are listed on the page about [loops](how-to/loops.md) and by `chasles list`.
+`chasles list` prints all robots, including [robots with loops](how-to/loops.md).
 """
 
 
