@@ -1,8 +1,7 @@
-"""What an inverse asks of the tool: parts of a pose, their errors, and rows of the Jacobian.
+"""Tasks of an inverse: components of a pose, their errors, and Jacobian rows.
 
-A task is made of parts, such as the position and the direction of the tool's third axis, which the
-manifest lists in the order of the entries of the task's input. A part gives the error of a pose
-from these entries, and the rows of the Jacobian that reduce it.
+A task combines components, such as the position and the direction of the third tool axis. The
+manifest lists the components in the order of the task input.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ from .polish import Measured, of_pose
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part of a task.
+    """A component of a task.
 
     Attributes:
-        is_length: Whether its error is a distance [m], not an angle.
-        entries: The entries (N, size) of poses (N, 4, 4).
-        measure: The rows, the error and its size of poses (N, 4, 4) with Jacobians (N, 6, n) from
-            entries (N, size).
+        is_length: Whether the error is a distance [m], not an angle.
+        entries: Maps poses (N, 4, 4) to task inputs (N, size).
+        measure: Maps poses (N, 4, 4), Jacobians (N, 6, n) and task inputs (N, size) to Jacobian
+            rows, errors and error norms.
     """
 
     is_length: bool
@@ -37,21 +36,17 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The measure of all parts of a task, or of a whole pose; see :data:`polish.Measure`.
-
-    Attributes:
-        aims: The names of the parts; () for a whole pose.
-    """
+    """The error measure of a task, with its component names; () for a complete pose."""
 
     aims: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the input."""
+        """The shape of the task input."""
         return (sum(AIMS[aim] for aim in self.aims),) if self.aims else (4, 4)
 
     def __call__(self, pose: FloatArray, J: FloatArray, target: FloatArray) -> Measured:
-        """Rows (N, m, n), errors (N, m) and the largest size (N,) of the parts' errors."""
+        """Return Jacobian rows (N, m, n), errors (N, m) and the largest component errors (N,)."""
         if not self.aims:
             return of_pose(pose, J, target)
         measured = [
@@ -61,11 +56,11 @@ class Task:
         return np.concatenate(rows, 1), np.concatenate(errors, 1), np.maximum.reduce(sizes)
 
     def of(self, T: FloatArray) -> FloatArray:
-        """The input (N, *shape) that poses (N, 4, 4) give."""
+        """Return the task inputs (N, *shape) of poses (N, 4, 4)."""
         return np.hstack([PARTS[aim].entries(T) for aim in self.aims]) if self.aims else T
 
     def divided(self, target: FloatArray, unit: float) -> FloatArray:
-        """Targets (N, ...) with their lengths in a unit [m]."""
+        """Return targets (N, ...) with lengths divided by a unit [m]."""
         target = np.array(target)
         if not self.aims:
             target[..., :3, 3] /= unit
@@ -76,7 +71,7 @@ class Task:
         return target
 
     def _entries(self) -> Iterator[tuple[str, slice]]:
-        """Each part, and its entries in the input."""
+        """Yield each component with its slice of the task input."""
         first = 0
         for aim in self.aims:
             yield aim, slice(first, first + AIMS[aim])
@@ -84,7 +79,7 @@ class Task:
 
 
 WHOLE = Task()
-"""The whole pose."""
+"""The complete pose."""
 
 
 def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
@@ -93,7 +88,7 @@ def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
 
 
 def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
-    """The turn of the tool's third axis to a direction, about the tool's first and second axes."""
+    """Measure the rotation of the third tool axis to a direction, about the other tool axes."""
     z = pose[:, :3, 2]
     u = u / np.sqrt((u * u).sum(-1, keepdims=True))
     across = np.cross(z, u)
@@ -106,12 +101,12 @@ def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
 
 
 def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
-    """The elevation of the tool's third axis; beyond a right angle the axis leans backwards."""
+    """Measure the elevation of the third tool axis; beyond pi / 2 the axis leans backwards."""
     x, y, rise = pose[:, :3, 2].T
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
     error = np.arctan2(sine, cosine) - np.arctan2(rise, level)
-    # An axis that points up or down leans any way; the rate does not vanish with the level part.
+    # The heading of a vertical axis is arbitrary; the rate does not vanish with its level part.
     upright = level == 0
     c = np.where(upright, pose[:, 0, 0], x / np.where(upright, 1.0, level))
     s = np.where(upright, pose[:, 1, 0], y / np.where(upright, 1.0, level))
@@ -120,7 +115,7 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
 
 
 def _heading(pose: FloatArray, J: FloatArray, heading: FloatArray) -> Measured:
-    """The angle of the tool's first axis in the base's x-y plane."""
+    """Measure the angle of the first tool axis in the x-y plane of the base."""
     c, s = np.cos(heading[:, 0]), np.sin(heading[:, 0])
     x, y = pose[:, 0, 0], pose[:, 1, 0]
     error = np.arctan2(x * s - y * c, x * c + y * s)
@@ -139,7 +134,7 @@ PARTS: Mapping[str, Part] = {
     "pitch": Part(False, _pitch_of, _pitch),
     "heading": Part(False, lambda T: np.arctan2(T[:, 1, :1], T[:, 0, :1]), _heading),
 }
-"""The parts of a pose that a task can prescribe, by their names in the manifest."""
+"""The components of a pose that a task can prescribe, by their names in the manifest."""
 
 TaskName = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
 TASKS: Mapping[TaskName, tuple[str, ...]] = {
@@ -149,11 +144,11 @@ TASKS: Mapping[TaskName, tuple[str, ...]] = {
     "position_direction": ("position", "direction"),
     "planar": ("plane", "heading"),
 }
-"""What `ik_path` and `ik_nearest` can ask of a pose: its parts, () for the whole of it."""
+"""The tasks of `ik_path` and `ik_nearest` with their components; () for a complete pose."""
 
 
 def inverses_of(manifest: Manifest) -> dict[TaskName, FunctionInfo]:
-    """The inverses of a robot by their tasks."""
+    """Return the inverses of a robot by task."""
     found: dict[TaskName, FunctionInfo] = {}
     for task, aims in TASKS.items():
         for info in manifest.functions:
@@ -164,11 +159,7 @@ def inverses_of(manifest: Manifest) -> dict[TaskName, FunctionInfo]:
 
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
-    """The inverse that takes a part of a pose.
-
-    Raises:
-        InputValueError: If the robot has none.
-    """
+    """Return the inverse of a task; raise an InputValueError if the robot has none."""
     inverses = inverses_of(manifest)
     if task not in inverses:
         raise InputValueError(

@@ -1,8 +1,7 @@
 """Inverses with fixed joints: `ik(T, fixed={"elbow": 1.2})`.
 
-The generated inverse of a robot fixes its redundancy parameters, if it has any. The inverse for
-other fixed joints is derived on first use and kept in the cache, in the same way as a robot from
-its description.
+The generated inverse fixes the redundancy parameters of the robot. An inverse for other fixed
+joints is derived on first use and cached, like a robot from its description.
 """
 
 from __future__ import annotations
@@ -30,30 +29,24 @@ from .refinement import Refinement
 from .solutions import Solutions
 
 _MAX_KEPT = 256
-"""Inverses that stay loaded."""
+"""Maximum number of loaded inverses."""
 
 
 @dataclass(frozen=True, eq=False)
 class FixedJoints:
-    """Takes the calls of `ik` that its C does not read.
-
-    Attributes:
-        manifest: The robot's manifest.
-        functions: Its functions.
-        robot_of: The robot of a manifest.
-    """
+    """Handles the calls of `ik` that the C code does not handle; robot_of loads a manifest."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
     robot_of: Callable[[Manifest], Any]
 
     def __call__(self, T: ArrayLike, fixed: Any, out: Any, threads: Any) -> Solutions:
-        """Every solution of poses at which the fixed joints have their values.
+        """Return all solutions with fixed joint values.
 
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
-            InputValueError: If there is no joint of a name.
-            DerivationError: If the fixed joints leave no closed form; names joints that do.
+            InputValueError: If a joint name is unknown.
+            DerivationError: If the fixed joints do not allow a closed form; lists joints that do.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
@@ -72,7 +65,7 @@ class FixedJoints:
 
     @functools.cached_property
     def _inverses(self) -> dict[tuple[str, ...], PerturbedInverse]:
-        """The inverses that were used, by the names of the fixed joints as they came."""
+        """The inverses used so far, by the names of the fixed joints in the order of the call."""
         return {}
 
     def _inverse_for(self, fixed: tuple[str, ...]) -> PerturbedInverse:
@@ -94,7 +87,7 @@ class FixedJoints:
 
     @property
     def _own(self) -> Function[Solutions]:
-        """The generated inverse, with the robot's redundancy parameters fixed."""
+        """The generated inverse, with the redundancy parameters fixed."""
         return self.functions[self._info.name]
 
     def _with_parameters(
@@ -112,7 +105,7 @@ class FixedJoints:
 
     @functools.cached_property
     def _joints(self) -> tuple[str, ...]:
-        """The joints of the chain, which are the coordinates of a serial robot."""
+        """The joint names of the main chain; for a serial robot the coordinate names."""
         return tuple(j.name for j in self.manifest.loops.chain or self.manifest.coordinates)
 
     @property
@@ -133,7 +126,7 @@ class FixedJoints:
         )
 
     def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
-        """The joint that a name stands for, and its value."""
+        """Return joint name and value; a coordinate that moves one joint stands for this joint."""
         if name in self._joints:
             return name, value
         coordinates = [c.name for c in self.manifest.coordinates]
@@ -146,17 +139,17 @@ class FixedJoints:
         chain, moved = self._with_role("map", "actuators", "chain"), self._moved_alone(index)
         if reference is None or chain is None or moved is None:
             raise InputValueError(
-                f"{self._label}: {name} moves no joint of the main chain alone: fix joints, among "
+                f"{self._label}: {name} does not determine a single joint; fix joints among "
                 f"{', '.join(self._joints)}"
             )
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
-        # A batch holds NaN where a loop does not close; a single value raises.
+        # If a loop does not close, a batch holds NaN and a single value raises.
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:
-        """The joint that follows this coordinate and no other one."""
+        """Return the index of the joint that depends on this coordinate only, else None."""
         reference = self.manifest.loops.reference
         D = self._with_role("map derivative", "actuators", "chain")
         if reference is None or D is None or self.manifest.is_iterated:
@@ -166,22 +159,21 @@ class FixedJoints:
         return int(alone[0]) if len(alone) == 1 else None
 
     def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
-        """The inverse for fixed joints, derived first if the cache has none."""
+        """Return the inverse for fixed joints, after derivation if the cache has none."""
         coordinates = [c.name for c in self.manifest.coordinates]
         if self.manifest.loops.chain and len(coordinates) < len(self._joints):
             own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""
             raise DerivationError(
                 f"{self._label}: no other joint can be fixed: loops couple the joints of the main "
-                f"chain{own}; ik_numeric(T, q_seed, fixed=...) finds a solution in which some of "
-                f"{', '.join(coordinates)} keep their values"
+                f"chain{own}; ik_numeric(T, q_seed, fixed=...) can fix some of "
+                f"{', '.join(coordinates)}"
             )
         origin = description_of(self.manifest.folder)
         if origin is None:
             chosen = ",".join(names)
             raise DerivationError(
-                f"{self._label}: the description of this robot is not known, since it was loaded "
-                f"from a folder; chasles-derive FILE --fixed {chosen} --to FOLDER derives ik with "
-                f"fixed {chosen}"
+                f"{self._label}: the description file of a robot loaded from a folder is unknown; "
+                f"run chasles-derive FILE --fixed {chosen} --to FOLDER"
             )
         digest = _description_digest(self.manifest.folder)
         description, options = origin
@@ -191,10 +183,9 @@ class FixedJoints:
 
 
 def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
-    """The redundancy parameters if C may call the inverse alone, else ().
+    """Return the redundancy parameters if C can call the inverse directly, else ().
 
-    The first and the last joints of an arm only move the base or the tool. With fixed joints in
-    between, other joints may degenerate; see `PerturbedInverse`.
+    With fixed joints between other joints, the inverse may degenerate; see `PerturbedInverse`.
     """
     fixed = {item.index for item in redundancy_of(manifest)}
     free = [k for k in range(len(manifest.coordinates)) if k not in fixed]
@@ -205,17 +196,17 @@ def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class PerturbedInverse:
-    """An inverse for fixed joints that also solves poses at which the other joints degenerate.
+    """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
-    With a fixed joint at a right angle, two axes next to it may become parallel, and formulas for
-    oblique axes lose the solutions. Newton's method finds them from the solutions at a slightly
-    different value of the joint.
+    If a fixed joint is at a right angle, its adjacent axes may be parallel, and formulas for
+    oblique axes miss solutions. Newton's method finds these solutions from the solutions at a
+    slightly different joint value.
 
     Attributes:
         names: The fixed joints.
         solve: The inverse, `solve(T, fixed={...})`.
-        fk_jacobian_mixed: The function of a serial robot.
-        fixed: Indices of these joints in q, () for a robot with loops.
+        fk_jacobian_mixed: Forward kinematics of a serial robot.
+        fixed: Indices of the fixed joints in q, () for a robot with loops.
     """
 
     names: tuple[str, ...]
@@ -224,11 +215,11 @@ class PerturbedInverse:
     fixed: tuple[int, ...]
 
     def complete(self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]) -> None:
-        """Fills slots of poses that have no solution, in place."""
+        """Add solutions in place, for poses without a solution."""
         if solutions.valid.any(-1).all():
             return
         assert self.fk_jacobian_mixed is not None
-        # One pose is a batch of one.
+        # A single pose becomes a batch of one.
         lead = (None,) if solutions.valid.ndim == 1 else ()
         unit = solutions.unit_length
         q, residual, margin, valid = (field[lead] for field in solutions)
@@ -256,7 +247,7 @@ def _inverse_of(
     folder = derived_folder(description, options)
     if _description_digest(folder) != digest:
         raise DerivationError(
-            f"{description}: has changed since the robot was derived from it; load it again"
+            f"{description}: has changed since the derivation of the robot; load it again"
         )
     inverse: Function[Solutions] = robot_of(read_manifest(folder)).ik
     return inverse
@@ -264,5 +255,5 @@ def _inverse_of(
 
 @functools.lru_cache(maxsize=_MAX_KEPT)
 def _description_digest(folder: Path) -> str:
-    """The hash of the description that the robot in a folder was derived from."""
+    """Return the hash of the description of the robot in a folder."""
     return read_manifest(folder).description_sha256

@@ -1,8 +1,7 @@
-"""One solution for a controller: the solution of an inverse nearest to a seed.
+"""The inverse kinematics solution nearest to a seed, for controllers.
 
-A call with a pose and a seed alone, or with dense batches of both, is one call of C
-(`call/function/nearest.c`). This module takes all other calls: options, tasks of a part of the
-pose, fixed joints, and poses that need refinement.
+C handles calls with poses and seeds only (`call/function/nearest.c`). This module handles options,
+partial poses, fixed joints, and poses that need refinement.
 """
 
 from __future__ import annotations
@@ -38,19 +37,19 @@ from .solutions import LeastSquares, Solutions
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
-"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or reasons below 0."""
+"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or negative reasons."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """An inverse with everything that a choice among its solutions needs.
+    """An inverse with the data for selecting one of its solutions.
 
     Attributes:
-        info: Its description.
+        info: The description of the inverse.
         inverse: The inverse.
-        moves: The meaning of a move of each coordinate.
-        parameters: (N,) values of its inputs beside the target.
-        exact: Values (N,) of coordinates that are kept to the last bit, by index in q.
+        moves: The distance metric.
+        parameters: (N,) inputs of the inverse after the target.
+        exact: Values (N,) of coordinates that are kept exactly, by index in q.
         threads: The number of threads, 0 for one per core.
     """
 
@@ -62,7 +61,7 @@ class Chosen:
     threads: int
 
     def solve(self, target: FloatArray, q_seed: FloatArray) -> Rows:
-        """The nearest solutions for targets (N, ...) and seeds (N, n), without refinement."""
+        """Return the nearest solutions for targets (N, ...) and seeds (N, n), not refined."""
         n, count = q_seed.shape[-1], len(target)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         operands = [target, q_seed, *self.parameters]
@@ -75,7 +74,7 @@ class Chosen:
         return found
 
     def of_slots(self, solutions: Solutions, q_seed: FloatArray) -> Rows:
-        """The nearest of valid slots (N, k), for seeds (N, n)."""
+        """Return the nearest of valid slots (N, k), for seeds (N, n)."""
         n, count = q_seed.shape[-1], len(q_seed)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         judged = np.where(solutions.valid, 0.0, np.inf)
@@ -93,7 +92,7 @@ class Chosen:
 
 
 class NearestMethods(RobotFacts):
-    """The method of a robot that finds one solution for a controller."""
+    """Robot methods for a single solution near a seed."""
 
     manipulability: Callable[..., Any]
 
@@ -111,36 +110,36 @@ class NearestMethods(RobotFacts):
         out: Any = None,
         threads: int | Literal["all"] = 1,
     ) -> NearestSolution:
-        """The solution within limits that moves the joints least from a seed.
+        """Return the solution within limits that is nearest to a seed.
 
-        All branches count, and all full turns within the limits. The distance is the largest
-        weighted move of a coordinate; prismatic joints count in `unit_length`. Of several solutions
-        whose distances are equal but for rounding, the one in the lowest slot is taken. Poses of a
-        batch are independent of each other.
+        The search covers all branches and all windings within the limits. The distance is the
+        largest weighted displacement of a coordinate; prismatic joints are scaled by `unit_length`.
+        If distances are equal up to rounding, the lowest slot wins. Poses of a batch are
+        independent of each other.
 
         Args:
-            T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or targets of
-                the task, as `ik_position` and the like take them. An array (..., 4, 4) holds poses
-                if all its last rows are 0 0 0 1.
-            q_seed: (..., n) coordinates to stay near to [rad or m], also outside the limits.
-            task: "pose", or the part of a pose that counts: "position", "position_pitch",
-                "position_direction", "planar". Coordinates that the task leaves free are 0.
+            T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or inputs of
+                the inverse of the task, such as `ik_position`. An array (..., 4, 4) holds poses if
+                all last rows are 0 0 0 1.
+            q_seed: (..., n) seed coordinates [rad or m], possibly outside the limits.
+            task: "pose", or a partial pose: "position", "position_pitch", "position_direction",
+                "planar". Coordinates that the task does not determine are 0.
             fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
-                mapping sets values (...). Other joints than `robot.redundancy` names need an
-                inverse that is derived on first use.
-            limits: "robot", None for no limits, or (n, 2). A joint that rounding puts outside a
-                limit is set to the limit.
-            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
-            redundancy: How a redundant robot uses its surplus freedom. "fixed": its parameters keep
-                their values at `q_seed`. "nearest": the smallest distance over the self-motion.
-                "limits", "manipulability": for each value of the parameters the solution nearest to
-                `q_seed` counts, and the one farthest from limits or singularities is taken.
-            out: Four arrays to write q, residual, margin and valid into, None for a new one.
+                mapping sets values (...). For joints that are not in `robot.redundancy`, an inverse
+                is derived on first use.
+            limits: "robot", None for no limits, or (n, 2). A joint that exceeds a limit by rounding
+                is set to the limit.
+            weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
+            redundancy: The choice of the redundancy parameters. "fixed": their values at `q_seed`.
+                "nearest": the smallest distance over the self-motion. "limits", "manipulability":
+                for each parameter value, the solution nearest to `q_seed`; of these, the solution
+                farthest from limits or singularities.
+            out: Four arrays to write q, residual, margin and valid into, None for a new array.
             threads: The number of threads for a large batch; "all" is one per core.
 
         Returns:
-            `q (..., n)`, `residual`, `margin` and `valid (...,)`. A pose without a solution raises
-            no error: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits" or
+            `q (..., n)`, `residual`, `margin` and `valid (...,)`. A pose without a solution does
+            not raise: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits" or
             "not a pose".
 
         Raises:
@@ -163,16 +162,15 @@ class NearestMethods(RobotFacts):
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
-        """Refines coordinates near a solution by Newton's method, for example of a nominal arm.
+        """Refine nearby coordinates by Newton's method, for example those of a nominal arm.
 
         Args:
             T: (..., 4, 4) poses of the tool measured and expressed in the base frame.
             q_seed: (..., n) coordinates near the solution [rad or m].
 
         Returns:
-            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and of
-            the angle times `unit_length`. Limits play no part; a pose that is out of reach keeps a
-            residual.
+            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and the
+            angle times `unit_length`. Limits are ignored; out of reach, the residual is not 0.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -187,7 +185,7 @@ class NearestMethods(RobotFacts):
     def _rows(
         self, label: str, task: TaskName, info: FunctionInfo | None, T: ArrayLike, q_seed: ArrayLike
     ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
-        """The targets (N, ...) and seeds (N, n) row by row, and the leading dimensions."""
+        """Return targets (N, ...), seeds (N, n) and the leading dimensions."""
         given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
         core = info.inputs[0].shape if info else _POSE
         is_pose = given.shape[-2:] == _POSE
@@ -195,7 +193,7 @@ class NearestMethods(RobotFacts):
             is_pose = bool((given[..., 3, :] == np.eye(4)[3]).all())
         shape = _POSE if is_pose or task == "pose" else core
         if given.shape[given.ndim - len(shape) :] != shape:
-            own = "" if task == "pose" else f", or as ik_{task} takes it (..., {core[0]})"
+            own = "" if task == "pose" else f", or (..., {core[0]}) as for ik_{task}"
             raise ShapeError(
                 f"{label}: T must have shape (..., 4, 4){own}, got shape {given.shape}"
             )
@@ -287,7 +285,7 @@ class NearestMethods(RobotFacts):
         *,
         free: bool = False,
     ) -> Chosen:
-        """The inverse with its parameters: those that are fixed, the others as at the seeds."""
+        """Return the inverse with its redundancy parameters, by default those of the seeds."""
         own = self._parameters(info)
         parameters = parameter_values(self, held, seeds) if own else ()
         exact: dict[int, FloatArray] = {}
@@ -309,7 +307,7 @@ class NearestMethods(RobotFacts):
         seeds: FloatArray,
         held: Mapping[str, FloatArray],
     ) -> tuple[Rows, Any]:
-        """The nearest solutions where other joints are fixed than the robot's own parameters."""
+        """Return the nearest solutions with fixed joints other than redundancy parameters."""
         solutions = inverse(target, fixed=held)
         coordinates = [c.name for c in self.coordinates]
         exact = {coordinates.index(name): held[name] for name in held if name in coordinates}
@@ -320,7 +318,7 @@ class NearestMethods(RobotFacts):
         return found, solutions.valid.any(-1) & (found[3] < 0)
 
     def _parameters(self, info: FunctionInfo) -> tuple[Redundancy, ...]:
-        """The redundancy parameters that an inverse takes."""
+        """Return the redundancy parameters among the inputs of an inverse."""
         return self.redundancy if len(info.inputs) > 1 else ()
 
     def _objective(self, redundancy: NearestRedundancy, moves: Moves) -> Objective:
@@ -339,7 +337,7 @@ class NearestMethods(RobotFacts):
 
 
 def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest | None:
-    """The light call of `robot.ik_nearest`, None for a robot without an inverse of poses."""
+    """Return the C object `robot.ik_nearest`, None for a robot without an inverse of poses."""
     own = robot.manifest.with_role("inverse", "pose")
     if own is None:
         return None
@@ -368,7 +366,7 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
-    """The nearest solutions, refined if need be, and where limits removed refined ones."""
+    """Return the nearest solutions, refined if necessary, and where limits removed all of them."""
     found = chosen.solve(target, seeds)
     q, residual, _, slot = found
     if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():
@@ -389,7 +387,7 @@ def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Row
 
 
 def _set_exact(found: Rows, exact: Mapping[int, FloatArray]) -> None:
-    """Sets coordinates to the values that they keep, to the last bit."""
+    """Set fixed coordinates to their exact values."""
     for k, value in exact.items():
         found[0][:, k] = np.where(found[3] >= 0, value, np.nan)
 
@@ -418,7 +416,7 @@ def _packed(
 
 
 def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
-    """The fields in the arrays of the caller."""
+    """Write the fields into the arrays of the caller."""
     if not isinstance(out, tuple) or len(out) != len(fields):
         raise InputTypeError(
             f"{label}: out must be a tuple of 4, for q, residual, margin and valid, got {out!r}"

@@ -1,4 +1,4 @@
-"""The solution of an inverse nearest to a seed: the result, and the options of the choice."""
+"""The result of `ik_nearest`, and the distance metric of the selection."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ class NearestSolution(Fields):
     """One solution for each pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
-        q: (..., n) coordinates [rad or m]; NaN where there is no solution.
-        residual: (...,) error of the tool [m], as in `Solutions`; where there is no solution, the
-            error of the branch closest to the pose.
-        margin: (...,) margin of the same branch: 0 at the border of reach, negative beyond.
-        valid: (...,) whether there is a solution within the limits.
-        tolerance: Largest residual of a solution [m].
+        q: (..., n) coordinates [rad or m]; NaN without a solution.
+        residual: (...,) tool error [m], as in `Solutions`; without a solution, the smallest
+            residual of all branches.
+        margin: (...,) margin of this branch: 0 at the workspace boundary, negative outside.
+        valid: (...,) whether a solution exists within the limits.
+        tolerance: Maximum residual of a solution [m].
     """
 
     __slots__ = ()
 
     tolerance: ClassVar[float] = SOLVED
     _limited: ClassVar[Any] = False
-    """Whether limits removed solutions of a rounded pose, whose residual is above the tolerance."""
+    """Whether limits removed all solutions of a rounded pose."""
 
     @property
     def reason(self) -> Any:
-        """Why there is no solution: "", "out of reach", "limits" or "not a pose".
+        """The reason for a missing solution: "", "out of reach", "limits" or "not a pose".
 
-        A str for a single pose, else an array of them (...,). "not a pose": NaN in an input.
+        A str for a single pose, else an array (...,). "not a pose" means NaN in an input.
         """
         reached = (self.residual <= self.tolerance) | self._limited
         found = np.select(
@@ -46,7 +46,7 @@ class NearestSolution(Fields):
         return found[()] if found.ndim else str(found)
 
     def __repr__(self) -> str:
-        """The solution of a pose, or the number of solutions of a batch."""
+        """Return the solution of a pose, or the number of solutions of a batch."""
         if np.ndim(self.valid):
             count = int(np.count_nonzero(self.valid))
             return f"<nearest solutions of {np.size(self.valid)} poses: {count} valid>"
@@ -56,18 +56,18 @@ class NearestSolution(Fields):
         return f"<nearest solution q = ({q}), margin {self.margin:.3g}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickles the facts of its class and the tuple."""
+        """Pickle the class attributes and the tuple."""
         return _restore, (self.tolerance, self._limited, tuple(self))
 
 
 @cache
 def nearest_type(tolerance: float) -> type[NearestSolution]:
-    """The class of results with a largest residual of a solution [m]."""
+    """Return the class of results with a tolerance [m]."""
     return _made(tolerance, False)
 
 
 def limited_type(tolerance: float, limited: BoolArray) -> type[NearestSolution]:
-    """The class of results in which limits removed solutions (...,) of rounded poses."""
+    """Return the class of results in which limits removed solutions (...,) of rounded poses."""
     return _made(tolerance, limited[()])
 
 
@@ -84,13 +84,13 @@ def _restore(tolerance: float, limited: Any, fields: tuple[Any, ...]) -> Nearest
 
 @dataclass(frozen=True)
 class Moves:
-    """The meaning of a move of each coordinate, for the choice among solutions.
+    """The distance metric and the limits for selecting a solution.
 
     Attributes:
         lower: (n,) lower limits [rad or m], -inf for none.
         upper: (n,) upper limits [rad or m], inf for none.
-        scale: (n,) factors of the moves in the distance.
-        turn: (n,) 2 pi where a full turn leaves the pose unchanged, else 0.
+        scale: (n,) weights of the displacements.
+        turn: (n,) the period 2 pi of coordinates that wrap, else 0.
     """
 
     lower: FloatArray
@@ -104,11 +104,11 @@ class Moves:
         return self.lower, self.upper, self.scale, self.turn
 
     def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:
-        """The largest weighted move (...,) from a seed (..., n) to q (..., n)."""
+        """Return the largest weighted displacement (...,) from a seed (..., n) to q (..., n)."""
         return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
 
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
-        """The moves where some coordinates keep their values; `free` ones still have a distance."""
+        """Return the metric with fixed coordinates; `free` keeps their weights."""
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0
         if not free:

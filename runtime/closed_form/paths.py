@@ -1,4 +1,4 @@
-"""Paths of poses, followed on one branch of the inverse."""
+"""Paths of poses on one branch of the inverse."""
 
 from __future__ import annotations
 
@@ -29,27 +29,26 @@ from .solutions import Solutions
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN = 2 * math.pi
 _BLOCK = 8
-"""Poses that are followed at once after a change of the slot; twice as many after each success."""
+"""Poses per block after a change of the slot; the number doubles after each complete block."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointPath:
-    """The coordinates along a path of poses, as far as it was followed on one branch.
+    """Coordinates along a path of poses, up to the end of the branch.
 
     Attributes:
-        q: (reached, n) coordinates [rad or m]; turning joints continue beyond a turn without a
-            jump.
+        q: (reached, n) coordinates [rad or m]; revolute joints are continuous beyond 2 pi.
         complete: Whether the last pose was reached.
-        ended_at: The index of the first pose that was not reached, the number of poses if all were.
-        reason: "" if complete; "no solution": no branch reaches that pose; "jump": branches reach
-            it, but the nearest is further than a joint may move; "limit": the branch continues
+        ended_at: The index of the first pose that was not reached; if complete, the pose count.
+        reason: "" if complete; "no solution": no branch reaches the next pose; "jump": every
+            solution needs a larger joint displacement than allowed; "limit": the branch continues
             beyond a limit.
-        coordinate: The coordinate that would jump or pass its limit, "" for other reasons.
-        next_value: The value that this coordinate would take, NaN for other reasons.
-        min_margin: The smallest margin on the path, 0 at the border of reach (a stretched elbow,
-            not a wrist in line); NaN if no pose was reached.
-        min_margin_index: The index of that pose, -1 if no pose was reached.
-        max_step: (n,) the largest move of each coordinate between successive poses.
+        coordinate: The coordinate with the jump or limit violation, else "".
+        next_value: The next value of this coordinate, else NaN.
+        min_margin: The smallest margin on the path: 0 at the workspace boundary (a stretched elbow,
+            not an aligned wrist); NaN if no pose was reached.
+        min_margin_index: The index of this pose, -1 if no pose was reached.
+        max_step: (n,) the largest displacement of each coordinate between successive poses.
     """
 
     q: FloatArray
@@ -63,7 +62,7 @@ class JointPath:
     max_step: FloatArray
 
     def __str__(self) -> str:
-        """In a sentence."""
+        """Return a summary in a sentence."""
         if self.complete:
             return f"all {len(self.q)} poses on one branch, margin {self.min_margin:.3g}"
         why = {
@@ -76,7 +75,7 @@ class JointPath:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The coordinates of a pose on the branch and their slot, or the reason why it has none."""
+    """The coordinates and the slot of a pose on the branch, or the reason for the end."""
 
     q: FloatArray
     margin: float
@@ -86,12 +85,12 @@ class _Step:
 
 
 def has_inverse(robot: RobotFacts) -> bool:
-    """Whether a robot has an inverse of poses or of parts of a pose."""
+    """Test whether a robot has an inverse of complete or partial poses."""
     return bool(inverses_of(robot.manifest))
 
 
 class InverseMethods(RobotFacts):
-    """The methods of a robot with a closed-form inverse."""
+    """Methods of robots with a closed-form inverse."""
 
     _best_step: Callable[..., NearestSolution]
 
@@ -106,47 +105,43 @@ class InverseMethods(RobotFacts):
         redundancy: NearestRedundancy = "fixed",
         max_step: float | None = None,
     ) -> JointPath:
-        """Follows one branch along a path of poses, from the solution nearest to `q_seed`.
+        """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
-        Each step takes the solution that moves the joints least from the pose before, turns
-        included. So the path follows the branch itself rather than its slot: at a singularity
-        branches meet and slots may be exchanged. Where a continuum of solutions reaches a pose (a
-        wrist with two axes in line), Newton's iteration finds the solution nearby. A path ends
-        where it would have to leave the robot's limits, even if another branch would continue.
+        Each step selects the solution nearest to the previous pose, over all windings. The path
+        follows the branch even if slots are exchanged at a singularity. If infinitely many
+        solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby solution.
+        The path ends at a joint limit, even if another branch would continue.
 
-        Arms of fewer axes follow the part of the poses that they can reach, such as a position and
-        the elevation of the tool's axis along a straight line: `task` names one of the robot's
-        inverses `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. A
-        joint that the task leaves free is 0, as there.
+        Arms with fewer than six joints follow partial poses: `task` selects one of the inverses
+        `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. Joints that the
+        task does not determine are 0.
 
         Args:
-            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
-                other; the nearest rigid pose is taken where one is off by at most
-                `se3.NEARLY_RIGID`. For a part of a pose also (m, k), the input of that inverse.
-            q_seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
-                solution within the limits.
-            task: The part of each pose that counts: "pose", "position", "position_pitch" (the
-                elevation of the tool's third axis above the base's x-y plane),
-                "position_direction" (of the third axis) or "planar" (x, y and the angle of the
-                first axis in that plane).
-            fixed: Joints that keep their values along the path: names or indices keep the values
-                at `q_seed`, a mapping sets values () or (m,). The parameters of a redundant robot
-                (`redundancy`) keep their values at `q_seed` unless they are named. Other joints
-                need an inverse that is derived on first use.
+            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.
+                Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected. For a partial
+                pose also (m, k), the input of its inverse.
+            q_seed: (n,) coordinates [rad or m]: the path starts at the nearest solution within the
+                limits.
+            task: The components of each pose: "pose", "position", "position_pitch" (the elevation
+                of the third tool axis above the x-y plane of the base), "position_direction" (of
+                the third axis) or "planar" (x, y and the angle of the first axis in that plane).
+            fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
+                mapping sets values () or (m,). Redundancy parameters (`redundancy`) keep their
+                values at `q_seed` by default. For other joints, an inverse is derived on first use.
             redundancy: How a redundant robot uses its surplus freedom, as in `ik_nearest`. "fixed"
                 keeps its parameters. Other values choose the parameters anew at each pose, among
                 the solutions within `max_step` of the previous configuration.
-            max_step: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad,
-                for prismatic joints 0.5 `unit_length`.
+            max_step: Maximum joint displacement between successive poses [rad or m]; by default
+                0.5 rad, for prismatic joints 0.5 `unit_length`.
 
         Returns:
-            The coordinates as far as the path was followed, and the reason for its end.
+            The coordinates up to the end of the path, and the reason for the end.
 
         Raises:
-            ShapeError: If T is not a list of poses, or `q_seed` not n values.
-            InputValueError: If the robot has no inverse for that part of a pose, if `max_step` is
-                not positive, or a pose not nearly rigid, with the reason.
-            DerivationError: If fixed joints leave no closed form.
+            ShapeError: If the shape of T or `q_seed` is wrong.
+            InputValueError: If the robot has no inverse for the task, if `max_step` is not
+                positive, or if a pose is not nearly rigid.
+            DerivationError: If the fixed joints do not allow a closed form.
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)
@@ -162,7 +157,7 @@ class InverseMethods(RobotFacts):
             )
         if max_step is not None and not max_step > 0:
             raise InputValueError(f"{label}: max_step must be positive, got {max_step!r}")
-        # The inverse of a whole pose takes poses as they come, and allows for their rounding.
+        # The inverse of complete poses handles rounded poses itself.
         rigid = poses if is_part else project(poses, caller=label)
         target = poses if is_part or not part.aims else part.of(rigid)
         seeds = np.broadcast_to(start, (len(poses), self.n))
@@ -234,7 +229,7 @@ class InverseMethods(RobotFacts):
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # The slots of `inside` list turns separately: the path starts in none of `slots`.
+            # `inside` has separate slots for windings, so the start has no slot of `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -255,7 +250,7 @@ class InverseMethods(RobotFacts):
         return self._inside(here + move, slots, margin, best)
 
     def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
-        """A step to coordinates, or the reason that they are beyond a limit."""
+        """Return a step to coordinates, or the violated limit."""
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -270,10 +265,9 @@ class InverseMethods(RobotFacts):
         here: FloatArray,
         max_step: FloatArray,
     ) -> FloatArray:
-        """(k, n) coordinates at the poses from `first` on at which the path stays in a slot.
+        """Return coordinates (k, n) from pose `first` on, for as long as the path stays in a slot.
 
-        They are those of `_next`, for all poses at once: the slot moves the joints least, none of
-        them jumps, and limits hold.
+        The conditions are those of `_next`: the slot is nearest, no joint jumps or exceeds a limit.
         """
         units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)
@@ -281,7 +275,7 @@ class InverseMethods(RobotFacts):
         moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
-            # Whole turns from one pose to the next, so that rounding does not add up.
+            # Multiples of 2 pi between poses, without accumulation of rounding errors.
             turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)
@@ -291,7 +285,7 @@ class InverseMethods(RobotFacts):
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
-        """The solution near the last one, where the pose alone determines solutions."""
+        """Return a solution near the previous pose; None for partial poses and redundancy."""
         if (
             pose is None
             or ("pose and jacobian", "actuators", "") not in self._roles
@@ -320,5 +314,5 @@ class InverseMethods(RobotFacts):
 
 
 def _least(moves: FloatArray, valid: BoolArray) -> int:
-    """The valid slot with the smallest largest move."""
+    """Return the valid slot with the smallest maximum displacement."""
     return int(np.argmin(np.where(valid, np.abs(moves).max(-1), np.inf)))

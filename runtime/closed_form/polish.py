@@ -1,14 +1,13 @@
 """Newton's iteration on forward kinematics, from a configuration near the solution.
 
-    (J J^T + lambda^2 1) y = e,  dq = J^T y      e the twist from the tool to the pose
+    (J J^T + lambda^2 1) y = e,  dq = J^T y
 
-with J the Jacobian at the tip in base axes and lambda^2 proportional to |e|^2, which damps the
-steps near a singularity and vanishes with the error. Arms with fewer than six joints take the equal
-step dq = (J^T J + lambda^2 1)^-1 J^T e.
+J is the Jacobian at the tip in base axes, e the twist from the tool to the pose. The damping
+lambda^2 is proportional to |e|^2 and vanishes at a solution. Arms with fewer than six joints use
+the equivalent step dq = (J^T J + lambda^2 1)^-1 J^T e.
 
 Source:
-    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011
-    (damping by the squared error).
+    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
 """
 
 from __future__ import annotations
@@ -22,24 +21,23 @@ from ..arrays import BoolArray, FloatArray
 from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
 Measured = tuple[FloatArray, FloatArray, FloatArray]
-"""Rows of a Jacobian (N, m, n), the error (N, m) that a step has to make, and its size (N,)."""
+"""Jacobian rows (N, m, n), errors (N, m) and error norms (N,)."""
 Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]
-"""From poses (N, 4, 4), Jacobians (N, 6, n) at the tip in base axes and targets (N, ...)."""
+"""A function of poses (N, 4, 4), Jacobians (N, 6, n) and targets (N, ...)."""
 
 STEPS = 40
-"""An arm 5 mm off takes three or four steps, each of which doubles the digits; where branches meet,
-a step reduces the error by a factor of four or less."""
+"""Maximum number of steps. An initial error of 5 mm needs three or four steps; where branches meet,
+a step divides the error by at most 4."""
 _LESS, _MORE = 0.1, 100.0
-"""Factors on lambda^2 divided by the squared error, which starts at 1: after a step that reduced
-the error, and after a step that did not."""
+"""Factors on the damping after a step that reduced the error, and after a failed step."""
 _MANY = 64
-"""Number of rows from which array operations over all rows are faster than LAPACK on each."""
+"""Minimum number of rows for which array operations are faster than LAPACK on each row."""
 BLOCK = 4096
-"""Rows iterated at a time, so that their results stay in the processor's cache."""
+"""Number of rows per iteration, which fit the processor cache."""
 
 
 def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:
-    """The measure of a whole pose: the twist to it."""
+    """Measure the error of a complete pose by a twist."""
     error, residual = _twist(pose, T)
     return J, error, residual
 
@@ -52,10 +50,7 @@ def iterate(
     fixed: Sequence[int],
     steps: int = STEPS,
 ) -> FloatArray:
-    """Moves coordinates q (N, n) in place to targets T (N, ...) of a measure.
-
-    Returns the size (N,) of the error at the end.
-    """
+    """Move coordinates q (N, n) to targets T (N, ...) in place; return the final errors (N,)."""
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
@@ -79,7 +74,7 @@ def iterate(
         now = _chosen(better, trial, now)
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
-        # Where only rounding is left, no step reduces the error.
+        # At rounding level no step reduces the error.
         settled = ~better & ((now.residual <= SETTLED) | (damping > MOST_DAMPING))
         going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan
@@ -87,7 +82,7 @@ def iterate(
 
 
 class _State(NamedTuple):
-    """The rows of the Jacobian at q (N, n), the error (N, m), its square and its size."""
+    """The Jacobian rows and the error at q (N, n), with its square and its norm."""
 
     q: FloatArray
     J: FloatArray
@@ -97,7 +92,7 @@ class _State(NamedTuple):
 
 
 def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
-    """The trial where it is better, row by row."""
+    """Return the trial in rows with a smaller error, else the current state."""
     if better.all():
         return trial
     return _State(
@@ -109,13 +104,10 @@ def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
 
 
 def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """From poses (N, 4, 4) to others: (N, 6), linear first, in base axes; and its size (N,).
-
-    The angle uses sine and cosine, since either alone loses half of the digits somewhere.
-    """
+    """Return displacements (N, 6) between poses (N, 4, 4), in base axes, and their sizes (N,)."""
     a, b = here.transpose(1, 2, 0), there.transpose(1, 2, 0)
     linear = b[:3, 3] - a[:3, 3]
-    # Twice the sine times the axis: the columns crossed, as R_there R_here^T is their product.
+    # Twice the sine times the axis, from the cross products of the columns.
     sine = np.stack(
         [
             sum(a[i, k] * b[j, k] - a[j, k] * b[i, k] for k in range(3))
@@ -131,7 +123,7 @@ def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
-    """The damped step (N, n) by J (N, m, n) against errors (N, m), lambda^2 (N,) given."""
+    """Return the damped step (N, n) for J (N, m, n), errors (N, m) and lambda^2 (N,)."""
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
@@ -148,7 +140,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
 
 
 def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
-    """The lower half of A A^T + added, for A (m, n, N)."""
+    """Return the lower half of A A^T + added, for A (m, n, N)."""
     half = [[np.einsum("kN,kN->N", a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
     for i, row in enumerate(half):
         row[i] += added
@@ -156,9 +148,9 @@ def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
 
 
 def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
-    """A x = right for symmetric positive matrices given by their lower half, A = L D L^T.
+    """Solve A x = right for positive definite A by L D L^T, given the lower half of A.
 
-    Each operation runs over all rows: LAPACK takes ten times as long for matrices this small.
+    For matrices this small, operations over all rows are ten times faster than LAPACK.
     """
     m = len(A)
     scaled: list[list[FloatArray]] = []

@@ -1,7 +1,7 @@
-"""Refinement of targets that have no valid slot, but one with a small residual.
+"""Refinement of targets without a valid slot, but with a small residual.
 
-Where singularities of several steps nearly coincide, a closed form loses digits or its solution:
-Newton's iteration leads back. Rounded poses get their least-squares answers (docs/explanation).
+Near singularities of several solution steps, a closed form loses digits or misses its solution;
+Newton's iteration recovers it. Rounded poses get least-squares solutions (docs/explanation).
 """
 
 from __future__ import annotations
@@ -27,33 +27,32 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
 _SEARCH = 12
-"""Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
-step costs time, and where a solution is double a step leaves a quarter of the error."""
+"""Steps from a distant slot; only slots near the target continue. At a double solution, a step
+divides the error by 4."""
 _ROUNDED_STEPS = 8
-"""Steps to a least-squares answer that is as exact as a rounded pose: each leaves a hundredth."""
+"""Steps to a least-squares solution for a rounded pose; each step divides the error by 100."""
 _GROWTH = 10.0
-"""Greatest factor by which a closed form magnifies the distance of a rounded pose."""
+"""Maximum amplification of pose rounding by a closed form."""
 _ASIDE = 0.25
-"""Greatest part of a squared error in directions that are lost at a singularity: at the border of
-reach it is all of it."""
+"""Maximum fraction of the squared error in singular directions; at the workspace boundary it is
+1."""
 _VALUES = 16
-"""Values in a turn at which a joint is held: the error changes with the cosine of its angle."""
+"""Number of fixed values of a joint per turn: the error varies with the cosine of its angle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """Newton's iteration for targets that have no valid slot, but one with a small residual.
+    """Newton's iteration for targets without a valid slot, but with a small residual.
 
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
-        fixed: Indices of the coordinates that keep their values: they are given beside the target,
-            or the task leaves them at 0.
-        unit: The robot's unit of length [m], by which the iteration compares lengths with angles.
-        task: The part of the tool's pose that the inverse asks for.
-        judged: The same unit in residuals and tolerances: the task's, which may be 1.
-        searches: Whether the closed form loses targets, so that every slot is tried.
-        is_determined: Whether the target and the fixed coordinates are all that is given; a swivel
-            angle changes along a motion that leaves the tool at rest.
+        fixed: Indices of coordinates that keep their values.
+        unit: The unit length [m] of the robot, for the iteration.
+        task: The task of the inverse.
+        judged: The unit length [m] of residuals and tolerances, 1 for some tasks.
+        searches: Whether the closed form misses solutions, so that all slots are refined.
+        is_determined: Whether all inputs of the inverse are coordinates, without a swivel angle,
+            which a self-motion would change.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
@@ -66,17 +65,13 @@ class Refinement:
 
     @property
     def near(self) -> float:
-        """Largest residual [m] at which a slot is refined."""
+        """Maximum residual [m] of a slot that is refined."""
         return np.inf if self.searches else REFINED * self.judged
 
     def __call__(
         self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
-        """Moves slots near a solution onto it, in place.
-
-        A slot that reaches no solution keeps a least-squares answer. A given swivel angle keeps
-        its value up to the residual of the closed form.
-        """
+        """Refine slots in place; without convergence a slot keeps its least-squares solution."""
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
@@ -85,7 +80,7 @@ class Refinement:
         some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
         enough[some] = self.enough(targets[some])
-        # A translation that looks rounded may be exact: a solution beside it is none.
+        # A translation may look rounded and be exact: then a nearby solution is wrong.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
         if is_doubtful.any():  # No target of a partial pose is rounded.
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
@@ -101,10 +96,10 @@ class Refinement:
             self._accept(targets, enough, fields)
 
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
-        """Accepts slots of targets (..., *task.shape) within their residuals ``enough`` (...,).
+        """Accept slots of targets (..., *task.shape) with residuals up to ``enough`` (...,).
 
-        Slots of rounded targets are moved to their least-squares answers first: where one of them
-        reaches the target, the target is exact, and an answer beside it is no solution.
+        Slots of rounded targets first move to their least-squares solutions. If a slot reaches the
+        target, the target is exact, and slots with larger residuals are not solutions.
         """
         q, residual, valid = fields
         solved = SOLVED * self.judged
@@ -123,10 +118,10 @@ class Refinement:
     def _is_aside(
         self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
     ) -> BoolArray:
-        """Whether missed poses (...,) at right angles with a rounded translation may be reached.
+        """Test if missed poses (...,), axis-aligned with rounded translation, are reachable.
 
-        The nearest slot (of q (..., k, n) and residual (..., k)) is at a singularity where two
-        directions are lost, or its error is not in that which is. At the border of reach it is.
+        At the workspace boundary, the error of the nearest slot is in the singular direction. A
+        reachable pose has another error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.aims or not missed.any():
@@ -147,12 +142,12 @@ class Refinement:
         return found
 
     def _is_at_right_angles(self, poses: FloatArray) -> BoolArray:
-        """Whether poses (N, 4, 4) have rotations by right angles."""
+        """Test whether the rotations of poses (N, 4, 4) are multiples of pi / 2."""
         R = poses[..., :3, :3]
         return np.asarray((np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1)))
 
     def enough(self, target: FloatArray) -> FloatArray:
-        """Largest residuals (N,) of solutions for targets (N, ...), poses as they were given."""
+        """Return maximum residuals (N,) of solutions for targets (N, ...), before projection."""
         solved = np.full(len(target), SOLVED * self.judged)
         if self.task.aims:
             return solved
@@ -169,10 +164,9 @@ class Refinement:
         enough: FloatArray,
         aside: BoolArray,
     ) -> None:
-        """Moves some slots (N of them) onto solutions for targets (N, ...), in place.
+        """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        ``enough`` (N,) are the residuals of solutions. Where ``aside`` (N,), a joint may be held
-        also far from the target.
+        ``aside`` (N,) also allows fixing a joint far from the target.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -196,11 +190,7 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
-        """Leads coordinates (N, n) to targets (N, ...) and takes what is solved.
-
-        Returns:
-            The coordinates (N, n) at the end, and their residuals (N,).
-        """
+        """Refine q (N, n) for targets (N, ...) and store solutions; return q and residuals (N,)."""
         found, left = self.led(target, q, _SEARCH if self.searches else STEPS)
         self._take(slots, found, left, fields, enough)
         if self.searches:
@@ -212,22 +202,20 @@ class Refinement:
     def _gradients(
         self, target: FloatArray, row: IntArray, q: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Half the squared errors (N,) of q (N, n) for some of the targets, and their gradients."""
+        """Return half the squared errors (N,) of q (N, n) for target rows, and the gradients."""
         rows, error = self._measured(target[row], q)
         return (error * error).sum(-1) / 2, -(rows.mT @ error[..., None])[..., 0]
 
     def _free(self, n: int) -> list[int]:
-        """The indices of those of n coordinates that the iteration moves."""
+        """Return the indices of the coordinates that the iteration moves."""
         return [k for k in range(n) if k not in self.fixed]
 
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
-        """The joints to hold on a long motion from q (N, n) with the tool nearly at rest, (N, n).
+        """Return the joints (N, n) to be fixed along a possible self-motion from q (N, n).
 
-        At the border of reach one direction of the joints does not move the tool, which then leaves
-        its place with the square of the way: on no motion is it at rest, and no joint is held.
-        Where it does not leave its place, that direction begins the motion, and the joint that
-        turns most in it tells the places along it. Where there are more such directions, any joint
-        may turn.
+        At the workspace boundary, tool motion along the null direction is quadratic: there is no
+        self-motion and no joint is fixed. Otherwise the fixed joint is the joint with the largest
+        component of the null direction. With several null directions, it is any joint.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
@@ -247,7 +235,7 @@ class Refinement:
         return turning
 
     def _measured(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The rows (N, m, n) and the errors (N, m) of coordinates for targets, in the unit."""
+        """Return Jacobian rows (N, m, n) and errors (N, m), with lengths in the unit length."""
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         rows, error, _ = self.task(*self._in_unit(q), wanted)
         return rows, error
@@ -261,10 +249,10 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Leads coordinates (N, n) to targets (N, ...) while one of some joints (N, n) is held.
+        """Refine q (N, n) for targets (N, ...) with one of the joints ``turning`` (N, n) fixed.
 
-        A joint that moves the tool by nanometres alone would take all of a step and gain nothing;
-        held, at values all round, it leaves the steps to the others.
+        A joint along a self-motion would dominate each step without reducing the error. Therefore
+        it is fixed at values in a full turn.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():
@@ -286,7 +274,7 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
+        """Write coordinates (N, n) with sufficiently small residuals (N,) into their slots."""
         q, residual, valid = fields
         solved = left <= enough
         slots = _at(slots, solved)
@@ -295,14 +283,14 @@ class Refinement:
     def led(
         self, target: FloatArray, q: FloatArray, steps: int = STEPS
     ) -> tuple[FloatArray, FloatArray]:
-        """Coordinates (N, n) led from q (N, n) to targets (N, ...), and their residuals (N,)."""
+        """Refine q (N, n) for targets (N, ...); return coordinates (N, n) and residuals (N,)."""
         found = q.copy()
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         iterate(self._in_unit, self.task, wanted, found, self.fixed, steps)
         return found, self._residual(target, found)
 
     def _in_unit(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The pose and the Jacobian at q (N, n), with lengths in the robot's unit."""
+        """Return poses and Jacobians at q (N, n), with lengths in the unit length."""
         pose, J = self.fk_jacobian_mixed(q)
         if self.unit != 1:
             pose[..., :3, 3] /= self.unit
@@ -310,7 +298,7 @@ class Refinement:
         return pose, J
 
     def _residual(self, target: FloatArray, q: FloatArray) -> FloatArray:
-        """The residuals (N,) of coordinates (N, n) for targets (N, ...)."""
+        """Return the residuals (N,) of q (N, n) for targets (N, ...)."""
         pose, J = self.fk_jacobian_mixed(q)
         if not self.task.aims:
             return _residual(pose, target, self.unit)
@@ -318,25 +306,25 @@ class Refinement:
 
 
 def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
-    """Some of the slots (N of them), which are given by their indices."""
+    """Select from N slots, which are given by index arrays."""
     return tuple(index[chosen] for index in slots)
 
 
 def _blocks(chosen: BoolArray) -> Iterator[tuple[IntArray, ...]]:
-    """The indices of chosen slots (..., k), at most ``BLOCK`` of them at a time."""
+    """Yield the index arrays of chosen slots (..., k), at most ``BLOCK`` at a time."""
     slots = np.nonzero(chosen)
     for first in range(0, len(slots[0]), BLOCK):
         yield tuple(index[first : first + BLOCK] for index in slots)
 
 
 def _of_slots(array: NDArray[Any], slots: tuple[IntArray, ...]) -> NDArray[Any]:
-    """The values of the targets, (..., *rest), that slots (N of them) belong to: (N, *rest)."""
+    """Return target values (N, *rest) for N slots, from an array (..., *rest)."""
     rest = array.shape[len(slots) - 1 :]
     return np.broadcast_to(array[slots[:-1]], (len(slots[-1]), *rest))
 
 
 def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
-    """The slot with the least finite residual of each target that slots (N of them) belong to."""
+    """Return the slot with the smallest finite residual of each target."""
     rows = np.flatnonzero(np.isfinite(left))
     rows = rows[np.argsort(left[rows], kind="stable")]
     if len(slots) == 1:
@@ -346,7 +334,7 @@ def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
 
 
 def _missed(slots: tuple[IntArray, ...], valid: BoolArray) -> BoolArray:
-    """Whether the targets of slots (N of them) have no valid slot yet."""
+    """Test whether the targets of N slots have no valid slot yet."""
     return np.broadcast_to(~np.asarray(valid.any(-1))[slots[:-1]], slots[-1].shape)
 
 
@@ -357,7 +345,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """The refinement of an inverse, None if its tier needs none."""
+    """Return the refinement of an inverse, None if its tier needs none."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (info.role.is_inverse and (info.role.domain == "pose" or info.role.aims) and jacobian):
         return None
@@ -373,7 +361,7 @@ def refinement_of(
 
 
 def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
-    """The residual between poses (..., 4, 4), defined in the same way as in Solutions."""
+    """Return the residual between poses (..., 4, 4), as defined in Solutions."""
     apart = here - there
     distance2 = (apart[..., :3, 3] ** 2).sum(-1)
     turned2 = (apart[..., :3, :3] ** 2).sum((-2, -1))

@@ -1,7 +1,7 @@
-"""Saddles of the squared error, at which iteration stands still, and the ways down from them.
+"""Descent from saddles of the squared error, at which Newton's iteration stalls.
 
-Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them: its gradient -J^T e is 0,
-but the error is not. The direction of the least curvature of f leads on, both ways.
+Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them: the gradient -J^T e is 0,
+but the error is not. The direction of lowest curvature of f leads to both solutions.
 
 Source:
     Nocedal and Wright, Numerical Optimization, 2006, section 3.4.
@@ -18,33 +18,25 @@ from ..arrays import FloatArray, IntArray
 from ..tolerances import SADDLE, SADDLE_BEND, SADDLE_STEP
 
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""From the numbers (N,) of targets and coordinates (N, n) to f (N,) and its gradients (N, n)."""
+"""A function of target indices (N,) and coordinates (N, n) with f (N,) and gradients (N, n)."""
 _LONGEST = 1.0
-"""Radians or lengths of the way to a start at most."""
+"""Maximum distance of a start from the saddle [rad or length]."""
 
 
 class Ways(NamedTuple):
-    """Starts on both sides of saddles.
-
-    Attributes:
-        row: (M,) the rows of the coordinates that are at saddles, each of them twice.
-        q: (M, n) the starts.
-    """
+    """Starts q (M, n) on both sides of saddles, and their rows (M,) in the input."""
 
     row: IntArray
     q: FloatArray
 
 
 def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
-    """Starts on both sides of those coordinates that are at a saddle of the squared error.
-
-    The way leads to where the error would vanish if the curvature stayed as it is.
-    """
+    """Return starts on both sides of saddles, at which the error vanishes to second order."""
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)
     row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)
     H = _hessian(gradients, row, q[row], free)
-    # Beside a dead point loops do not close on all sides of the coordinates.
+    # Near a dead point, loops may be open at some difference points.
     closes = np.isfinite(H).all((1, 2))
     row, H = row[closes], H[closes]
     curvatures, directions = np.linalg.eigh(H)
@@ -57,7 +49,7 @@ def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
 
 
 def _hessian(gradients: Gradients, row: IntArray, q: FloatArray, free: list[int]) -> FloatArray:
-    """The second derivatives (N, m, m) of f by the free coordinates."""
+    """Return Hessians (N, m, m) of f with respect to the free coordinates."""
     step = SADDLE_STEP * np.eye(q.shape[1])[free]
     around = (q[:, None] + np.concatenate([step, -step])).reshape(-1, q.shape[1])
     g = gradients(np.repeat(row, 2 * len(free)), around)[1][:, free]

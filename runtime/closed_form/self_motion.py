@@ -1,7 +1,7 @@
-"""The best values of redundancy parameters over the self-motion of a redundant robot.
+"""The best redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the range of the parameters. From the best ones random steps are taken, half as long
-where none gains: the best value is often at a limit, along which steps in fixed directions stop.
+Samples cover the parameter ranges. Random steps from the best samples follow, and are halved after
+a failure. Steps in fixed directions would stop at limits, where the optimum often lies.
 """
 
 from __future__ import annotations
@@ -21,17 +21,18 @@ from ..tolerances import SELF_MOTION_STEP
 
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
-"""From coordinates (N, n) and seeds (N, n) to values (N,), of which the largest is sought."""
+"""A function of coordinates (N, n) and seeds (N, n) with values (N,) to be maximized."""
 
 _SAMPLES = {1: 64, 2: 20, 3: 12}
-"""Samples along each of so many parameters; few along more of them."""
+"""Samples per parameter, by the number of parameters."""
 _FEW = 4
+"""Samples per parameter for more parameters."""
 _STARTS = 8
-"""Best samples around which the grid is refined."""
+"""Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Random steps from a sample, to the power of the number of parameters."""
+"""Random steps from a sample for each parameter, with this number to the power of their count."""
 _MAX_ROWS = 100_000
-"""Rows that are solved at once."""
+"""Maximum number of rows that are solved at once."""
 
 
 def check_redundancy(label: str, redundancy: str) -> None:
@@ -51,7 +52,7 @@ def best_parameters(
     held: Mapping[str, FloatArray],
     free: Sequence[str],
 ) -> dict[str, FloatArray]:
-    """The values (N,) of all parameters at which an objective is largest, for targets and seeds."""
+    """Return all parameters (N,) that maximize an objective, for targets and seeds."""
     target, seeds = rows
     block = max(1, _MAX_ROWS // (_SAMPLES.get(len(free), _FEW) ** len(free) + 1))
     parts = []
@@ -74,7 +75,7 @@ class _Search:
     seeds: FloatArray
 
     def best(self, held: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
-        """(N, p) values of the free parameters."""
+        """Return the best values (N, p) of the free parameters."""
         start, low, high = self._ranges(free)
         per_axis = _SAMPLES.get(len(free), _FEW)
         unit = (np.arange(per_axis) + 0.5) / per_axis
@@ -104,7 +105,7 @@ class _Search:
         return np.take_along_axis(centers, top[:, None, None], 1)[:, 0]
 
     def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The values at the seeds (N, p), and the ranges (N, p) in which they are varied."""
+        """Return the parameters at the seeds (N, p), and their lower and upper bounds (N, p)."""
         robot, moves = self.robot, self.make(self.seeds, {}).moves
         own = {item.name: item for item in robot.redundancy}
         start = np.stack([values_at(robot, name, self.seeds) for name in free], -1)
@@ -126,7 +127,7 @@ class _Search:
     def _values(
         self, held: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """The objective (N, m) at values (N, m, p) of the parameters; -inf without solution."""
+        """Return the objective (N, m) at parameters (N, m, p); -inf without a solution."""
         m = values.shape[1]
         target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
         at = {name: np.repeat(value, m) for name, value in held.items()}

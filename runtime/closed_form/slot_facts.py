@@ -1,4 +1,4 @@
-"""The coordinates of a class of solutions, as arrays for the compiled filters."""
+"""Coordinate data of a class of solutions, as arrays for the compiled filters."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class SlotFacts:
-    """The coordinates of a class of solutions, as arrays.
+    """Coordinate data of a class of solutions.
 
     Attributes:
-        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
+        units: (n,) the unit length for prismatic coordinates, 1 for revolute coordinates.
         turn: (n,) 2 pi for coordinates that wrap, else 0.
-        whole: (n,) 2 pi for coordinates that turn, else 0.
+        whole: (n,) 2 pi for revolute coordinates, else 0.
         lower: (n,) lower limits, -inf for none.
         upper: (n,) upper limits, inf for none.
-        same: (n,) differences up to which coordinates of the same solution may differ.
+        same: (n,) maximum coordinate differences between equal solutions.
     """
 
     units: FloatArray
@@ -58,11 +58,11 @@ def _facts_of(kind: Any) -> SlotFacts:
 
 
 facts_of: Callable[[Any], SlotFacts] = _facts_of
-"""The coordinates of a class of solutions."""
+"""Return the cached coordinate data of a class of solutions."""
 
 
 def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
+    """Return the number of windings (n,) of each coordinate in (low, high], rounded up."""
     turns = np.ceil((high - low) / TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
@@ -70,12 +70,12 @@ def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray
 def check_ascending(
     label: str, coordinates: Sequence[Coordinate], low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The limits (n,); raises an InputValueError if a lower one is above its upper one, or NaN."""
+    """Return limits (n,); raise an InputValueError unless lower <= upper."""
     for c, a, b in zip(coordinates, low, high, strict=True):
         if not a <= b:
             raise InputValueError(
-                f"{label}: {c.name} has limits {a:g} to {b:g} {c.unit}; the lower one must not be "
-                "above the upper one"
+                f"{label}: {c.name} has limits {a:g} to {b:g} {c.unit}; the lower limit must not "
+                "exceed the upper limit"
             )
     return low, high
 
@@ -83,7 +83,7 @@ def check_ascending(
 def read_limits(
     coordinates: tuple[Coordinate, ...], label: str, limits: Any
 ) -> tuple[FloatArray, FloatArray]:
-    """The limits (n,) that a call gives: "robot", None for none, or (n, 2)."""
+    """Return limits (n,) from an argument: "robot", None for none, or (n, 2)."""
     n = len(coordinates)
     if limits is None:
         return np.full(n, -np.inf), np.full(n, np.inf)
@@ -100,13 +100,13 @@ def read_limits(
 
 
 def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
-    """The weights (n,) of a call: finite, not negative, and one of them positive."""
+    """Return weights (n,) from an argument: finite, not negative, and not all 0."""
     array = real_array(label, "weights", weights)
     if array.shape != (n,):
         raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")
     if not ((array >= 0) & np.isfinite(array)).all() or not array.any():
         raise InputValueError(
-            f"{label}: weights must be finite and not negative, and one of them positive, got "
+            f"{label}: weights must be finite and not negative, and at least one positive, got "
             f"{array.tolist()}"
         )
     return array
