@@ -142,7 +142,7 @@ def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
         joints.append(
             Joint(row.of, joint.kind, to_axis, inverse(to_axis), row.of, limits=joint.limits)
         )
-        masses.append(PointMass(row.of, row.mass, row.centre))
+        masses.append(PointMass(row.of, row.mass, row.center))
     load = Load(tuple(masses), springs.gravity)
     return SerialRobot(robot.name, tuple(joints), load=load), load
 

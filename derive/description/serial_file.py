@@ -41,7 +41,7 @@ ROBOT_FIELDS = (
 )
 TRANSMISSION_FIELDS = ("of", "gain", "sin1", "cos1", "sin2", "cos2")
 LOAD_FIELDS = ("masses", "gravity", "springs")
-SPRING_FIELDS = ("of", "compliance", "axis", "point", "mass", "centre")
+SPRING_FIELDS = ("of", "compliance", "axis", "point", "mass", "center")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 _WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
@@ -171,7 +171,7 @@ class RobotFile(TomlFile):
             axis=self.vector((*keys, "axis"), "ratio"),
             point=self.vector((*keys, "point"), "length"),
             mass=self.literal((*keys, "mass"), 0),
-            centre=self.vector((*keys, "centre"), "length"),
+            center=self.vector((*keys, "center"), "length"),
         )
 
     def _mass(self, keys: Keys) -> PointMass:

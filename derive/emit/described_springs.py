@@ -37,14 +37,14 @@ def _lines(robot: SerialRobot) -> Iterator[str]:
     if robot.load:
         yield f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
     for joint, T in zip(robot.coordinates, places, strict=True):
-        mass, centre = _weight(robot, links[joint.name])
+        mass, center = _weight(robot, links[joint.name])
         yield from ("", "[[springs]]", f"of = {json.dumps(joint.name)}")
         yield f"compliance = ${joint.name}"
         yield f"axis = {_row(joint.direction * T[:3, 2])}"
         if joint.kind == "revolute":
             yield f"point = {_row(T[:3, 3])}"
         if mass:
-            yield from (f"mass = {mass!r}", f"centre = {_row(centre)}")
+            yield from (f"mass = {mass!r}", f"center = {_row(center)}")
 
 
 def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
@@ -65,7 +65,7 @@ def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, 
 
 
 def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
-    """Mass and centre of mass of links that move as one, in the base frame."""
+    """Mass and center of mass of links that move as one, in the base frame."""
     mass, moment = 0.0, np.zeros(3)
     for point in robot.load.masses if robot.load else ():
         if point.link in links:

@@ -218,7 +218,7 @@ class Spring:
         axis: Direction of the joint's axis.
         point: A point on the axis (metre).
         mass: Mass carried by the joint (kilogram).
-        centre: Center of mass of the link (metre).
+        center: Center of mass of the link (metre).
     """
 
     of: str
@@ -226,12 +226,12 @@ class Spring:
     axis: Vector
     point: Vector
     mass: sp.Expr
-    centre: Vector
+    center: Vector
 
     def __post_init__(self) -> None:
         for name in ("compliance", "mass"):
             object.__setattr__(self, name, exact(getattr(self, name)))
-        for name in ("axis", "point", "centre"):
+        for name in ("axis", "point", "center"):
             object.__setattr__(self, name, exact_vector(getattr(self, name)))
 
 

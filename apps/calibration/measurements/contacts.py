@@ -107,7 +107,7 @@ class Distances(_OneNumber):
     @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of the target in the tool frame and the fixed point in the base frame."""
-        return (*_point("target"), *_point("centre"))
+        return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin and the fixed point from a linear fit."""
@@ -126,7 +126,7 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The velocity of the target along the line to the centre."""
+        """The velocity of the target along the line to the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -149,15 +149,15 @@ class SphereContacts(_OneNumber):
     @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of the target in the tool frame, the center in the base frame, and the radius."""
-        return (*_point("target"), *_point("centre"), "radius")
+        return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin and the sphere from a linear fit."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, _ = _sphere(p, (p**2).sum(-1))
-        centre, radius = c + T[:, :3, 3].mean(0), np.sqrt(rest + c @ c)
-        return self._refined(T, np.concatenate([np.zeros(3), centre, [radius]]))
+        center, radius = c + T[:, :3, 3].mean(0), np.sqrt(rest + c @ c)
+        return self._refined(T, np.concatenate([np.zeros(3), center, [radius]]))
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances from the surface, in standard deviations."""
@@ -166,7 +166,7 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The velocity of the target along the line to the centre."""
+        """The velocity of the target along the line to the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
