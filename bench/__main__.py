@@ -1,7 +1,7 @@
 """``python -m bench``: speed and size of chasles, compared with peers in the same run.
 
-Without a command it runs all benchmarks, prints their tables, saves them in bench/results/ and
-replaces the figures in docs/performance.md. With --quick it saves nothing.
+Without a command, it runs all benchmarks, prints and saves their tables (bench/results/), and
+updates docs/performance.md. With --quick, it saves nothing.
 """
 
 import argparse

@@ -12,7 +12,7 @@ CONFIGURATIONS = 20
 
 
 class DisagreementError(Exception):
-    """A peer computes other results than chasles."""
+    """The results of a peer differ from the results of chasles."""
 
 
 def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[ArrayLike]) -> None:
@@ -20,7 +20,7 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
 
     Args:
         name: The peer, and the robot or function that it computes.
-        found: Arrays of the peer; NaN must stand where chasles returns NaN.
+        found: Arrays of the peer; NaN is required where chasles returns NaN.
         expected: Arrays of chasles, with the same shapes.
     """
     for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):

@@ -1,7 +1,7 @@
-"""Compares the ratios of a short run with a committed baseline, and reports the slower ones.
+"""Comparison of the time ratios of a short run with a committed baseline.
 
-Ratios to peers in the same run cancel most of a machine's speed; a margin covers the rest. If a
-ratio falls below the margin, all are measured a second time; only a ratio that falls twice counts.
+Time ratios to peers in the same run hardly depend on the machine; a margin covers the rest. If a
+ratio is below the margin, all ratios are measured again. A ratio fails if it is below twice.
 """
 
 import json
@@ -13,17 +13,17 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""The share of a ratio that may be lost on the machine of the baseline.
+"""Allowed relative decrease of a ratio on the machine of the baseline.
 
-It is wide because the code of chasles keeps the arithmetic units busy while its peers wait: another
-process on the same core lowers the ratios. Counted instructions find small losses instead.
+It is large because another process on the same core slows chasles, which keeps the arithmetic units
+busy, more than its peers. Instruction counts (`count.py`) detect small losses.
 """
 MARGIN_ELSEWHERE = 0.5
-"""The share of a ratio that may be lost on another processor or with another compiler."""
+"""Allowed relative decrease of a ratio on another processor or with another compiler."""
 
 
 def run(write: bool) -> int:
-    """Measures, then writes the baseline or compares with it; returns the exit status."""
+    """Measure, then write the baseline or compare with it; return the exit status."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}
@@ -43,25 +43,25 @@ def run(write: bool) -> int:
 
 
 def measured() -> dict[str, float]:
-    """The ratios of a short run, each between the least times."""
+    """Return the ratios of the minimum times of a short run."""
     plan = without_slow_builds(SHORT)
     rows = [row for _, section in SECTIONS.values() for row in section(plan)]
     return {row.key: round(row.of_best, 3) for row in rows if isinstance(row, Ratio)}
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """The margin for ratios of the baseline's machine compared with ratios of this machine."""
+    """Return the margin: larger if this machine is not the machine of the baseline."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 
 
 def slower(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> list[str]:
-    """Keys of the measured ratios that fell by more than the margin."""
+    """Return the keys of the ratios that decreased by more than the margin."""
     return [key for key in expected if key in found and found[key] < expected[key] * (1 - margin)]
 
 
 def show(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> None:
-    """Prints all ratios next to the ratios of the baseline."""
+    """Print all ratios next to the ratios of the baseline."""
     rows = [
         (key, expected.get(key, "new"), found.get(key, "not measured"))
         for key in {**expected, **found}

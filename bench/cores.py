@@ -1,4 +1,4 @@
-"""Restricts the work to a core."""
+"""Restriction of the process to one core."""
 
 import os
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keeps this thread, and threads that it starts in the context, on a single core."""
+    """Restrict this thread, and threads that it starts in the context, to one core."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

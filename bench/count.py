@@ -1,9 +1,9 @@
-"""Instructions counted by valgrind: the same number on every run, however busy the machine is.
+"""Instruction counts by valgrind, which are reproducible on a busy machine.
 
-The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
-their count depends on the generated C and the compiler alone; replacements for library functions
-in the generated C are counted. The count of a call from Python is the difference between many and
-few calls in one process, divided by the difference of their numbers.
+Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
+counts depend only on the generated C and the compiler; replacements of library functions in the
+generated C are included. The count of a Python call is the difference between many and few calls,
+divided by the difference in the number of calls.
 """
 
 import json
@@ -36,15 +36,15 @@ COUNTED = {
     "board_installer": ("fk_jacobian_mixed",),
     "five_bar": ("fk_jacobian_mixed", "chain", "chain_D_q"),
 }
-"""The kernels that are counted, by robot."""
+"""The counted kernels, keyed by robot."""
 RISE = 0.02
-"""Share by which a count may rise; a larger rise is a failure."""
+"""Maximum relative increase of a count; a larger increase is a failure."""
 TIMES = 100
 """Number of calls of a kernel."""
 CALLS = (100, 400)
 """Numbers of calls from Python."""
 CALLED = ("fk", "fk_jacobian_mixed")
-"""The functions that are called from Python."""
+"""The functions whose Python calls are counted."""
 PYTHON = """
 import ctypes, os, sys, numpy as np, chasles
 library, *folders = sys.argv[1:]
@@ -60,16 +60,16 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The program whose calls are counted: at each getppid valgrind writes its counts and restarts."""
+"""The counted program: at each getppid call, valgrind writes its counts and restarts."""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C that begins the count: instructions of imports, which take most of the time, have none."""
+"""C code that starts counting after the imports, which take most of the time."""
 
 
 def run(write: bool) -> int:
-    """Counts, then writes the expected counts or compares with them; returns the exit status."""
+    """Count, then write the expected counts or compare with them; return the exit status."""
     reason = impossible()
     if reason:
         out.print(f"no instructions counted: {reason}")
@@ -89,7 +89,7 @@ def run(write: bool) -> int:
 
 
 def impossible() -> str | None:
-    """The reason why instructions cannot be counted on this machine; None if they can."""
+    """Return the reason why this machine cannot count instructions, or None."""
     if platform.machine() != "x86_64":
         return "the counts are of x86-64"
     missing = [name for name in ("valgrind", "gcc") if shutil.which(name) is None]
@@ -97,7 +97,7 @@ def impossible() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """Versions of the tools on which the counts depend."""
+    """Return the versions of the tools that affect the counts."""
     return {
         "compiler": compiler_version(("gcc",)),
         "python": platform.python_version(),
@@ -119,11 +119,11 @@ def compare(
         kind: "kernels" or "python".
         expected: Versions and counts of bench/instructions.json.
         found: Versions and counts of this machine.
-        same: Versions on which the counts depend; another version only informs.
-        exactly: Whether any difference is a failure, also a missing function.
+        same: Names of the versions that affect the counts; if they differ, nothing fails.
+        exactly: Whether each difference or missing function is a failure.
 
     Returns:
-        A line for each failure.
+        One line per failure.
     """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]
@@ -135,7 +135,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Functions whose count differs, and functions that only one of both has."""
+    """Return the functions whose counts differ or that are missing on one side."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
@@ -145,7 +145,7 @@ def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[s
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Functions whose count rose by more than RISE."""
+    """Return the functions whose count increased by more than RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"
@@ -155,7 +155,7 @@ def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
 
 
 def kernels() -> dict[str, int]:
-    """Instructions of one call of each generated kernel, without sin, cos and their kind."""
+    """Return the instructions per call of each generated kernel, without the math library."""
     with tempfile.TemporaryDirectory() as folder:
         return {
             f"{name}.{function}": count
@@ -169,7 +169,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Symbols are bound at the start: otherwise the first call of a library function costs more.
+    # Symbols are bound at program start, otherwise the first call of a library function costs more.
     options = [
         f"-I{robot.folder}",
         f"-I{robot.folder.parent / SUPPORT}",
@@ -188,7 +188,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
         "--compress-strings=no",
     ]
     subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
-    # The first part is the start of the program, and each further one a kernel.
+    # The first part is the program start, each further part a kernel.
     parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
     totals = [
         own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))
@@ -198,7 +198,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
 
 
 def _driver(robot: chasles.Robot) -> str:
-    """A C program that calls each kernel ``TIMES`` times, with getppid before and after each."""
+    """Return a C program that calls each kernel ``TIMES`` times, between getppid calls."""
     start, step = _inputs(robot)
     calls = []
     for name in COUNTED[robot.name]:
@@ -230,14 +230,14 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Start and step of the inputs; loops must be closed at all of them."""
+    """Return start and step of the inputs; loops close at all inputs."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01
 
 
 def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
-    """Instructions of functions whose names have a prefix, without their calls of others."""
+    """Sum the instructions of functions with a name prefix, without the functions they call."""
     total, ours, called = 0, False, False
     for line in profile.splitlines():
         if line.startswith("fn="):
@@ -245,14 +245,14 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
         elif line.startswith("calls="):
             called = True
         elif re.match(r"[+\-*\d]", line):
-            # The line after "calls=" holds the instructions of the callee.
+            # The line after "calls=" contains the instructions of the callee.
             total += int(line.split()[1]) if ours and not called else 0
             called = False
     return total
 
 
 def python_calls() -> dict[str, int]:
-    """Instructions of one call from Python, the kernel and the mathematical library included."""
+    """Return the instructions of one Python call, including the kernel and the math library."""
     names = [f"{arm.name}.{function}" for arm in ARMS for function in CALLED]
     with tempfile.TemporaryDirectory() as folder:
         arms = [_with_called_functions(arm.name, Path(folder)) for arm in ARMS]
@@ -260,7 +260,7 @@ def python_calls() -> dict[str, int]:
         start.write_text(START, encoding="utf-8")
         library = f"{folder}/start.so"
         subprocess.run(["gcc", "-shared", "-fPIC", str(start), "-o", library], check=True)
-        # Compiled beforehand: valgrind would follow the compiler.
+        # Compile first, otherwise valgrind would trace the compiler.
         _python(library, *arms)
         options = [
             "--tool=callgrind",
@@ -276,7 +276,7 @@ def python_calls() -> dict[str, int]:
 
 
 def _with_called_functions(name: str, folder: Path) -> str:
-    """A shipped robot, derived again with the functions that are called and no others."""
+    """Derive a shipped robot again with only the counted functions."""
     target = folder / name
     described = chasles.derive.read(ROBOTS / f"{name}.toml")
     chasles.derive.write(described, target, functions=CALLED, languages=("c", "python"))

@@ -1,4 +1,4 @@
-"""Writes the figures of the last full run into docs/performance.md."""
+"""Update of docs/performance.md with the results of the last full run."""
 
 import json
 from pathlib import Path
@@ -14,14 +14,14 @@ HEAD = """\
 
 
 def write() -> None:
-    """Replaces the text of docs/performance.md between its two marks."""
+    """Replace the text of docs/performance.md between its two marks."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + figures() + END + after, encoding="utf-8")
 
 
 def figures() -> str:
-    """The machine, and one table of all results with the smallest ratios first."""
+    """Return the machine, and a table of all results, the smallest ratios first."""
     results = [
         json.loads(file.read_text(encoding="utf-8")) for file in sorted(RESULTS.glob("*.json"))
     ]

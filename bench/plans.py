@@ -1,4 +1,4 @@
-"""The benchmarks and the lengths of their runs."""
+"""The benchmarks and the durations of their runs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,5 +24,5 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
 
 
 def without_slow_builds(plan: Plan) -> Plan:
-    """The plan without peers that take long to compile and are not compiled yet."""
+    """Return the plan without peers that take long to compile and are not yet compiled."""
     return replace(plan, leave_out=frozenset(n for n in SLOW_TO_BUILD if not is_built(n)))

@@ -24,15 +24,15 @@ out = Console(width=110, highlight=False)
 
 @dataclass(frozen=True)
 class Plan:
-    """Length of a measurement.
+    """Extent of a benchmark run.
 
     Attributes:
-        rounds: Number of repetitions of each work, A B A B.
-        calls: Calls from Python in one round.
-        batch: Poses in a batch and in a loop in C.
-        leave_out: Peers that take too long and are left out.
-        robots: Names of the robots that are derived; () for all shipped robots.
-        chains: Numbers of joints of the chains that are derived.
+        rounds: Number of alternating repetitions, A B A B.
+        calls: Number of Python calls per round.
+        batch: Number of poses in a batch and in a C loop.
+        leave_out: Peers to skip because they take too long.
+        robots: Names of the robots to derive; () for all shipped robots.
+        chains: Numbers of joints of the chains to derive.
     """
 
     rounds: int
@@ -45,15 +45,15 @@ class Plan:
 
 @dataclass(frozen=True)
 class Ratio:
-    """The time of a peer divided by the time of chasles, both for a pose or a call.
+    """The time of a peer divided by the time of chasles, per pose or call.
 
     Attributes:
         key: Measurement, arm and peer: "scalar ur5e fk: Pinocchio C++".
-        own: The least time of chasles [ns].
-        peer: The least time of the peer [ns].
-        median: The median of the ratios of all rounds; above 1 chasles is faster.
-        least: The least ratio of all rounds.
-        bar: The value that the median should reach; None without a bar.
+        own: Minimum time of chasles [ns].
+        peer: Minimum time of the peer [ns].
+        median: Median ratio of all rounds; above 1, chasles is faster.
+        least: Minimum ratio of all rounds.
+        bar: Required value of the median; None without a bar.
     """
 
     key: str
@@ -65,7 +65,7 @@ class Ratio:
 
     @property
     def of_best(self) -> float:
-        """The ratio of the least times; disturbances only make a run longer."""
+        """The ratio of the minimum times, which disturbances affect least."""
         return self.peer / self.own
 
     @property
@@ -76,7 +76,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value, and the bar that it should stay below; None without a bar."""
+    """A value and its upper bar; None without a bar."""
 
     key: str
     value: float
@@ -90,7 +90,7 @@ class Limit:
 
 
 def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
-    """The time of a run in seconds, by default wall time."""
+    """Return the duration of a run [s], by default in wall time."""
     start = clock()
     work()
     return clock() - start
@@ -101,10 +101,10 @@ def alternated(
     rounds: int,
     clock: Callable[[], float] = time.process_time,
 ) -> dict[str, list[float]]:
-    """Times of each work in seconds, run A B A B so that slow moments affect all works alike.
+    """Return the times of each function [s], in alternating order to distribute disturbances.
 
-    Each work runs once before the first round, untimed. By default the times are processor time of
-    all threads of this process, which does not advance while another process has the core.
+    Each function first runs once without timing. By default, the times are processor times of all
+    threads of this process, which exclude the time of other processes.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
@@ -122,7 +122,7 @@ def ratio(
     count: int,
     bar: float | None = None,
 ) -> Ratio:
-    """Compares the times of two works that ran A B A B; the first is chasles."""
+    """Compare the times of chasles and a peer from alternating runs."""
     own, peer = (times[name] for name in names)
     pairs = [theirs / ours for ours, theirs in zip(own, peer, strict=True)]
     best = [min(found) / count * 1e9 for found in (own, peer)]
@@ -130,7 +130,7 @@ def ratio(
 
 
 def tables(title: str, found: Sequence[Ratio | Limit]) -> None:
-    """Prints the results of a benchmark as tables."""
+    """Print the results of a benchmark as tables."""
     compared = [row for row in found if isinstance(row, Ratio)]
     limited = [row for row in found if isinstance(row, Limit)]
     if compared:
@@ -143,7 +143,7 @@ def tables(title: str, found: Sequence[Ratio | Limit]) -> None:
 
 
 def records(found: Sequence[Ratio | Limit]) -> list[dict[str, object]]:
-    """The results of a benchmark for a result file."""
+    """Return the results of a benchmark for a result file."""
     return [{**asdict(row), "holds": row.holds} for row in found]
 
 
@@ -152,7 +152,7 @@ def _mark(row: Ratio | Limit) -> str:
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Prints a table, numbers to the right."""
+    """Print a table with right-aligned numbers."""
     printed = Table(title=title, title_justify="left")
     for k, column in enumerate(columns):
         printed.add_column(column, justify="left" if k == 0 else "right")
@@ -162,14 +162,14 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
 
 
 def save(name: str, content: Mapping[str, object]) -> None:
-    """Writes results, with a description of the machine, to ``bench/results/<name>.json``."""
+    """Write results and a description of the machine to ``bench/results/<name>.json``."""
     RESULTS.mkdir(exist_ok=True)
     record = {"machine": machine(), **content}
     (RESULTS / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
 def machine() -> dict[str, str]:
-    """Processor, compiler and versions."""
+    """Return processor, compiler and versions."""
     compiler = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False)
     return {
         "processor": _processor(),
@@ -196,7 +196,7 @@ def _version(package: str) -> str:
 
 
 def text(cell: object) -> str:
-    """A cell of a table: numbers with three digits."""
+    """Format a table cell; numbers have three digits."""
     if isinstance(cell, float):
         return f"{cell:.0f}" if abs(cell) >= 100 else f"{cell:.3g}"
     return "" if cell is None else str(cell)

@@ -1,1 +1,1 @@
-"""Arms and robots of the benchmarks, their poses, and the tasks of their inverses."""
+"""Arms, robots, poses and inverse kinematics tasks of the benchmarks."""

@@ -1,4 +1,4 @@
-"""The arms of all peers: products of elementary motions, exact at right angles."""
+"""The arms of all benchmarks: products of elementary motions, exact at right angles."""
 
 import math
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Motion:
-    """A turn about an axis or a shift along it.
+    """A rotation about an axis or a translation along an axis.
 
     Attributes:
-        kind: "turn" or "shift".
+        kind: "turn" (rotation) or "shift" (translation).
         axis: 0, 1, 2 for x, y, z.
-        value: Degrees or metres; None for the turn of a joint.
+        value: Angle [deg] or length [m]; None for a joint.
     """
 
     kind: str
@@ -19,7 +19,7 @@ class Motion:
     value: float | None
 
     def cos_sin(self) -> tuple[float, float]:
-        """Cosine and sine of a fixed turn, integers at right angles so that zeros stay zeros."""
+        """Return cosine and sine of a fixed rotation, exact at right angles."""
         assert self.value is not None
         quarters, rest = divmod(self.value, 90)
         if rest == 0:

@@ -1,4 +1,4 @@
-"""Batches of poses from NumPy, on one core and on two, compared with the speed of memory."""
+"""Batches of poses in NumPy arrays, on one and two cores, compared with memory bandwidth."""
 
 import ctypes
 import inspect
@@ -22,12 +22,12 @@ PEER = "Pinocchio C++"
 BARS = {PEER: 10.0, LOOP: 4.0}
 MEMSET_BAR = 0.6
 NOT_ZERO = 7
-"""The byte that memset writes: some machines write zeros several times as fast as other bytes."""
+"""The byte that memset writes; some machines write zeros several times faster."""
 THREADS_BAR = 1.8
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios of batches to every peer and to the speed of memory, and of two threads to one."""
+    """Compare batches with all peers and memory bandwidth, and two threads with one."""
     with one_core():
         found = [
             row for measure in (there, new, roofline) for arm in ARMS for row in measure(plan, arm)
@@ -47,7 +47,7 @@ def there(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def new(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk into a new array, whose memory the system has to find and to clear."""
+    """A batch of fk into a new array, whose memory the system must allocate and clear."""
     q = _vectors(plan, arm)
     batches: list[Batch] = setups("batches", arm, plan.leave_out)
     works: dict[str, Callable[[], object]] = {
@@ -77,7 +77,7 @@ def _name(loop: Loop) -> str:
 
 
 def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk with Jacobian into existing memory, compared with memset of as many bytes."""
+    """A batch of fk with Jacobian into existing memory, compared with memset of the same size."""
     q = _vectors(plan, arm)
     results = np.zeros((len(q), 4, 4)), np.zeros((len(q), 6, arm.joints))
     function = chasles.load(arm.name).fk_jacobian_mixed
@@ -95,7 +95,7 @@ def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def threads(plan: Plan) -> list[Ratio]:
-    """Two threads compared with one, if functions take `threads` and there are two cores."""
+    """Two threads compared with one, if `threads` is supported and there are two cores."""
     function = chasles.load(UR5E.name).fk
     if "threads" not in inspect.signature(function).parameters:
         out.print("functions do not take threads=: nothing to compare on two cores")

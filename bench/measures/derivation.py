@@ -1,4 +1,4 @@
-"""Time from a description to equations, C and LaTeX, and how it grows with the chain."""
+"""Time from a description to equations, C and LaTeX, and its growth with the chain length."""
 
 import json
 import os
@@ -25,7 +25,7 @@ LIMITS = {"ur5e": 3.0, "panda": 5.0, "all robots": 40.0, "nothing to do": 1.0, "
 
 
 def run(plan: Plan) -> dict[str, object]:
-    """Prints all measurements, and returns them for a result file."""
+    """Print all measurements, and return them for a result file."""
     rounds = min(plan.rounds, ROUNDS)
     times = {**whole_robots(rounds), **together(plan.robots)}
     growth = {k: [chain(k, joints) for joints in plan.chains] for k in ("planar", "spatial")}
@@ -56,7 +56,7 @@ def run(plan: Plan) -> dict[str, object]:
 
 
 def whole_robots(rounds: int) -> dict[str, float]:
-    """All functions of one robot derived, generated and written, in a process of its own."""
+    """Time to derive, generate and write all functions of each robot, in a separate process."""
     code = (
         "import sys, time; start = time.perf_counter()\n"
         "from chasles.derive import read, write\n"
@@ -76,7 +76,7 @@ def whole_robots(rounds: int) -> dict[str, float]:
 
 
 def together(robots: tuple[str, ...]) -> dict[str, float]:
-    """Derive robots, all of them by default, from nothing and up to date, as ``make derive``."""
+    """Time of ``make derive`` without generated files, and with up-to-date files."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
         first = seconds(lambda: _make(robots, folder, environment))
@@ -120,7 +120,7 @@ def _chain(kind: str, joints: int) -> SerialRobot:
 
 
 def operations(rounds: int) -> dict[str, dict[str, int]]:
-    """Operations of forward kinematics: chasles, CasADi's matrix product, SymPy with cse."""
+    """Count operations of forward kinematics: chasles, CasADi matrix product, SymPy with cse."""
     sizes = {}
     rows = []
     for name in ("ur5e", "puma560", "panda", "iiwa14"):
@@ -144,7 +144,7 @@ def _own(robot: SerialRobot) -> int:
 
 
 def _placements(robot: SerialRobot):
-    """Elementary motions of the whole chain, joint variables included, as (axis or None, value)."""
+    """Return the elementary motions of the chain with joint variables, as (axis or None, value)."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     motions = list(robot.base)

@@ -1,9 +1,9 @@
-"""``python -m bench view``: the computing for a frame of the live view, ghosts included.
+"""``python -m bench view``: computing time of a frame of the live view, including ghosts.
 
-A frame of a slider is a posture, the branches of the inverse, their poses as ghosts and the colours
-of limits. In a frame of the tool's handle, the posture follows from the inverse. Assembly modes are
-ghosts on demand: what they add is in a column of its own, without a bar. The time that viser takes
-to send a frame to the browser is not in it.
+For a slider, a frame consists of a configuration, the branches of the inverse with their poses as
+ghosts, and the limit colors. For the tool handle, the inverse determines the configuration. The
+optional ghosts of assembly modes have a separate column without a bar. The time of viser to send a
+frame to the browser is not included.
 """
 
 import time
@@ -19,14 +19,14 @@ from chasles.view.slider_units import slider_units
 from ..report import out
 
 MOST_MS = 2.0
-"""Milliseconds that the computing for a frame may take."""
+"""Maximum computing time of a frame [ms]."""
 ROUNDS, FRAMES = 15, 20
 STEP = 0.003
-"""Part of a slider's range between two frames: a hand's pace at thirty frames a second."""
+"""Slider motion per frame relative to its range: a typical drag at 30 frames per second."""
 
 
 def run(robots: Sequence[str]) -> int:
-    """Print the times of robots, by default all; return 1 if a time exceeds MOST_MS."""
+    """Print the times of robots (default: all); return 1 if a time exceeds MOST_MS."""
     names = robots or chasles.robots()
     table = Table(title="The computing for a frame, least of several runs")
     for name in ("robot", "bodies", "ghosts", "slider [ms]", "tool [ms]", "modes [ms]"):
@@ -49,7 +49,7 @@ def run(robots: Sequence[str]) -> int:
 
 
 def _way(display: Display) -> list[Posture]:
-    """Postures one after the other, from the start on."""
+    """Return consecutive configurations, beginning at the start configuration."""
     units = slider_units(display.robot, display.start.q)
     step = STEP * np.array([unit.upper - unit.lower for unit in units])
     inwards = np.where(display.start.q < [(u.lower + u.upper) / 2 for u in units], 1.0, -1.0)
@@ -70,7 +70,7 @@ def _dragged(display: Display, postures: list[Posture]) -> None:
 def _shown(
     display: Display, postures: list[Posture], moved: Callable[[Posture, Posture], Posture]
 ) -> None:
-    """Every frame of a way, each from the one before it."""
+    """Compute all frames of a path, each from the previous frame."""
     last = postures[0]
     for posture in postures[1:]:
         last = moved(posture, last)
@@ -84,7 +84,7 @@ def _in_all_modes(display: Display, postures: list[Posture]) -> None:
 
 
 def _least(work: Callable[[], None]) -> float:
-    """Milliseconds of the processor a frame: other programs take their time beside it."""
+    """Return the minimum processor time per frame [ms], which excludes other programs."""
     times = []
     for _ in range(ROUNDS):
         begin = time.thread_time()

@@ -1,4 +1,4 @@
-"""Cost of fk per joint as chains grow; the cost rises where the code exceeds a cache."""
+"""Cost of fk per joint for chains of increasing length; it increases if code exceeds a cache."""
 
 import os
 import tempfile
@@ -21,7 +21,7 @@ from ..report import Plan, Ratio, alternated, ratio, table
 CHAINS = (6, 12, 24, 48)
 POSES = 20_000
 BAR = 1 / 1.2
-"""A joint of any chain may cost 1.2 times a joint of the shortest chain."""
+"""The cost per joint of any chain may be 1.2 times that of the shortest chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
@@ -43,7 +43,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 
 def twisted(joints: int) -> SerialRobot:
-    """A chain of revolute joints with lengths, offsets and right-angled twists."""
+    """Return a chain of revolute joints with lengths, offsets and right-angled twists."""
     length, offset, zero = sp.Rational(1, 3), sp.Rational(1, 5), sp.Integer(0)
     rows = [
         dh("revolute", a=length, alpha=sp.pi / 2 * (-1) ** k, d=offset, theta=zero)
@@ -55,7 +55,7 @@ def twisted(joints: int) -> SerialRobot:
 
 @contextmanager
 def _folder() -> Iterator[Path]:
-    """A folder for the chains and their compiled libraries, apart from the user's cache."""
+    """Provide a folder for the chains and compiled libraries, separate from the user's cache."""
     before = os.environ.get("CHASLES_CACHE")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["CHASLES_CACHE"] = f"{folder}/cache"

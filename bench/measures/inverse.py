@@ -1,4 +1,4 @@
-"""Inverse kinematics, all solutions: from Python one by one and in a batch, in C, and derived."""
+"""Inverse kinematics with all solutions: Python calls, batches, C, and derivation time."""
 
 import tempfile
 from collections.abc import Callable
@@ -25,22 +25,22 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""A peer that takes ten times as long as the others on arms it is not made for: it has no bar."""
+"""A peer without a bar, since it is ten times slower than the others on unsuitable arms."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
 ERRORS = 1e-3
-"""Errors (metre, radian) of a calibrated arm."""
+"""Geometry errors of a calibrated arm [m, rad]."""
 CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Poses of a peer's batch; its time per pose does not depend on their number."""
+"""Batch size for peers; their time per pose does not depend on it."""
 GENERAL = "jaco2"
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios to peers, times in C, and times of the derivation."""
+    """Return ratios to peers, times in C, and derivation times."""
     with one_core():
         found: list[Ratio | Limit] = []
         for name in ARMS:
@@ -49,16 +49,16 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def poses(name: str, count: int) -> np.ndarray:
-    """(count, 4, 4) random reachable poses."""
+    """Return random reachable poses (count, 4, 4)."""
     robot = chasles.load(name)
     return robot.fk(np.random.default_rng(0).uniform(-np.pi, np.pi, (count, robot.n)))
 
 
 def peers(name: str) -> list[Inverse]:
-    """The peers of a robot, once they return as many solutions as chasles, all of them right.
+    """Return the peers of a robot, after checking that their solutions agree with chasles.
 
     Raises:
-        DisagreementError: A peer misses a solution or returns a wrong one.
+        DisagreementError: A peer misses a solution or returns a wrong solution.
     """
     robot, found, T = chasles.load(name), inverses(screws(name)), poses(name, CONFIGURATIONS)
     for peer in found:
@@ -81,7 +81,7 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 
 
 def batches(plan: Plan, name: str) -> list[Ratio]:
-    """Calls for many poses on one thread; the peers' times are scaled from fewer poses."""
+    """Batch calls on one thread; times of peers are scaled from fewer poses."""
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]
     robot = chasles.load(name)
@@ -117,10 +117,10 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a solvable structure, compared with the module that ssik ships for it.
+    """An arm without a special structure, compared with the module that ssik ships for it.
 
-    The module has rounded lengths, so that its poses differ from ours by up to 0.1 mm. Each solver
-    gets poses of its own arm.
+    The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver solves poses of
+    its own arm.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} and {SLOW} are not both here: no general arm to compare")
@@ -138,14 +138,14 @@ def general(plan: Plan) -> list[Ratio]:
 
 
 def calibrated(plan: Plan) -> list[Limit]:
-    """An arm whose axes are displaced: single calls, of which some are near singularities."""
+    """Single calls for an arm with geometry errors; some poses are near singularities."""
     robot = displaced(read(ROBOTS / f"{ARMS[0]}.toml"), ERRORS)
     with tempfile.TemporaryDirectory() as folder:
         write(robot, Path(folder) / robot.name, functions=("fk", "fk_jacobian_mixed", "ik"))
         arm = chasles.load(Path(folder) / robot.name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CALIBRATED, arm.n))
     T = arm.fk(q)
-    # The least of several rounds for each pose: the machine's own interruptions are longer.
+    # The minimum of several rounds for each pose excludes interruptions by the system.
     rounds = [[seconds(partial(arm.ik, pose)) for pose in T] for _ in range(ROUNDS)]
     middle, late = 1e6 * np.quantile(np.min(rounds, axis=0), [0.5, 0.99])
     (batch,) = alternated({OWN: partial(arm.ik, T)}, plan.rounds).values()
@@ -158,7 +158,7 @@ def calibrated(plan: Plan) -> list[Limit]:
 
 
 def in_C(plan: Plan) -> list[Limit]:
-    """All solutions in C, one pose after the other, compiled for AVX2 without AVX-512."""
+    """All solutions in C, pose by pose, compiled for AVX2 without AVX-512."""
     if not has_avx2():
         out.print("a processor without AVX2: the inverse in C is not timed")
         return []
@@ -179,13 +179,13 @@ def in_C(plan: Plan) -> list[Limit]:
 
 
 def has_avx2() -> bool:
-    """Whether /proc/cpuinfo lists AVX2."""
+    """Return whether /proc/cpuinfo lists AVX2."""
     facts = Path("/proc/cpuinfo")
     return facts.exists() and " avx2 " in facts.read_text(encoding="utf-8")
 
 
 def derived() -> Limit:
-    """Time from a description to the C and LaTeX of its inverse."""
+    """Return the time from a description to the C and LaTeX of its inverse."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
         taken = seconds(lambda: write(read(path), Path(folder), functions=("fk", "ik")))

@@ -1,4 +1,4 @@
-"""Robots with loops: cost of the loops, and a five-bar compared with Pinocchio's constraints."""
+"""Robots with loops: cost of the loops, and a five-bar compared with Pinocchio constraints."""
 
 import tempfile
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from .one_call import VECTORS, repeated
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
-"""A robot in actuated coordinates may take twice the time of its open main chain."""
+"""Bars: a robot with loops may take twice the time of its main chain."""
 CHAINS = ("well_manipulator", "excavator", "board_installer")
 FIVE_BAR_BAR = 100.0
 TIMED = (
@@ -39,28 +39,28 @@ POSES = 20_000
 SWING = 0.075
 """Amplitude of the cranks [rad]: a step is below a milliradian, as in control."""
 ITERATED = 1000
-"""Number of poses in a batch that is solved by iteration."""
+"""Batch size for iterative functions."""
 FOLLOWED = (
     ("planar_3rrr", "fk", {"C": 2.0, "Python": 4.0}),
     ("planar_3rrr", "fk_near", {}),
     ("stewart_gough", "fk", {}),
     ("stewart_gough", "fk_near", {"C": 3.0}),
 )
-"""Functions that iterate in C, with the time [us] that they may take."""
+"""Functions that iterate in C, with their maximum time [us]."""
 FREE = 0.3
-"""Reach to both sides of the reference in coordinates without limits: radian or metre."""
+"""Range to both sides of the reference for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Distance of a seed from its pose: radian or metre, a step of control."""
+"""Distance of a seed from its pose [rad or m]: a step of a controller."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios and times."""
+    """Return ratios and times."""
     with one_core():
         return [*open_chains(plan), *five_bar(plan), *times(plan), *iterations(plan)]
 
 
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
-    """Random coordinates at which the loops close, within limits or about the reference."""
+    """Return random coordinates with closed loops, within limits or around the reference."""
     reference = robot.reference.q
     lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.add(reference, FREE))
@@ -69,10 +69,10 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Pose and Jacobian in actuated coordinates compared with the main chain without loops.
+    """Pose and Jacobian in actuated coordinates, compared with the main chain without loops.
 
-    Both must compute the same poses and Jacobians: the Jacobian of the robot is the Jacobian of the
-    chain times the derivative of the chain's joints.
+    The results are checked first: the robot's Jacobian is the Jacobian of the main chain times the
+    derivative of the chain joints.
     """
     found = []
     for name in CHAINS:
@@ -93,7 +93,7 @@ def open_chains(plan: Plan) -> list[Ratio]:
 
 
 def chain_loops(robot: chasles.Robot) -> tuple[Loop, Loop]:
-    """The C of a robot, and the C of its main chain derived as a serial robot."""
+    """Return the C of a robot, and of its main chain derived as a serial robot."""
     chain = read(ROBOTS / f"{robot.name}.toml").main_chain
     with tempfile.TemporaryDirectory() as folder:
         write(chain, Path(folder), functions=("fk", "fk_jacobian_mixed"))
@@ -107,21 +107,21 @@ def _posed(loop: Loop, q: np.ndarray) -> Callable[[], None]:
 
 
 def five_bar_path(robot: chasles.Robot) -> np.ndarray:
-    """Angles (500, 2) of the cranks on a closed path about the middle of the limits."""
+    """Return crank angles (500, 2) on a closed path around the middle of the limits."""
     turn = np.linspace(0, 2 * np.pi, VECTORS, endpoint=False)
     middle = (robot.lower + robot.upper) / 2
     return middle + SWING * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
 def five_bar_peer(robot: chasles.Robot):
-    """The five-bar in Pinocchio, at the beginning of the path."""
+    """Return the five-bar in Pinocchio at the start of the path."""
     w, a, b = (robot.parameters[name].value for name in ("w", "a", "b"))
     z = robot.configuration(five_bar_path(robot)[0])
     return import_module("..peers.pinocchio_loops", __package__).FiveBar(w, a, b, z)
 
 
 def five_bar(plan: Plan) -> list[Ratio]:
-    """One call from Python for pose and Jacobian, and one for the velocity map alone."""
+    """Python calls for pose and Jacobian, and for the velocity map alone."""
     if "pinocchio" in absent():
         return []
     robot = chasles.load("five_bar")
@@ -145,7 +145,7 @@ def five_bar(plan: Plan) -> list[Ratio]:
 
 
 def require_same_five_bar(robot: chasles.Robot) -> None:
-    """Compare configurations, poses, Jacobians and velocity maps with Pinocchio's."""
+    """Compare configurations, poses, Jacobians and velocity maps with Pinocchio."""
     peer, q = five_bar_peer(robot), five_bar_path(robot)[:CONFIGURATIONS]
     z = robot.configuration(q)
     for own_z, angles, T, J in zip(z, q, *robot.fk_jacobian_mixed(q), strict=True):
@@ -155,7 +155,7 @@ def require_same_five_bar(robot: chasles.Robot) -> None:
 
 
 def times(plan: Plan) -> list[Limit]:
-    """Times of loop functions and their inverses, in C and from Python."""
+    """Return times of loop functions and their inverses, in C and from Python."""
     found = []
     for name, function in TIMED:
         robot = chasles.load(name)
@@ -176,7 +176,7 @@ def times(plan: Plan) -> list[Limit]:
 
 
 def iterations(plan: Plan) -> list[Limit]:
-    """Times per pose of functions that iterate: in C, from Python one by one, and in a batch."""
+    """Return times per pose of iterative functions: in C, in Python calls and in a batch."""
     found = []
     repeats = max(plan.calls // VECTORS, 1)
     for name, function, bars in FOLLOWED:
@@ -204,12 +204,12 @@ def iterations(plan: Plan) -> list[Limit]:
 
 
 def several(results: object) -> tuple:
-    """The results of a function as a tuple, also if it has only one."""
+    """Return the results of a function as a tuple, also for a single result."""
     return results if isinstance(results, tuple) else (results,)
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
-    """Coordinates, and for functions that start from a seed, configurations a step away."""
+    """Return coordinates, and for functions with a seed, configurations a step away."""
     q = closed(robot, VECTORS)
     if not function.endswith("_near"):
         return (q,)

@@ -1,7 +1,7 @@
-"""``python -m bench misses``: counts the reachable targets that each solver misses, on equal sets.
+"""``python -m bench misses``: count the reachable targets that each solver misses.
 
-chasles solves every target of every set, the peers solve a sample. A target is missed if no claimed
-solution reaches it to 1e-9; an answer marked as least squares is not claimed.
+chasles solves all targets of all sets, the peers a sample. A target is missed if no solution
+reported as exact reaches it within 1e-9; least-squares results do not count as solutions.
 """
 
 from collections.abc import Iterator
@@ -16,14 +16,14 @@ from ..report import out, save, table
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Largest number of targets of a set that a peer solves: some peers take milliseconds for each."""
+"""Maximum number of targets per set for peers; some peers take milliseconds per target."""
 PEERS_SHORT = 100
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")
 RESULT = "misses"
 
 
 def run(short: bool, robot: str | None) -> int:
-    """Prints a table for each robot, and saves all after a full run; returns 1 if chasles fails."""
+    """Print a table per robot, and save all after a full run; return 1 if chasles fails."""
     for name, install in absent().items():
         out.print(f"no {name} to compare with: pip install {install}")
     cases = [case for case in CASES if robot is None or case.name == robot]
@@ -43,7 +43,7 @@ def run(short: bool, robot: str | None) -> int:
 
 
 def rows(case: Case, short: bool) -> Iterator[dict[str, object]]:
-    """The verdicts on one robot, printed as a table at the end."""
+    """Yield the results for one robot, and print them as a table at the end."""
     printed = []
     for poses in sets(case, SHORT if short else FULL):
         for who, verdict in verdicts(case, poses, PEERS_SHORT if short else PEERS_POSES):
@@ -54,7 +54,7 @@ def rows(case: Case, short: bool) -> Iterator[dict[str, object]]:
 
 
 def verdicts(case: Case, poses: PoseSet, most: int) -> Iterator[tuple[str, Verdict]]:
-    """The verdicts on chasles and on the peers that can solve the robot, on limited target sets."""
+    """Yield the results of chasles and of all suitable peers on a limited set of targets."""
     yield OWN, judged(case, poses, lambda q: own_answers(case, q))
     if case.function != "ik" or not case.screws.revolute.all() or case.robot.loops:
         return

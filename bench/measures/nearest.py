@@ -1,7 +1,7 @@
-"""One solution for a controller compared with all solutions, in C and from Python.
+"""Time of the nearest solution, for controllers, compared with all solutions, in C and Python.
 
-The times are minima of short loops that run in turn, so that other processes disturb them little.
-Before anything is timed, the answers for many poses are compared with the answers of the filters.
+Times are minima of short alternating loops, so other processes have little influence. First, the
+results for many poses are compared with the results of solution filters.
 """
 
 import ctypes
@@ -19,11 +19,11 @@ from ..report import out, table
 
 ROBOT = "ur5e"
 POSES = 100_000
-"""Poses at which ik_nearest is compared with the filters."""
+"""Number of poses at which ik_nearest is compared with the filters."""
 LIMIT = 1.15
-"""Greatest ratio of the times of ik_nearest and ik."""
+"""Maximum ratio of the times of ik_nearest and ik."""
 CHAIN_US = 10.0
-"""Greatest time of three filters on an idle machine [us]."""
+"""Maximum time of three filters on an idle machine [us]."""
 ROUNDS, ROWS, MOVE = 300, 200, 0.05
 BATCHES = (10, 100, 1000, POSES)
 MAIN = """
@@ -43,7 +43,7 @@ ROWS_OF(nearest_of, {robot}_ik_nearest(T, q_seed, 0, 0, 0, out, out + 256, out +
 
 
 def run() -> int:
-    """Prints the times and their ratios; returns 1 if a ratio is above the limit."""
+    """Print the times and their ratios; return 1 if a ratio exceeds the limit."""
     robot = chasles.load(ROBOT)
     T, near, far = poses(robot, POSES)
     agree(robot, T, near)
@@ -69,7 +69,7 @@ def run() -> int:
 
 
 def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Random reachable poses, seeds a small move away from a solution, and random seeds."""
+    """Return random reachable poses, seeds near a solution, and random seeds."""
     rng = np.random.default_rng(0)
     q = rng.uniform(-3, 3, (count, robot.n))
     near = q + rng.uniform(-MOVE, MOVE, q.shape)
@@ -77,10 +77,10 @@ def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
-    """Compares the answers with the answers of the filters, block by block.
+    """Compare the results with the results of the filters, block by block.
 
     Raises:
-        DisagreementError: An answer differs.
+        DisagreementError: A result differs.
     """
     for first in range(0, len(T), 2000):
         part = slice(first, first + 2000)
@@ -90,7 +90,7 @@ def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
 
 
 def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUNDS) -> list[float]:
-    """The least time of each work [ns] in loops of so many calls, which run in turn."""
+    """Return the minimum time per call of each function [ns], in alternating loops of calls."""
     least = [np.inf] * len(works)
     for _ in range(rounds):
         for k, work in enumerate(works):
@@ -102,7 +102,7 @@ def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUN
 
 
 def in_C(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
-    """Times of ik and ik_nearest in C, pose after pose."""
+    """Return times of ik and ik_nearest in C, pose by pose."""
     main = MAIN.format(robot=robot.name, n=robot.n)
     files = {"main.c": main, **robot.manifest.sources()}
     source = Source(f"{robot.name}-nearest", files, (UNPACKED,))
@@ -116,13 +116,13 @@ def in_C(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
 
 
 def single(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
-    """Times of a call from Python for one pose."""
+    """Return times of Python calls for one pose."""
     pose, seed = T[0].copy(), seeds[0].copy()
     return minima((lambda: robot.ik(pose), lambda: robot.ik_nearest(pose, seed)), 200)
 
 
 def batch(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
-    """Times of a pose in a batch."""
+    """Return times per pose in a batch."""
     calls = max(1, 500 // len(T))
     rounds = ROUNDS if len(T) < POSES else 10
     works = (lambda: robot.ik(T), lambda: robot.ik_nearest(T, seeds))

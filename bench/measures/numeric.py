@@ -31,7 +31,7 @@ THREADS = 2
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Missed poses and times of all robots, and ratios of some robots to the peer."""
+    """Return missed poses and times of all robots, and time ratios of a peer for some robots."""
     has_peer = "toolbox" not in absent()
     if not has_peer:
         out.print("no Robotics Toolbox: ik_numeric is timed alone")
@@ -62,7 +62,7 @@ def one_robot(
     rounds: int,
     rows: list[tuple[object, ...]],
 ) -> list[Ratio | Limit]:
-    """Missed poses, times and ratios of a robot; appends a row of the table for each solver."""
+    """Return missed poses, times and ratios of a robot; append a table row per solver."""
     solvers: dict[str, Callable] = {OWN: task.solve, **dict([peer] if peer else [])}
     poses = [pose.copy() for pose in task.T]
     taken: dict[str, list[np.ndarray]] = {name: [] for name in solvers}
@@ -84,7 +84,7 @@ def one_robot(
 
 
 def each_timed(solve: Callable, poses: list[np.ndarray]) -> np.ndarray:
-    """Times (m,) of the calls for each pose [ns]."""
+    """Return the call time (m,) for each pose [ns]."""
     clock, taken = time.perf_counter_ns, np.empty(len(poses))
     for k, pose in enumerate(poses):
         start = clock()
@@ -94,13 +94,13 @@ def each_timed(solve: Callable, poses: list[np.ndarray]) -> np.ndarray:
 
 
 def misses(task: NumericTask) -> Limit:
-    """The number of poses for which no valid solution within the limits is returned."""
+    """Return the number of poses without a valid solution within the limits."""
     key = f"{task.robot.name} ik_numeric, missed of {len(task.T)}"
     return Limit(key, float(missed(task)), "poses", 0)
 
 
 def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
-    """Median and mean time of a call in the fastest round."""
+    """Return median and mean call time in the fastest round."""
     return [
         Limit(f"{robot} ik_numeric, {name} call", min(map(of, rounds)) / 1e3, "us")
         for name, of in (("median", np.median), ("mean", np.mean))
@@ -108,7 +108,7 @@ def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
 
 
 def ratios(task: NumericTask, taken: dict[str, list[np.ndarray]], peer: str) -> list[Ratio]:
-    """Ratios of medians and means in each round, and of a batch to the peer's single calls."""
+    """Return ratios of medians and means per round, and of a batch to single calls of the peer."""
     robot = task.robot.name
     found = []
     for word, of in (("median", np.median), ("mean", np.mean)):

@@ -17,12 +17,12 @@ VECTORS = 500
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios to every peer, and the time of a call beyond the time of its C."""
+    """Return ratios to all peers, and the overhead of a Python call over the C function."""
     return [row for arm in ARMS for row in one_arm(plan, arm)]
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
-    """Ratios and times of an arm."""
+    """Return ratios and times of an arm."""
     calls: list[Call] = setups("calls", arm, plan.leave_out)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (VECTORS, arm.joints))
     repeats = max(plan.calls // VECTORS, 1)

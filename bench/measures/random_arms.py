@@ -1,7 +1,7 @@
 """Time the inverses of random arms: ``python -m bench arms``.
 
-The arms are arms with errors and arms without a structure, see ``tests/campaigns/displaced.py`` and
-``tests/campaigns/general.py``, where their solutions are judged.
+The arms have geometry errors or no special structure. ``tests/campaigns/displaced.py`` and
+``tests/campaigns/general.py`` check their solutions.
 """
 
 import time
@@ -18,16 +18,16 @@ from tests.campaigns.general import Judged, configurations, loaded
 from ..report import out, seconds, table
 
 SINGLES, BATCH = 1000, 10_000
-"""Poses that are solved one by one, and poses of a batch."""
+"""Number of poses for single calls and for a batch."""
 ROUNDS = 3
 MICRO = 1e6
 MAX_P99 = 50.0
-"""Microseconds a call: bar on the 99th percentile of arms with errors."""
+"""Bar on the 99th percentile of the call time of arms with errors [us]."""
 COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar", "")
 
 
 def run(count: int, first: int) -> int:
-    """Print the times of numbered arms; return 1 if an arm with errors misses its bar.
+    """Print the times of random arms; return 1 if an arm with errors exceeds its bar.
 
     Args:
         count: Number of arms of each kind.
@@ -49,7 +49,7 @@ def run(count: int, first: int) -> int:
 
 
 def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, ...]:
-    """The further cells of an arm's row.
+    """Return the time cells of an arm's table row.
 
     Args:
         robot: The arm.

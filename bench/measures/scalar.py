@@ -1,4 +1,4 @@
-"""Compiled code, one pose after the other: the C of chasles compared with C++ of peers."""
+"""Compiled code, pose by pose: the C of chasles compared with the C++ of peers."""
 
 import numpy as np
 
@@ -14,12 +14,12 @@ POSES = 100_000
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Ratios of fk, and of fk with Jacobian."""
+    """Return ratios of fk, and of fk with Jacobian."""
     return [row for arm in ARMS for row in one_arm(plan, arm)]
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Ratios of an arm."""
+    """Return the ratios of an arm."""
     loops: list[Loop] = [*setups("loops", arm, plan.leave_out), verified(plain_loop(arm), arm)]
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
     T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)

@@ -1,4 +1,4 @@
-"""Fixed costs: batches of one pose and of none, attribute look-up, import and load."""
+"""Fixed costs: batches of one pose and no pose, attribute lookup, import and load."""
 
 import subprocess
 import sys
@@ -11,19 +11,19 @@ import chasles
 from ..report import Limit, Plan, Ratio, alternated, ratio
 
 BATCH_OF_ONE = 1 / 1.5
-"""A batch of one may cost 1.5 single calls."""
+"""A batch of one pose may take 1.5 times as long as a single call."""
 LOOK_UP = 1 / 1.5
-"""A look-up on a robot may cost 1.5 times that on a plain object."""
+"""A lookup on a robot may take 1.5 times as long as on a plain object."""
 IMPORT_MS, LOAD_MS = 100, 20
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Ratios and limits of all fixed costs."""
+    """Return ratios and limits of all fixed costs."""
     return [*batches(plan), *look_up(plan), *startup(plan)]
 
 
 def batches(plan: Plan) -> list[Ratio | Limit]:
-    """A batch of one pose compared with a single call; a batch of none, which must work."""
+    """A batch of one pose compared with a single call; an empty batch, which must work."""
     fk = chasles.load("ur5e").fk
     single = np.random.default_rng(0).uniform(-np.pi, np.pi, 6)
     shapes = {"single": single, "one": single[None], "none": np.empty((0, 6))}
@@ -50,7 +50,7 @@ class _Plain:
 
 
 def look_up(plan: Plan) -> list[Ratio]:
-    """The look-up of a function on a robot compared with the look-up on a plain object."""
+    """The lookup of a function on a robot compared with the lookup on a plain object."""
     arm, plain = chasles.load("ur5e"), _Plain()
     plain.fk = arm.fk
     times = alternated(
@@ -68,7 +68,7 @@ def _looked_up(item, plan: Plan):
 
 
 def startup(plan: Plan) -> list[Limit]:
-    """Time to import chasles beyond NumPy, and to load a robot that is in the cache."""
+    """Time to import chasles in addition to NumPy, and to load a cached robot."""
     chasles.load("ur5e")
     importing = _measured("import numpy", "import chasles", plan.rounds)
     loading = _measured("import chasles", "chasles.load('ur5e')", plan.rounds)

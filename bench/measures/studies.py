@@ -1,8 +1,7 @@
-"""``python -m bench studies``: workspaces, reach, motions and plans, beside plain loops.
+"""``python -m bench studies``: workspaces, reach, motions and plans, compared with plain loops.
 
-The loops of the peers do the same work on fewer postures: kinematics of a posture and its cell in
-the grid, or an inverse of a pose within limits. Their time is stated for one posture, or one sample
-of a motion.
+The loops call peers for fewer configurations: forward kinematics and the grid cell, or the inverse
+of a pose within limits. Times are per configuration, or per sample of a motion.
 """
 
 import resource
@@ -24,18 +23,18 @@ from ..peers.forward import Call, pinocchio, toolbox
 from ..report import out
 
 LOOPED = 20_000
-"""Postures of a peer's loop."""
+"""Number of configurations in a peer's loop."""
 ASKED = 200
-"""Poses of a peer's inverse."""
+"""Number of poses for a peer's inverse."""
 SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
 LINED, PROCESS = 1000, 4901
-"""Samples of a line, and of the well manipulator's process."""
+"""Number of samples of a line, and of the well manipulator's process."""
 
 
 def run(samples: int) -> int:
-    """Prints times beside peers and the memory of the process; returns 0."""
+    """Print times of chasles and peers, and the memory of the process; return 0."""
     table = Table(title=f"Studies, two cores where there are two; {samples:,} postures")
     for name in ("study", "seconds", "ns a posture", "a peer's ns", "ratio"):
         table.add_column(name, justify="left" if name == "study" else "right")
@@ -65,7 +64,7 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """A line with rates and accelerations, its time-optimal scaling, and a process of 49 s."""
+    """Time a line with rates and accelerations, its time-optimal scaling, and a 49 s process."""
     way = line(arm.fk(HOME), arm.fk(HOME + AWAY))
     motion = Motion(arm, way, time_scaling("quintic", way.length, duration=1), HOME)
     motion.sample(LINED)
@@ -80,7 +79,7 @@ def _motions(table: Table, arm: chasles.Robot) -> None:
 
 
 def process(robot: chasles.Robot) -> MotionSequence:
-    """The process of the well manipulator's paper, section 5."""
+    """Return the process of section 5 of the well manipulator paper."""
     initial = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
     turned = initial + np.radians([30, 0, 0, 0, 0, 0, 0])
     ready = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
@@ -103,7 +102,7 @@ def process(robot: chasles.Robot) -> MotionSequence:
 
 
 def _lined() -> float:
-    """Seconds a sample of a line by the Robotics Toolbox, from the sample before."""
+    """Return the time per line sample of the Robotics Toolbox [s], seeded by the last sample."""
     model = rtb.models.DH.UR5()
     poses = rtb.ctraj(model.fkine(HOME), model.fkine(HOME + AWAY), LINED)
 
@@ -116,7 +115,7 @@ def _lined() -> float:
 
 
 def _plans(table: Table, arm: chasles.Robot) -> None:
-    """Plans of an arm among obstacles, and distances at postures."""
+    """Time plans of an arm among obstacles, and distances at configurations."""
     floor = np.eye(4)
     floor[2, 3] = -0.2
     space = configuration_space(
@@ -154,7 +153,7 @@ def _forward_peers() -> list[Call]:
 
 
 def _looped(robot: chasles.Robot, call: Call) -> float:
-    """Seconds a posture of a loop over a peer's forward kinematics, with the same cells."""
+    """Return the time per configuration of a loop over a peer's forward kinematics [s]."""
     postures = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
     cells = Grid.from_bounds(np.full(3, -1.2), np.full(3, 1.2), 100)
     hits = np.zeros(cells.shape, dtype=np.uint32)
@@ -169,7 +168,7 @@ def _looped(robot: chasles.Robot, call: Call) -> float:
 
 
 def _asked() -> float:
-    """Seconds a pose of the Robotics Toolbox's inverse, on reachable poses."""
+    """Return the time per reachable pose of the Robotics Toolbox's inverse [s]."""
     model = rtb.models.DH.UR5()
     postures = np.random.default_rng(1).uniform(-3, 3, (ASKED, 6))
     poses = [model.fkine(q).A for q in postures]

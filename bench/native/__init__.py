@@ -1,1 +1,1 @@
-"""C and C++ of chasles and its peers, compiled into loops that Python times."""
+"""C and C++ of chasles and its peers, compiled into loops for timing."""

@@ -1,4 +1,4 @@
-"""Any generated C function in a loop in C, over an array of its input vectors."""
+"""C loop that calls a generated C function for each row of an array of inputs."""
 
 import ctypes
 import math
@@ -23,19 +23,19 @@ void run(const double *in, long size, long count, double *out)
     }}
 }}
 """
-"""The empty assembly makes the compiler assume that the results are read between two calls."""
+"""The empty assembly statement makes the compiler assume that results are read after each call."""
 ROOM = 512
-"""Largest number of doubles in a result, in whole cache lines."""
+"""Maximum number of doubles in a result, a multiple of a cache line."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function that is called for each row of an array and overwrites its results.
+    """A compiled function, called for each row of an array; each call overwrites the results.
 
     Attributes:
         library: The loaded library.
-        size: Numbers in a row.
-        results: The results of the last call, one row for each output.
+        size: Number of inputs in a row.
+        results: The results of the last call, one row per output.
         shapes: The shape of each output.
     """
 
@@ -45,13 +45,13 @@ class Kernel:
     shapes: tuple[tuple[int, ...], ...]
 
     def at(self, row: np.ndarray) -> list[np.ndarray]:
-        """Results of one row, in the shapes of the function's outputs."""
+        """Return the results of one row, in the shapes of the function's outputs."""
         self.run(np.ascontiguousarray(row).reshape(1, self.size))
         sized = zip(self.results, self.shapes, strict=True)
         return [values[: math.prod(shape)].reshape(shape).copy() for values, shape in sized]
 
     def run(self, rows: np.ndarray) -> None:
-        """Calls the function once for each row of a C-contiguous (m, size) array."""
+        """Call the function once for each row of a C-contiguous (m, size) array."""
         assert rows.shape[1:] == (self.size,)
         assert rows.flags.c_contiguous
         sizes = ctypes.c_long(self.size), ctypes.c_long(len(rows))
@@ -60,7 +60,7 @@ class Kernel:
 
 
 def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
-    """A function of a robot, compiled as chasles compiles it; a row holds all of its inputs."""
+    """Return a robot function, compiled like in chasles; a row contains all inputs."""
     inputs, outputs = robot.functions[function].inputs, robot.functions[function].outputs
     sizes = [math.prod(array.shape) for array in inputs]
     arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]

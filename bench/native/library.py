@@ -1,4 +1,4 @@
-"""Runs compiled functions of chasles and its peers over arrays."""
+"""Compiled functions of chasles and its peers, run over arrays."""
 
 import ctypes
 import math
@@ -19,11 +19,11 @@ class Loop:
     """Compiled fk and fk with Jacobian, run over arrays by loop.h.
 
     Attributes:
-        name: The peer's name.
+        name: Name of the peer.
         library: The loaded library.
-        joints: Number of joints of its arm.
-        by_columns: Whether its Jacobian lies column by column.
-        context: The first argument of its functions.
+        joints: Number of joints of the arm.
+        by_columns: Whether the Jacobian is stored by columns.
+        context: The first argument of the library's functions.
     """
 
     name: str
@@ -33,15 +33,15 @@ class Loop:
     context: int | None = None
 
     def fk(self, q: np.ndarray, T: np.ndarray) -> None:
-        """Poses of all rows of q, each into its row of T, or all into the single row of T."""
+        """Compute the poses of all rows of q, into the rows of T or all into its single row."""
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
-        """Poses and Jacobians of all rows of q, as :meth:`fk`."""
+        """Compute the poses and Jacobians of all rows of q, like :meth:`fk`."""
         self._run(self.library.run_fk_jacobian, q, T, J)
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        """Return poses of fk, and poses and Jacobians of fk_jacobian, for all rows of q."""
         shape = (self.joints, 6) if self.by_columns else (6, self.joints)
         T, both, J = (np.zeros((len(q), *of)) for of in ((4, 4), (4, 4), shape))
         self.fk(q, T)
@@ -59,9 +59,9 @@ class Loop:
 
 
 def aligned(*shape: int) -> np.ndarray:
-    """Zeros aligned to a cache line, for a result that is written repeatedly.
+    """Return zeros aligned to a cache line, for a result that is written repeatedly.
 
-    With another alignment, stores into two lines make one run slower than the next.
+    Otherwise, stores across two cache lines would slow down some runs.
     """
     memory = np.zeros(math.prod(shape) + 8)
     start = -memory.ctypes.data % 64 // 8
@@ -69,18 +69,18 @@ def aligned(*shape: int) -> np.ndarray:
 
 
 def complete(source: Source) -> Source:
-    """The source with loop.h, which it includes."""
+    """Return the source with the file loop.h, which it includes."""
     files = {**source.files, LOOP.name: LOOP.read_text(encoding="utf-8")}
     return Source(source.name, files, source.flags)
 
 
 def loop(name: str, joints: int, source: Source, **options: Any) -> Loop:
-    """A loop over the functions of a source that ends in ``#include "loop.h"``."""
+    """Compile a loop over the functions of a source that ends in ``#include "loop.h"``."""
     return Loop(name, ctypes.CDLL(str(compiled(complete(source)))), joints, **options)
 
 
 def headers(package: str, ending: str) -> Path:
-    """The folder that holds a header of an installed package."""
+    """Return the folder of a header of an installed package."""
     try:
         found = [file for file in files(package) or () if str(file).endswith(ending)]
     except PackageNotFoundError as error:

@@ -1,1 +1,1 @@
-"""Other libraries, set up for the same kinematics, by the problem that they solve."""
+"""Other libraries, set up for the same kinematics and grouped by problem."""

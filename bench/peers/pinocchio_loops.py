@@ -1,36 +1,36 @@
-"""A five-bar in Pinocchio: the open tree, a constraint that closes it, and NumPy to solve it.
+"""A five-bar in Pinocchio: an open tree with a closure constraint, solved with NumPy.
 
-Pinocchio solves a robot with loops by Newton's iteration on the constraint, and its rates by the
-constraint's Jacobian, ``J_passive z' = -J_actuated q'``. The code is for this robot alone: it
-selects the rows and columns of the plane, and starts each pose from the last configuration.
+Newton's method solves the constraint; the constraint Jacobian gives the rates,
+``J_passive z' = -J_actuated q'``. The code is specific to this robot: it selects the rows and
+columns of the plane, and starts each pose from the last configuration.
 """
 
 import numpy as np
 import pinocchio as pin
 
 CLOSED = 1e-12
-"""Residual at which the iteration ends [m]."""
+"""Residual at which the iteration stops [m]."""
 CORRECTIONS = 20
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 ACTUATED, PASSIVE = slice(0, 4, 2), slice(1, 4, 2)
 
 
 class FiveBar:
-    """Two cranks and two couplers that meet in the tool.
+    """Two cranks and two couplers that are connected at the tool.
 
     Attributes:
-        z: Left crank and elbow, right crank and elbow (radian), the start of the next iteration.
-        corrections: Number of corrections of the elbows so far.
+        z: Left crank and elbow, right crank and elbow [rad], the start of the next iteration.
+        corrections: Number of Newton corrections of the elbows so far.
     """
 
     def __init__(self, w: float, a: float, b: float, z: np.ndarray) -> None:
-        """Builds the tree, the constraint and the tool.
+        """Build the tree, the constraint and the tool.
 
         Args:
-            w: Half the distance of the base joints (metre).
-            a: Length of the cranks (metre).
-            b: Length of the couplers (metre).
-            z: A configuration near which the loop is closed.
+            w: Half the distance of the base joints [m].
+            a: Length of the cranks [m].
+            b: Length of the couplers [m].
+            z: A configuration near a closed loop.
         """
         self.model, pivot = pin.Model(), _shift(b)
         left, right = (self._leg(x, a) for x in (-w, w))
@@ -48,7 +48,7 @@ class FiveBar:
         return self.model.addJoint(crank, pin.JointModelRZ(), _shift(a), f"elbow at {x}")
 
     def close(self, q: np.ndarray) -> np.ndarray:
-        """Closes the loop at the cranks' angles q; returns the constraint's Jacobian, (3, 4)."""
+        """Close the loop at crank angles q, and return the constraint Jacobian (3, 4)."""
         model, data, closure, closed, z = self.model, self.data, self.closure, self.closed, self.z
         z[ACTUATED] = q
         for _ in range(CORRECTIONS):
@@ -63,13 +63,13 @@ class FiveBar:
         raise ArithmeticError(f"the loop does not close at q = {q}")
 
     def fk_jacobian(self, q: np.ndarray) -> tuple[pin.SE3, np.ndarray]:
-        """Pose of the tool and its mixed Jacobian with respect to q, (6, 2)."""
+        """Return the tool pose and the mixed Jacobian (6, 2) with respect to q."""
         z_D_q = self._map(self.close(q))
         J = pin.getFrameJacobian(self.model, self.data, self.tool, MIXED)
         return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
 
     def velocity_map(self, z: np.ndarray) -> np.ndarray:
-        """Map from the rates of the cranks to the rates of all joints, (4, 2), at a closed z."""
+        """Return the map (4, 2) from crank rates to all joint rates, at a closed z."""
         pin.computeJointJacobians(self.model, self.data, z)
         return self._map(
             pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)

@@ -1,12 +1,12 @@
-"""Peers of the forward kinematics, each set up in its own file.
+"""Peers for forward kinematics, one module each.
 
-Every file has some of these functions:
+Each module has one or more of these functions:
 
-    calls(arm)    ways to call it from Python for one pose: a list of Call
-    loops(arm)    its compiled functions in a loop in C: a list of Loop
-    batches(arm)  ways to compute many poses in one call: a list of Batch
+    calls(arm)    Python calls for one pose: a list of Call
+    loops(arm)    compiled functions in a C loop: a list of Loop
+    batches(arm)  calls for many poses: a list of Batch
 
-A file whose package is not installed raises ImportError when it is imported.
+A module raises ImportError if its package is not installed.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,21 +33,21 @@ INSTALL = {
     "symforce": "symforce cmeel-eigen",
     "jax": "jax",
 }
-"""The peers, and the packages that they need, by their names in pip."""
+"""The required pip packages of each peer."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
-"""Peers whose first build takes longer than the short runs of all other benchmarks."""
+"""Peers whose first build takes longer than a short run of all other benchmarks."""
 
 
 @dataclass(frozen=True)
 class Call:
-    """A way to call a peer from Python.
+    """A Python interface of a peer.
 
     Attributes:
         name: The peer and its interface.
-        fk: The timed function from q (n,) to the peer's own type of pose.
+        fk: The timed function from q (n,) to a pose in the type of the peer.
         fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the peer's types.
-        read: Function from a result of these to (T,) or (T, J), of shapes (4, 4) and (6, n).
+        read: Function that converts these results to (T,) or (T, J), shapes (4, 4) and (6, n).
     """
 
     name: str
@@ -57,7 +57,7 @@ class Call:
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
         """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
-        # Copies, because some peers write all results into the same memory.
+        # Copy, because some peers reuse the memory of their results.
         poses = [tuple(map(np.array, self.read(self.fk(row)))) for row in q]
         both = [tuple(map(np.array, self.read(self.fk_jacobian(row)))) for row in q]
         columns = (*zip(*poses, strict=True), *zip(*both, strict=True))
@@ -66,7 +66,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Batch:
-    """A way to compute many poses at once: fk and fk_jacobian of q (m, n), as arrays."""
+    """A batch interface of a peer: fk and fk_jacobian of q (m, n), as arrays."""
 
     name: str
     fk: Callable[[np.ndarray], Any]
@@ -78,7 +78,7 @@ class Batch:
 
 
 def absent() -> dict[str, str]:
-    """The peers that cannot be imported, with the package to install for each."""
+    """Return the peers that cannot be imported, with the package to install for each."""
     return {name: install for name, install in INSTALL.items() if _imported(name) is None}
 
 
@@ -88,10 +88,10 @@ def setups(
     leave_out: frozenset[str] = frozenset(),
     only: Sequence[str] = tuple(INSTALL),
 ) -> list[Any]:
-    """All set-ups of a kind ("calls", "loops" or "batches") for an arm, chasles first.
+    """Return all interfaces of a kind ("calls", "loops", "batches") for an arm, chasles first.
 
     Raises:
-        DisagreementError: A peer computes other poses or Jacobians than chasles.
+        DisagreementError: Poses or Jacobians of a peer differ from chasles.
     """
     modules = [_imported(name) for name in only if name not in leave_out]
     makers = [getattr(module, kind) for module in modules if hasattr(module, kind)]
@@ -99,7 +99,7 @@ def setups(
 
 
 def verified(setup: Call | Loop | Batch, arm: Arm) -> Any:
-    """The set-up, once its poses and Jacobians equal the results of chasles."""
+    """Return an interface after comparing its poses and Jacobians with chasles."""
     q = np.random.default_rng(5).uniform(-np.pi, np.pi, (CONFIGURATIONS, arm.joints))
     T, J = chasles.load(arm.name).fk_jacobian_mixed(q)
     require_same(f"{setup.name} for {arm.name}", setup.results(q), (T, T, J))
@@ -107,7 +107,7 @@ def verified(setup: Call | Loop | Batch, arm: Arm) -> Any:
 
 
 def is_built(name: str) -> bool:
-    """Whether a peer that takes long to compile is compiled already."""
+    """Return whether a peer with a long compile time is already compiled."""
     module = _imported(name)
     return module is not None and complete(module.source()).path.exists()
 

@@ -23,7 +23,7 @@ def calls(arm: Arm) -> list[Call]:
 
 
 def functions(arm: Arm) -> tuple[ca.Function, ca.Function]:
-    """Functions fk and fk_jacobian of SX, dense."""
+    """Return dense SX functions fk and fk_jacobian."""
     q = ca.SX.sym("q", arm.joints)
     T, J = fk_jacobian(arm, [q[k] for k in range(arm.joints)], ca.cos, ca.sin)
     pose, jacobian = (
@@ -38,7 +38,7 @@ def _called(fk: ca.Function, pair: ca.Function) -> Call:
 
 
 def _buffered(name: str, arm: Arm, fk: ca.Function, pair: ca.Function) -> Call:
-    # CasADi's matrices lie column by column.
+    # CasADi stores matrices by columns.
     T, J = np.zeros((4, 4)).T, np.zeros((arm.joints, 6)).T
     return Call(name, _buffer(arm, fk, (T,)), _buffer(arm, pair, (T, J)), tuple)
 
@@ -65,7 +65,7 @@ def _external(arm: Arm) -> tuple[ca.Function, ca.Function]:
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         text = (Path(folder) / "functions.c").read_text(encoding="utf-8")
-    # The compiler's flags hide symbols without an export mark; this makes CasADi mark them.
+    # The compiler flags hide symbols without an export attribute; CasADi adds it with this option.
     source = Source(f"casadi-{arm.name}", {"functions.c": text}, ("-DGCC_HASCLASSVISIBILITY",))
     path = str(compiled(source))
     return ca.external("fk", path), ca.external("fk_jacobian", path)

@@ -1,7 +1,7 @@
-"""Forward kinematics and mixed Jacobian as products of elementary motions, on any kind of number.
+"""Forward kinematics and mixed Jacobian as products of elementary motions, for any number type.
 
-A user of a symbolic peer writes these equations. Zeros and ones of fixed right angles drop out
-here, so that all peers start from the same equations.
+Users of symbolic peers would write these equations. Zeros and ones from right angles are already
+simplified, so all peers start from the same equations.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,13 +15,13 @@ Rows = list[list[Any]]
 def fk_jacobian(
     arm: Arm, q: Sequence[Any], cos: Callable[[Any], Any], sin: Callable[[Any], Any]
 ) -> tuple[Rows, Rows]:
-    """Pose (4 rows of 4) and mixed Jacobian (6 rows of n).
+    """Return pose (4 rows of 4) and mixed Jacobian (6 rows of n).
 
     Args:
         arm: The arm.
-        q: A number for each joint, of the peer's type.
-        cos: Cosine of a number of this type.
-        sin: Sine of a number of this type.
+        q: Joint positions in the number type of the peer.
+        cos: Cosine function for this type.
+        sin: Sine function for this type.
     """
     R: Rows = [[int(i == j) for j in range(3)] for i in range(3)]
     p: list[Any] = [0, 0, 0]

@@ -1,4 +1,4 @@
-"""JAX: the same equations, vmap over the batch, compiled for the processor by XLA in float64."""
+"""JAX: the same equations with vmap, compiled for the CPU by XLA in float64."""
 
 import os
 
@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
-# JAX creates its threads at first use; they stay on the cores of their creation.
+# JAX creates its threads at first use; they stay on the cores allowed at that time.
 with one_core():
     jax.devices()
 

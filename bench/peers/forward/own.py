@@ -1,4 +1,4 @@
-"""chasles itself, under the same interface as its peers."""
+"""chasles, with the same interfaces as its peers."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from . import Batch, Call
 
 NAME = "chasles"
 PLAIN = "chasles, one sine at a time"
-"""The C of chasles with the sines of libm, which the C++ of the peers calls too."""
+"""Name of the variant with libm sines, which the C++ of the peers also uses."""
 PLAIN_FLAGS = ("-DCHASLES_PLAIN",)
 
 
@@ -39,7 +39,7 @@ def plain_loop(arm: Arm) -> Loop:
 def generated_loop(
     folder: Path, name: str, joints: int, pair: bool = True, flags: Sequence[str] = ()
 ) -> Loop:
-    """A loop over the generated C in a folder; without Jacobian if only fk was derived."""
+    """Compile a loop over the generated C in a folder; without Jacobian if only fk is derived."""
     both = f"{name}_fk_jacobian_mixed(q, T, J);" if pair else "(void)q, (void)T, (void)J;"
     main = f"""
 #include "{name}.c"

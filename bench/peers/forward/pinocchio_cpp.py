@@ -1,4 +1,4 @@
-"""Pinocchio's C++, compiled from the headers of its wheel."""
+"""Pinocchio in C++, compiled from the headers of its wheel."""
 
 import ctypes
 from dataclasses import replace
@@ -37,7 +37,7 @@ def loops(arm: Arm) -> list[Loop]:
 
 
 def source() -> Source:
-    """The source of a library for all arms, which share it because it takes long to compile."""
+    """Return the source of one library for all arms, since compiling takes long."""
     text = SOURCE.read_text(encoding="utf-8")
     folders = [f"-isystem{folder}" for folder in FOLDERS]
     return Source("pinocchio", {SOURCE.name: text}, (*DEFINITIONS, *folders))

@@ -1,4 +1,4 @@
-"""Constant placements between joints, for peers that take a tree of joints."""
+"""Constant transforms between joints, for peers with a joint tree."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ...cases.arms import Arm, Motion
 
 
 def matrix(motion: Motion) -> np.ndarray:
-    """A fixed motion as (4, 4)."""
+    """Return a fixed motion as a (4, 4) pose."""
     T = np.eye(4)
     if motion.kind == "shift":
         T[motion.axis, 3] = motion.value
@@ -18,7 +18,7 @@ def matrix(motion: Motion) -> np.ndarray:
 
 
 def placements(arm: Arm) -> np.ndarray:
-    """Placements (n + 1, 4, 4) before each joint, which turns about z, then of the tool."""
+    """Return transforms (n + 1, 4, 4) before each joint, which rotates about z, and to the tool."""
     found = [np.eye(4)]
     for motion in arm.motions:
         if motion.value is None:

@@ -11,7 +11,7 @@ from ...cases.arms import Arm
 from ...native.library import Loop, headers, loop
 from .formulas import fk_jacobian
 
-# The equations hold no division; SymForce requires this setting before its first import.
+# The equations contain no division; SymForce requires this setting before its first import.
 symforce.set_epsilon_to_number()
 
 import symforce.symbolic as sf  # noqa: E402
@@ -41,7 +41,7 @@ static void fk_jacobian(void *, const double *q, double *T, double *J)
 def loops(arm: Arm) -> list[Loop]:
     files = {"main.cpp": MAIN.format(n=arm.joints), **_generated(arm)}
     folder = headers("cmeel-eigen", "/Eigen/Core")
-    # Unaligned, so that the matrices may lie anywhere in an array.
+    # Unaligned, because matrices in an array are not aligned.
     flags = ("-DEIGEN_MAX_ALIGN_BYTES=0", f"-isystem{folder}")
     source = Source(f"symforce-{arm.name}", files, flags)
     return [loop("SymForce", arm.joints, source, by_columns=True)]

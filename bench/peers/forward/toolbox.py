@@ -1,4 +1,4 @@
-"""The Robotics Toolbox: its elementary transform sequences, the fastest of its models."""
+"""The Robotics Toolbox with elementary transform sequences, its fastest model."""
 
 import roboticstoolbox as rtb
 

@@ -54,12 +54,12 @@ def among(first, second=None, third=None):
 
 
 REFUSED = {
-    "line: start and end are the same": lambda: line(T_0, T_0),
+    "line: start and end are equal": lambda: line(T_0, T_0),
     "line: T_start: expected finite numbers, got nan": lambda: line(T_0 * NAN, T_0),
     "line: T_end is no pose": lambda: line(T_0, 2 * T_0),
     "arc: via: expected finite": lambda: arc(T_0, [NAN] * 3, T_1),
     "arc: start and end are equal": lambda: arc(T_0, T_1[:3, 3], T_0),
-    "arc: via is at the start or at the end": lambda: arc(T_0, T_0[:3, 3], T_1),
+    "arc: via is at the start or the end": lambda: arc(T_0, T_0[:3, 3], T_1),
     "arc: start, via and end are collinear": lambda: arc(T_0, (T_0 + T_1)[:3, 3] / 2, T_1),
     "spline: poses 0 and 1 have the same position": lambda: spline(among([0, 0, 0])),
     "spline: poses: expected finite numbers": lambda: spline(among([0, 0, 0], [NAN] * 3)),
@@ -67,7 +67,7 @@ REFUSED = {
     "conic: poses 0 and 1 have the same": lambda: conic(np.zeros((5, 3))),
     "conic: poses: expected finite numbers": lambda: conic(np.full((5, 3), NAN)),
     "blend: expected a radius above 0": lambda: blend(among([0, 0, 0], [1, 0, 0]), NAN),
-    "task_line: start and end are the same": lambda: task_line("position", [0, 0, 1], [0, 0, 1]),
+    "task_line: start and end are equal": lambda: task_line("position", [0, 0, 1], [0, 0, 1]),
     "task_line: end: expected finite": lambda: task_line("position", [0, 0, 1], [0, 0, NAN]),
     "task_curve: start and end: expected": lambda: task_curve("planar", line(T_0, T_1), NAN),
     "joint_line: q_end: expected finite": lambda: joint_line(Q, Q * NAN),
@@ -95,13 +95,13 @@ REFUSED = {
     "Motion of ur5e: q_seed: expected finite": lambda: Motion(
         ROBOT, line(T_0, T_1), time_scaling("cubic", 0.1, duration=1), Q * NAN
     ),
-    "rate_limits: expected values above 0, got 0": lambda: time_optimal(
+    "rate_limits: expected a finite value above 0, got 0": lambda: time_optimal(
         moving(), rate_limits=0, acceleration_limits=1
     ),
-    "rate_limits: expected values above 0, got -1": lambda: limit_violations(
+    "rate_limits: expected a finite value above 0, got -1": lambda: limit_violations(
         ROBOT, moving().sample(10), rate_limits=-1
     ),
-    "acceleration_limits: expected values above 0, got nan": lambda: limit_violations(
+    "acceleration_limits: expected a finite value above 0, got nan": lambda: limit_violations(
         ROBOT, moving().sample(10), acceleration_limits=NAN
     ),
     "time_optimal: acceleration_limits: expected finite": lambda: time_optimal(
@@ -113,7 +113,7 @@ REFUSED = {
     "time_optimal: nothing moves on the curve": lambda: time_optimal(
         moving(joint_line(Q, Q)), rate_limits=1, acceleration_limits=1
     ),
-    "time_optimal: tool_speed: expected values above 0": lambda: time_optimal(
+    "time_optimal: tool_speed: expected a finite value above 0": lambda: time_optimal(
         moving(), rate_limits=1, acceleration_limits=1, tool_speed=0
     ),
     "samples = 0: expected an integer": lambda: workspace(ROBOT, 0),
@@ -157,10 +157,10 @@ REFUSED = {
     "q_goal: expected finite numbers, got nan at .1,.": lambda: prm(EMPTY, 5).plan(
         [1, 1], [1, NAN]
     ),
-    "rrt_connect: time_limit: expected values above 0": lambda: (
+    "rrt_connect: time_limit: expected a finite value above 0": lambda: (
         pytest.importorskip("ompl") and rrt_connect(EMPTY, [1, 1], [2, 2], time_limit=0)
     ),
-    "occupancy_map: cell_size: expected values above 0": lambda: occupancy_map([[0]], NAN),
+    "occupancy_map: cell_size: expected a finite value above 0": lambda: occupancy_map([[0]], NAN),
 }
 
 

@@ -256,7 +256,7 @@ def test_missing_command_lists_available_commands(capsys):
     [
         (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: No such file or directory"),
         (["view", "tiny", "--html", "no/folder.html"], "no/folder.html: No such file"),
-        (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "a page has sliders alone"),
+        (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "omit them with --html"),
     ],
     ids=["missing table", "missing folder", "html with playback"],
 )

@@ -85,7 +85,7 @@ def test_points_without_conic_arc_are_rejected():
             conic(points)
     with pytest.raises(InputValueError, match="conic: points 0, 2 and 4 are collinear"):
         conic([[0, 0, 0], [1, 1, 0], [2, 0, 0], [3, 1, 0], [4, 0, 0]])
-    with pytest.raises(InputValueError, match="expected points in a plane"):
+    with pytest.raises(InputValueError, match="expected coplanar points"):
         conic(on_circle + np.outer(a == 0, [0, 0, 1]))
     with pytest.raises(ShapeError, match="conic: expected five poses, got 4"):
         conic(on_circle[:4])

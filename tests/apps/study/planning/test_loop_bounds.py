@@ -155,7 +155,7 @@ def test_no_bound_exists_beyond_stroke_or_on_other_branch():
 
 def test_loops_without_computable_bounds_are_rejected():
     robot, _, lower, upper = made("excavator")
-    with pytest.raises(InputValueError, match="equation 0 of its loops is no polynomial"):
+    with pytest.raises(InputValueError, match="loop equation 0 is not a polynomial"):
         loop_bounds(Changed(robot, constraint=of_third_degree), lower, upper)
     with pytest.raises(InputValueError, match="the loops close at 1 of 6000 random"):
         loop_bounds(robot, lower + 100, upper + 100)
