@@ -1,9 +1,10 @@
-/* The distance of a configuration from a seed, by which the nearest solution is chosen; part of
- * chasles, the same for the C of every robot and for the runtime.
+/* Distance of a configuration from a seed, for choosing the nearest solution. Part of chasles; the
+ * same for the generated C of every robot and for the runtime.
  *
- * The distance is the largest weighted move of a coordinate. Of solutions whose distances are equal
- * but for rounding, the one in the lowest slot is the nearest; of turns of one solution, the turn
- * with the smallest sum of the moves.
+ * The distance is the largest weighted displacement of a coordinate. If the distances of several
+ * solutions differ only by rounding, the lowest slot counts as nearest. Among copies of one
+ * solution shifted by full turns, the copy with the smallest sum of displacements counts as
+ * nearest.
  */
 #ifndef CHASLES_DISTANCE_H
 #define CHASLES_DISTANCE_H
@@ -13,10 +14,10 @@
 #include <string.h>
 
 #define CHASLES_FULL_TURN 6.283185307179586
-#define CHASLES_ROUNDING 63 /* the bits of a distance that count as rounding */
+#define CHASLES_ROUNDING 63 /* low bits of a distance that count as rounding */
 
-/* Returns the nearest whole number of a number of turns. Without an instruction for it, rint is a
- * call; a number of less than 2^51 in a sum with 1.5 * 2^52 is rounded in the same way. */
+/* Returns a number of turns, rounded to an integer. Without a rounding instruction, rint is a
+ * function call. Adding and subtracting 1.5 * 2^52 rounds values below 2^51 in the same way. */
 static inline double chasles_whole(double turns)
 {
 #ifdef __SSE4_1__
@@ -27,14 +28,14 @@ static inline double chasles_whole(double turns)
 #endif
 }
 
-/* Returns the move of a coordinate, by the shorter way round where a full turn leaves the pose
- * unchanged: there `turn` is CHASLES_FULL_TURN, else 0. */
+/* Returns the displacement of a coordinate. For a periodic coordinate, `turn` is CHASLES_FULL_TURN
+ * and the displacement is the shorter one; otherwise `turn` is 0. */
 static inline double chasles_move(double apart, double turn)
 {
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));
 }
 
-/* Returns the distance of n coordinates from a seed, NaN if a move is NaN. */
+/* Returns the distance of n coordinates from a seed; NaN if a displacement is NaN. */
 static inline double chasles_distance(int n, const double *q_seed, const double *q,
                                       const double *turn, const double *scale)
 {
@@ -46,7 +47,7 @@ static inline double chasles_distance(int n, const double *q_seed, const double 
     return largest;
 }
 
-/* Returns the sum of the moves of n coordinates from a seed. */
+/* Returns the sum of the displacements of n coordinates from a seed. */
 static inline double chasles_sum_of_moves(int n, const double *q_seed, const double *q,
                                           const double *turn, const double *scale)
 {
@@ -57,8 +58,8 @@ static inline double chasles_sum_of_moves(int n, const double *q_seed, const dou
     return sum;
 }
 
-/* Returns the bits of a distance without its rounding. They are in the order of the distances,
- * which are positive; those of NaN are the last. */
+/* Returns the bits of a distance without its rounding bits. As integers, they sort like the
+ * distances, which are not negative; NaN is last. */
 static inline uint64_t chasles_rounded(double distance)
 {
     uint64_t bits;

@@ -4,7 +4,7 @@
     >>> robot = read("my_robot.toml")
     >>> write(robot, "robots/my_robot")
 
-Each name is imported at its first use, so that the check for outdated robots needs no SymPy.
+Names are imported at first use: the check for outdated robots needs no SymPy.
 """
 
 import os
@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from .quality.model_report import model_report as model_report
     from .quality.quality_report import ModelReport as ModelReport
 
-# SymPy reads it when it is imported. It keeps a thousand results by default; a robot with loops has
-# more expressions in use, which would be built again and again.
+# SymPy reads its cache size at import. The default of a thousand results is too small for a robot
+# with loops, which would rebuild its expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
-"""The packages of the extra `derive`."""
+"""Packages of the extra `derive`."""
 _ROOMS = {
     "build.casadi_functions": ("casadi_function",),
     "build.generate": (

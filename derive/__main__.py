@@ -1,4 +1,4 @@
-"""``python -m chasles.derive`` is ``chasles-derive``."""
+"""Runs ``chasles-derive`` as ``python -m chasles.derive``."""
 
 import sys
 
@@ -6,7 +6,7 @@ from . import LIBRARIES, NOT_INSTALLED
 
 
 def main() -> None:
-    """The console script; if the compiler is not installed, it prints how to install it."""
+    """Runs the console script, or prints how to install a missing compiler."""
     try:
         from .cli import main as run  # noqa: PLC0415
 

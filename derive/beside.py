@@ -1,4 +1,4 @@
-"""Work in a process of its own, beside the work of this process."""
+"""Runs a function in a forked worker process."""
 
 import pickle
 import sys
@@ -16,17 +16,18 @@ Result = TypeVar("Result")
 
 @contextmanager
 def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
-    """Begins work in a forked process, which has all that this process has made so far.
+    """Starts work in a forked process, with a copy of this process's state.
 
-    The work is done here, when its result is asked for, where the system is not Linux, or another
-    thread runs: the fork might catch a lock of that thread, which nobody would release.
+    On other systems than Linux, or with other threads running, the work runs in this process when
+    its result is requested. A fork could copy a lock that another thread holds, and nothing would
+    release this lock.
 
     Args:
         work: Computes the result, which is plain data.
 
     Yields:
-        A function that waits for the result; the error of the work is raised by it. The process
-        ends with the body.
+        A function that waits for the result and raises the error of the work. The process ends with
+        the body of the context.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work
@@ -45,12 +46,12 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 
 def send(work: Callable[[], object], sender: Connection) -> None:
-    """Does work and sends its outcome."""
+    """Runs work and sends its outcome."""
     sender.send(outcome_of(work))
 
 
 def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
-    """Whether work ends without an error; its result, or else the error."""
+    """Returns whether work succeeds, and its result or its error."""
     try:
         return True, work()
     except BaseException as error:
@@ -58,10 +59,10 @@ def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
 
 
 def received(receiver: Connection) -> Any:
-    """The result that a process sends; an error of its work is raised.
+    """Receives the result of a process, and raises the error of its work.
 
     Raises:
-        EOFError: The process ended before.
+        EOFError: The process ended without a result.
     """
     is_done, outcome = receiver.recv()
     if not is_done:
@@ -70,7 +71,7 @@ def received(receiver: Connection) -> Any:
 
 
 def _picklable(error: BaseException) -> BaseException:
-    """The error itself, or one that says the same where it cannot be sent."""
+    """Returns the error, or an equivalent one if the error cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
@@ -82,4 +83,4 @@ def _wait(receiver: Connection) -> Any:
     try:
         return received(receiver)
     except EOFError:
-        raise RuntimeError("a process beside this one was ended by the system") from None
+        raise RuntimeError("a forked worker process was ended by the system") from None

@@ -1,4 +1,4 @@
-"""``chasles-derive``: robot files in, generated folders out."""
+"""Implements ``chasles-derive``: robot files in, generated folders out."""
 
 import os
 import time
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from .build.jobs import Report
 
 LIMIT = 300.0
-"""Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
+"""Time limit per robot in seconds, about sixty times the time of a six-axis arm on one core."""
 
 
 class Detail(StrEnum):
-    """How much an article tells."""
+    """Levels of detail of an article."""
 
     FULL = "full"
     BRIEF = "brief"
@@ -154,7 +154,7 @@ def derive(
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
-    Skips robots that are up to date. A wrong description stops the run before a file is written.
+    Skips robots that are up to date. An invalid description stops the run before a file is written.
     """
     started = time.perf_counter()
     if group and (base or tip):
@@ -194,7 +194,7 @@ def derive(
     if not due:
         out.print("nothing to derive: all is up to date")
         return
-    # SymPy and CasADi are loaded only if a robot has to be derived.
+    # Imports SymPy and CasADi only if a robot has to be derived.
     from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(due)
@@ -204,7 +204,7 @@ def derive(
     if sources is not None:
         write_sources(due[0], sources)
     if len(due) > 1 and not out.is_terminal:
-        # Without a bar, a reader of the pipe would hear nothing until the first robot is done.
+        # Without a progress bar, a pipe would be silent until the first robot is done.
         out.print(f"deriving {_counted(due)}")
     results = work.compared(due, jobs) if up_to_date else work.derived(due, jobs)
     good = _show(results, len(due), shows_bar=out.is_terminal and not no_progress)
@@ -213,7 +213,7 @@ def derive(
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
         if len(due) == 1 and not up_to_date:
-            # Its own error has said why.
+            # The robot's own error has already stated the reason.
             raise typer.Exit(1)
         _stop("derive again what is out of date" if up_to_date else "some robots failed")
     done = "compared" if up_to_date else f"written to {folder}"
@@ -221,7 +221,7 @@ def derive(
 
 
 def main() -> None:
-    """The console script."""
+    """Runs the console script."""
     app()
 
 
@@ -248,10 +248,10 @@ def _listed(names: str) -> tuple[str, ...]:
 
 
 def _target(files: list[Path], to: Path | None, changed: object) -> Path:
-    """The folder to write into: the package's own folder for shipped robots as they are."""
+    """Returns the output folder: the package's own folder for unmodified shipped robots."""
     own = [file for file in files if file.parent != ROBOTS or changed]
     if to is None and own:
-        _stop(f"{own[0]}: --to FOLDER is required, except for shipped robots as they are")
+        _stop(f"{own[0]}: --to FOLDER is required, except for unmodified shipped robots")
     return to or GENERATED
 
 
@@ -263,7 +263,7 @@ def _make(folder: Path) -> None:
 
 
 def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
-    """The files of the command line, each with the arguments that follow it."""
+    """Returns the files on the command line, each with its arguments."""
     files: list[tuple[Path, tuple[str, ...]]] = []
     for word in words:
         if ":=" not in word:
@@ -288,7 +288,7 @@ def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
 def _each_robot(
     jobs: list[Job], tips: list[str], groups: list[str], srdf: Path | None
 ) -> list[Job]:
-    """The jobs for all robots of all files; files of one robot each are not read for it."""
+    """Returns the jobs for all robots of all files, without reading single-robot files."""
     if not groups and all(job.file.suffix.lower() == ".toml" for job in jobs):
         return [replace(job, tip=tips[0] if tips else None) for job in jobs]
     from .build.jobs import robots_of  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""The derivation of a robot: all its functions, in one pass over shared terms."""
+"""Derives all functions of a robot in one pass over shared terms."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,9 +32,9 @@ from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""The function that gives the loops' margins, by the domain of the functions that it guards."""
+"""Name of the loop margin function, by the domain of the functions that it guards."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions to which these margins do not apply."""
+"""Roles of functions without these margins."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +45,14 @@ class Derivation:
         robot: The description.
         terms: The terms and constants that all functions share.
         groups: The chain reduced to groups of axes.
-        functions: The derived functions, in the order in which they are generated.
+        functions: The derived functions, in output order.
         hybrid: The loops and their solution; None for a serial robot.
         inverse: The inverse kinematics; None if none of its functions was requested.
-        written: Functions whose C is written by hand over tables of the robot.
+        written: Functions with handwritten C that reads tables of the robot.
         families: The families of inverses that were tried.
         closure: The equations of loops without a closed form; None for other robots.
-        geometry: The geometry as variables; None where no parametric function was requested.
-        parametric_loops: The equations of loops whose geometry is an input, likewise.
+        geometry: The geometry as variables; None if no parametric function was requested.
+        parametric_loops: The closure equations with geometry as input; None likewise.
     """
 
     robot: Described
@@ -69,14 +69,14 @@ class Derivation:
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """The rigid bodies with the shapes by which they are drawn, loops at their reference."""
+        """Returns the rigid bodies with their drawn shapes, at the reference configuration."""
         robot, hybrid = self.robot, self.hybrid
         reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
         actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
-        """The function with a name, derived or written by hand.
+        """Returns the function with a name, derived or handwritten.
 
         Raises:
             KeyError: There is no function with this name.
@@ -85,7 +85,7 @@ class Derivation:
         return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function with a name.
+        """Returns the derived function with a name.
 
         Raises:
             KeyError: There is no function with this name.
@@ -104,25 +104,24 @@ def derive(
     parametric: bool = False,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
+    """Derives the functions of a robot: tool kinematics, and maps through its loops.
 
-    The order of derivation is fixed, so that neither a function nor a name of its terms depends on
-    the order of ``functions``.
+    The derivation order is fixed: neither functions nor names of terms depend on the order of
+    ``functions``.
 
     Args:
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
         functions: Names of functions; all functions of the robot by default.
-        fixed: Names of the joints whose values ``ik`` takes after the pose; () for the joints that
-            a redundant robot needs.
-        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
+        fixed: Names of the joints with fixed values, which ``ik`` takes after the pose; () for the
+            default choice of a redundant robot.
+        parametric: Whether functions with geometry as input, such as ``fk_p``, are derived too.
         families: The families of inverses to try, in order.
 
     Raises:
-        InputValueError: The robot has no function of a name, or no closed form is left if those
-            joints are fixed.
+        InputValueError: A function name is unknown, or the fixed joints leave no closed form.
         LoopError: A loop does not close at the reference.
-        DescriptionError: The actuated coordinates of a mechanism are not as many as its freedoms.
+        DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
     if isinstance(description, Mechanism):
         return _of_mechanism(description, functions, families, fixed, parametric=parametric)
@@ -164,7 +163,7 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, called: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Names of the requested functions, and of all functions that their C calls."""
+    """Returns the names of the requested functions and of all functions that their C calls."""
     if functions is None:
         return None
     names = list(functions)
@@ -206,7 +205,7 @@ def _of_mechanism(
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     if mode_check.IK in written:
-        # A design that leads to its robot as built gives the inverse that its legs would give.
+        # The refined inverse of the nominal design replaces the leg-by-leg inverse.
         by_hand.pop(mode_check.IK, None)
         capabilities = [name for name in capabilities if name != mode_check.LEGS]
     asked = [name for name in by_hand if functions is None or name in functions]
@@ -228,7 +227,7 @@ def _of_mechanism(
     asked_of_tool = [name for name in chosen if name in FUNCTIONS]
     made = hybrid.tool_functions(asked_of_tool) if has_chain and asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
-    # Their terms are those of the main chain's own functions.
+    # These functions share their terms with the main chain's functions.
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws
@@ -249,19 +248,19 @@ def _of_mechanism(
 
 
 def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> WrittenFunction:
-    """The function, without a guard that is not asked for."""
+    """Drops the margin function if it was not requested."""
     return function if function.margin in chosen else replace(function, margin="")
 
 
 def _makers(hybrid: Hybrid) -> dict[str, Maker]:
-    """The derivation of each function through the loops with a closed form, in order."""
+    """Returns the builders of the functions through closed-form loops, in order."""
     of_loops = maps.makers(hybrid) | constraint_functions.makers(hybrid)
     of_platform = platforms.makers(hybrid) | backward_inverse.makers(hybrid)
     return of_loops | of_platform | leg_inverse.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
-    """The function, with the function that gives the margins of its loops named as its guard."""
+    """Returns the function with its loop margin function as guard."""
     guard = _GUARDS.get(function.role.domain, "")
     if guard not in capabilities or function.role.name in _UNGUARDED:
         return function
@@ -274,7 +273,7 @@ def _chosen(
     default: Sequence[str],
     on_demand: Sequence[str] = (),
 ) -> list[str]:
-    """The requested functions, in the order of derivation."""
+    """Returns the requested functions, in derivation order."""
     if functions is None:
         return list(default)
     known = [*default, *on_demand]

@@ -1,4 +1,4 @@
-"""Work in a separate process that has limits on time and memory and can write no file."""
+"""Runs work in a separate process with time and memory limits and without file output."""
 
 import os
 import pickle
@@ -18,7 +18,7 @@ if sys.platform != "win32":
 
 Result = TypeVar("Result")
 STATUS = Path("/proc/self/statm")
-"""Its first entry is the size of the process in pages (Linux)."""
+"""The first entry of this file is the process size in pages (Linux)."""
 
 
 @dataclass(frozen=True)
@@ -35,23 +35,23 @@ class Limits:
 
 
 class IsolatedWorkError(RuntimeError):
-    """Isolated work has exceeded a limit, or its process has crashed."""
+    """Isolated work exceeded a limit, or its process crashed."""
 
 
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
-    """Returns the result of work that another process does; the process can write no file.
+    """Returns the result of work in another process, which cannot write files.
 
-    On Linux the process is a fork of this one. It uses no lock that another thread may hold, and
-    the time limit ends it if a library does. Elsewhere a new interpreter starts, which takes a
-    second longer; ``work`` must be picklable.
+    On Linux, the process is a fork. The fork avoids locks that other threads may hold; if a library
+    waits for such a lock, the time limit ends the process. On other systems, a new interpreter
+    starts, which takes a second longer; ``work`` must be picklable.
 
     Args:
         work: Computes plain data.
         limits: Limits of the process.
 
     Raises:
-        IsolatedWorkError: The work exceeded a limit, or crashed. Errors of the work itself are
-            raised as they are.
+        IsolatedWorkError: The work exceeded a limit or crashed. Errors of the work itself are
+            raised unchanged.
     """
     run = _forked if sys.platform == "linux" else _started
     try:
@@ -66,7 +66,7 @@ def _forked(work: Callable[[], Result], limits: Limits) -> Result:
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=send, args=(lambda: _limited(work, limits), sender))
     with warnings.catch_warnings():
-        # Python 3.12 warns of forks beside threads, see above.
+        # Python 3.12 warns about forks with other threads running, see above.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     sender.close()
@@ -106,10 +106,10 @@ def _started(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def main() -> None:
-    """Reads work from standard input, does it, and writes its outcome to standard output."""
+    """Reads work from standard input, runs it, and writes its outcome to standard output."""
     work, limits = pickle.loads(sys.stdin.buffer.read())
     output = os.fdopen(os.dup(1), "wb")
-    # What a library prints must not mix with the outcome.
+    # Library output must not mix with the outcome.
     os.dup2(2, 1)
     with output:
         output.write(pickle.dumps(outcome_of(lambda: _limited(work, limits))))
@@ -125,7 +125,7 @@ def _limited(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def _lower(kind: int, limit: int) -> None:
-    """Sets a limit of this process, unless a lower one holds already."""
+    """Sets a limit of this process, unless a lower limit is already set."""
     _, hard = resource.getrlimit(kind)
     limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
     resource.setrlimit(kind, (limit, limit))

@@ -226,7 +226,7 @@ class _Derivation:
         flat = tuple(entries[j][k].entries[i] for i in range(6) for j in count for k in count)
         return self._function(
             "hessian_mixed",
-            "Derivative of jacobian_mixed by the joint coordinates.",
+            "Derivative of jacobian_mixed with respect to the joint coordinates.",
             "H[:, j, k] = d jacobian_mixed[:, j] / d q_k",
             ("q",),
             Result("H", flat, (6, len(self.q), len(self.q)), "m, 1", "Hessian"),

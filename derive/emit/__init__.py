@@ -1,1 +1,1 @@
-"""The files of a derivation: C, CasADi, Python and the manifest."""
+"""Writes the files of a derivation: C, CasADi, Python and the manifest."""

@@ -1,12 +1,12 @@
-"""The C that CasADi's own generator prints, with CasADi's interface: ``casadi.external`` loads it.
+"""Writes C by CasADi's own generator and interface, for ``casadi.external``.
 
-The C of chasles is printed from typed programs (``emit/c``) and has an interface of its own. This
-language serves programs that hand functions of a robot to CasADi. Its functions are named
-``<robot>_<function>``, take and return dense vectors in row-major order, and come with their
+The default C (``emit/c``) is printed from typed programs and has a different interface. This
+language is for programs that pass robot functions to CasADi. Its functions are named
+``<robot>_<function>``, take and return dense vectors in row-major order, and include their
 derivatives, ``jac_<robot>_<function>``.
 
-Loops without a closed form are closed by CasADi's rootfinder. Functions with branches (inverses)
-have no graph, and are left out, as are velocities through such loops: they are derivatives.
+CasADi's rootfinder closes loops without a closed form. Functions with branches (inverses) have no
+graph and are omitted. Velocities through such loops are derivatives and are omitted too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ from .casadi_loops import is_of_positions, with_loops
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The C file, by name; none if no function has a graph."""
+    """Returns the C file by name; empty if no function has a graph."""
     functions = [f for f in derivation.functions if not f.signs and is_of_positions(f)]
     if not functions:
         return {}
@@ -38,9 +38,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def _through_loops(
     derivation: Derivation, functions: Sequence[SymbolicFunction]
 ) -> Iterator[ca.Function]:
-    """The functions of positions that call solvers of loops, with dense vectors, row by row.
+    """Builds the position functions that call loop solvers, with dense row-major vectors.
 
-    The solver of any geometry starts from the joints of the nominal robot.
+    The solver for any geometry starts from the nominal joint positions.
     """
     kept = [f for f in functions if f.calls or f.name == START]
     if not any(f.calls for f in kept):

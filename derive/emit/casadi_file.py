@@ -1,4 +1,4 @@
-"""The CasADi functions of a robot for optimal control: writes their file and loads it."""
+"""Writes and loads the CasADi functions of a robot, for optimal control."""
 
 import tempfile
 from pathlib import Path
@@ -17,15 +17,15 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of functions of positions, which follow from no other function by differentiation."""
+"""Roles of position functions. No other function has these as derivatives."""
 OF_GEOMETRY = "parametric pose"
-"""The role of such a function that is derived on demand."""
+"""Role of a position function that is derived on demand."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The file that ``casadi.Function.load`` reads, by name.
+    """Returns the file for ``casadi.Function.load``, by name.
 
-    It holds :func:`joined`. CasADi prints its own graph, so that the programs are not needed.
+    The file contains :func:`joined`. CasADi prints its own graph and needs no programs.
     """
     function = joined(derivation)
     if function is None:
@@ -37,10 +37,10 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def joined(derivation: Derivation) -> ca.Function | None:
-    """All functions of positions as the outputs of a single CasADi function.
+    """Returns one CasADi function with all position functions as outputs.
 
-    Its outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if it was
-    derived; CasADi differentiates them. None if none of these was derived.
+    Its outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if derived.
+    CasADi differentiates the outputs. Returns None if no such function was derived.
     """
     kept = [
         f
@@ -55,7 +55,7 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
-    """One output of a function, as a function of the arguments that it needs."""
+    """Returns one output of a function, as a function of the arguments that it needs."""
     # An implicit function has no graph of scalars.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}

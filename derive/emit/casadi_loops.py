@@ -1,4 +1,4 @@
-"""CasADi functions through iterated loops: implicit functions with derivatives."""
+"""Builds CasADi functions through iterated loops: implicit functions with derivatives."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,8 +14,8 @@ from ..terms.casadi_graph import lower, whole
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Points of the straight line from the reference, each the start of the next: so many bring every
-robot within its limits to its branch."""
+"""Points on the straight line from the reference; each is the start of the next. This count keeps
+every robot on its branch within its limits."""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,
@@ -25,17 +25,17 @@ OPTIONS = {
 
 
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
-    """The functions of positions of a robot, some of which call the solver of its loops.
+    """Builds the position functions of a robot; some call the loop solver.
 
-    The variables w of the loops are found by ``casadi.rootfinder``; CasADi differentiates them by
-    the implicit function theorem.
+    ``casadi.rootfinder`` solves for the loop variables w. CasADi differentiates them by the
+    implicit function theorem.
 
     Args:
         derivation: The robot.
-        kept: Its functions of positions, in the order of derivation.
+        kept: Its position functions, in derivation order.
 
     Returns:
-        A function with an output for each function.
+        A function with one output per position function.
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
@@ -64,7 +64,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether a function calls solvers, if any, for positions of loops from q, or q and p."""
+    """Whether all solver calls of a function compute loop positions from q, or from q and p."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -72,7 +72,7 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """The variables w of the loops at coordinates, along the straight line from the reference."""
+    """Returns the loop variables w at coordinates, along the straight line from the reference."""
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
     (residual,) = lower([closure.residual], "of")
@@ -91,7 +91,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
 def _of_geometry(
     loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], posture: ca.MX
 ) -> ca.MX:
-    """The variables w of the loops with a geometry, from the posture of the nominal robot."""
+    """Returns the loop variables w for a geometry, starting from the nominal configuration."""
     assert loops is not None
     q, p = inputs["q"], inputs["p"]
     names, n = [variable.name for variable in loops.hybrid.variables], len(loops.hybrid.q)
@@ -105,7 +105,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """The variables, NaN where the loops do not close: the iteration ends somewhere then."""
+    """Returns the variables, or NaN if the iteration ends without closing the loops."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 
@@ -113,9 +113,9 @@ def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
 def _solver(
     w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
 ) -> ca.Function:
-    """The unknown variables at given ones and p, from a start.
+    """Returns the unknown variables for known variables and p, from a start.
 
-    Where there are more equations than unknowns, the gradient of their sum of squares is zero.
+    With more equations than unknowns, the gradient of the sum of squares is set to zero.
     """
     u, a = w[list(unknown)], w[list(given)]
     if residual.numel() > u.numel():

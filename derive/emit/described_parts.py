@@ -1,7 +1,7 @@
-"""The robot file of a robot with loops, with places for the numbers of its geometry.
+"""Writes the robot file of a robot with loops, with placeholders for its geometry.
 
-The runtime puts numbers in: ``$xyz_k`` and ``$rpy_k`` of frame k in degrees, and ``$x_k`` alone, in
-the order of :func:`chasles.derive.loops.parametric.file_parts.parts`; and ``$name``,
+The runtime replaces ``$xyz_k`` and ``$rpy_k`` of frame k (degrees) and single values ``$x_k``, in
+the order of :func:`chasles.derive.loops.parametric.file_parts.parts`. It also replaces ``$name``,
 ``$title``, ``$source`` and ``$closure``.
 """
 
@@ -24,7 +24,7 @@ units = { length = "m", angle = "deg" }
 
 
 def robot_template(hybrid: Hybrid) -> str:
-    """The text with places for numbers; "" where a joint is helical.
+    """Returns the text with placeholders; "" if a joint is helical.
 
     Args:
         hybrid: The robot.
@@ -48,7 +48,7 @@ def _lines(hybrid: Hybrid) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, closer in enumerate(mechanism.closers):
         yield from _closer(mechanism, closer, first + 2 * k)
-    # Loops that are closed by iteration know no motor that follows.
+    # Iterated loops support no dependent motors.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
@@ -104,6 +104,6 @@ def _end(frame: Frame, k: int) -> str:
 
 
 def _number(value: sp.Expr, unit: str = "m") -> str:
-    """A number in the file's units: metres and degrees."""
+    """Formats a number in the file's units: metres and degrees."""
     shown = value * 180 / sp.pi if unit == "rad" else value
     return repr(float(shown))

@@ -1,7 +1,7 @@
-"""The springs of a calibrated arm's robot file, with places for their compliances.
+"""Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
 
-The torques of gravity are those of the nominal arm, as in the parametric functions: its axes and
-links at coordinates 0 are written, and the runtime puts in ``$<coordinate>`` for each compliance.
+As in the parametric functions, gravity torques use the nominal arm: its axes and links at zero
+coordinates. The runtime replaces ``$<coordinate>`` by each compliance.
 """
 
 import json
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def springs_template(robot: Described) -> str:
-    """The tables of all springs; "" where nothing sags, or a coordinate moves several joints.
+    """Returns the spring tables; "" without compliance, or if a coordinate moves several joints.
 
     Args:
         robot: The description.
@@ -48,7 +48,7 @@ def _lines(robot: SerialRobot) -> Iterator[str]:
 
 
 def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
-    """The frames of moving joints, and those of the links that each carries, by their names."""
+    """Returns the frames of moving joints and of the links that each joint carries, by name."""
     T = _matrix(robot, robot.base)
     places: list[FloatArray] = []
     links: dict[str, dict[str, FloatArray]] = {}
@@ -65,7 +65,7 @@ def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, 
 
 
 def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
-    """Mass and center of mass of links that move as one, in the base frame."""
+    """Returns the mass and center of mass of rigidly connected links, in the base frame."""
     mass, moment = 0.0, np.zeros(3)
     for point in robot.load.masses if robot.load else ():
         if point.link in links:

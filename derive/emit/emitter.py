@@ -1,4 +1,4 @@
-"""The interface of a language: its name, and the files that it writes for a derivation."""
+"""Defines the interface of an output language: its name and its files for a derivation."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -7,19 +7,19 @@ from ..derivation import Derivation
 from ..program.programs import Programs
 
 Files = Mapping[str, str]
-"""Texts by their paths inside a robot's folder."""
+"""Texts by path inside a robot's folder."""
 
 
 @dataclass(frozen=True)
 class Emitter:
-    """A language.
+    """An output language.
 
     Attributes:
-        language: Its name, under which the manifest lists its files.
-        files: Function from a derivation and the programs of its functions to the files; the same
-            derivation gives the same texts on any machine.
-        prints_equations: Whether it prints the equations themselves and takes no programs: its
-            files are written while the programs are made.
+        language: Its name, the key of its files in the manifest.
+        files: Returns the files for a derivation and its programs. The same derivation gives the
+            same texts on any machine.
+        prints_equations: Whether it prints the equations and needs no programs. Its files are then
+            written while the programs are built.
     """
 
     language: str

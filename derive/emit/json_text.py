@@ -1,4 +1,4 @@
-"""JSON for people as well: what fits into a line stands in one."""
+"""Readable JSON: a value that fits into one line is not broken."""
 
 import json
 from typing import Any
@@ -8,11 +8,11 @@ LINE = 100
 
 
 def json_text(value: Any, depth: int = 0) -> str:
-    """A value of plain data as JSON, broken into lines only where it is longer than a line.
+    """Formats plain data as JSON; only values longer than a line are broken.
 
     Args:
         value: Dictionaries, lists, texts, numbers, booleans and None.
-        depth: Number of blanks before it.
+        depth: Indentation in spaces.
     """
     line = json.dumps(value, ensure_ascii=False)
     if len(line) + depth <= LINE or not isinstance(value, dict | list):

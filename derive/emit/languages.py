@@ -1,4 +1,4 @@
-"""The list of languages: a new language is a folder or a file with ``files``, and a line here."""
+"""Lists the output languages. A new language needs a module with ``files`` and a line here."""
 
 from collections.abc import Iterable
 from itertools import chain
@@ -16,18 +16,18 @@ EMITTERS = (
     Emitter("latex", latex.files, prints_equations=True),
 )
 LANGUAGES = tuple(emitter.language for emitter in EMITTERS)
-"""The names of the languages that are written by default."""
+"""Names of the default languages."""
 ON_DEMAND = {"casadi_c": Emitter("casadi_c", casadi_c.files)}
-"""Languages that are written if they are asked for, by their names."""
+"""Optional languages, by name."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
 """The article without screws, examples and singularities."""
 
 
 def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
-    """The emitters of languages, each a name or an emitter itself.
+    """Returns the emitters for languages; a language is a name or an emitter.
 
     Raises:
-        InputValueError: There is no language of a name.
+        InputValueError: A language name is unknown.
     """
     known = {emitter.language: emitter for emitter in EMITTERS} | ON_DEMAND
     found = []
@@ -39,7 +39,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """The emitters with the article of a level of detail: "full", "brief", or "none" for none."""
+    """Returns the emitters with the article in a level of detail: "full", "brief" or "none"."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

@@ -1,4 +1,4 @@
-"""The manifest: the facts of a generated robot in fields, for the runtime and for people."""
+"""Builds the manifest: machine-readable facts about a generated robot."""
 
 import hashlib
 from collections.abc import Mapping
@@ -48,12 +48,12 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """The manifest as JSON, without date, host or path, so that equal robots give equal bytes.
+    """Returns the manifest as JSON, without date, host or path: equal robots give equal bytes.
 
     Args:
         derivation: The derivation of the robot.
         programs: The programs of its functions, for the operation counts.
-        files: The files of each language, by the language's name; the manifest lists their hashes.
+        files: The files of each language, by language name; the manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     found = Manifest(
@@ -86,7 +86,7 @@ def manifest(
 
 
 def _notes(derivation: Derivation) -> tuple[str, ...]:
-    """Remarks of the description, of its loops and of its inverse."""
+    """Returns the remarks on the description, the loops and the inverse."""
     hybrid, found = derivation.hybrid, [*derivation.robot.notes]
     if hybrid:
         found += [*hybrid.mobility.disagreements, *hybrid.missing.values()]
@@ -97,24 +97,24 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
-    """The files of all languages in one dictionary, by file name."""
+    """Merges the files of all languages into one dictionary, by file name."""
     return {name: text for texts in files.values() for name, text in texts.items()}
 
 
 def description_text(robot: Described) -> str:
-    """The description as text; load, transmissions and springs are named where there are any."""
+    """Returns the description as text; it mentions load, transmissions and springs if present."""
     load, springs = (robot.load, robot.springs) if isinstance(robot, SerialRobot) else (None, None)
     parts = (robot, *(part for part in (load, robot.transmissions, springs) if part))
     return " ".join(map(repr, parts))
 
 
 def sha256(text: str) -> str:
-    """SHA-256 of a text in UTF-8, in hexadecimal."""
+    """Returns the hexadecimal SHA-256 of a text in UTF-8."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _kind(hybrid: Hybrid | None) -> str:
-    """The kind of a robot, one of `chasles.contract.KINDS`."""
+    """Returns the kind of a robot, one of `chasles.contract.KINDS`."""
     if hybrid is None:
         return "serial"
     if not hybrid.forward.open:
@@ -124,7 +124,7 @@ def _kind(hybrid: Hybrid | None) -> str:
 
 
 def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
-    """The numbers that were not taken as written, and bounds of their effect on the tool's pose."""
+    """Returns the cleaned values, and bounds of their effect on the tool pose."""
     if not cleaning.numbers:
         return contract.Cleaning()
     numbers = (
@@ -134,7 +134,7 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
 
 
 def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
-    """The parameters p; () for a robot without parametric functions."""
+    """Returns the parameters p; empty for a robot without parametric functions."""
     if derivation.geometry is None:
         return ()
     return tuple(
@@ -151,7 +151,7 @@ def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
 
 
 def _robot_file(derivation: Derivation) -> str:
-    """The robot file with places for the numbers of another geometry."""
+    """Returns the robot file with placeholders for another geometry."""
     if derivation.geometry is None:
         return ""
     loops = derivation.parametric_loops
@@ -159,18 +159,18 @@ def _robot_file(derivation: Derivation) -> str:
 
 
 def _inverse(inverse: Inverses) -> InverseFacts:
-    """The tier of the inverse, or the reason why there is none."""
+    """Returns the tier of the inverse, or the reason for a missing inverse."""
     tier = "general" if inverse.general else inverse.classification.tier
     return InverseFacts(tier, inverse.missing)
 
 
 def _loops(hybrid: Hybrid) -> LoopFacts:
-    """The loops of a robot: their variables, their reference and how they are solved."""
+    """Describes a robot's loops: variables, reference configuration and solution method."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
-    # The runtime takes passive joints that are iterated from the configuration.
+    # The runtime reads iterated passive joints from the configuration.
     iterated = [variable.name for variable in hybrid.passive_in_loops]
     passive = iterated if hybrid.forward.open else mechanism.passive
     return LoopFacts(
@@ -191,7 +191,7 @@ def _loops(hybrid: Hybrid) -> LoopFacts:
 
 
 def _rounded(value: float) -> float:
-    """A number rounded to the digits that agree on every machine."""
+    """Rounds a number to the digits that agree on every machine."""
     return float(f"{value:.12g}") + 0.0
 
 
@@ -225,7 +225,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: WrittenFunction) -> FunctionInfo:
-    """The entry of a handwritten function; the kinds of its operations depend on the pose."""
+    """Returns the entry of a handwritten function. Its operation kinds depend on the pose."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 

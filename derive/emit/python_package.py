@@ -1,4 +1,4 @@
-"""The Python package of a generated robot: it loads the robot, and has type stubs for editors."""
+"""Writes the Python package of a generated robot, with type stubs for editors."""
 
 import textwrap
 
@@ -29,7 +29,7 @@ _FIXED = "fixed: Mapping[str, ArrayLike] | None = None,\n    "
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """``__init__.py``, which loads the compiled functions at their first use, and its type stub."""
+    """Returns ``__init__.py``, which loads compiled functions at first use, and its type stub."""
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     whole = next((f for f in functions if _is_of_poses(f)), None)
@@ -44,7 +44,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _is_of_poses(function: Signature) -> bool:
-    """Whether it is the inverse of whole poses, which takes fixed joints by name."""
+    """Whether a function is the inverse of complete poses, which accepts fixed joints by name."""
     return function.role.is_inverse and function.role.domain == "pose"
 
 
@@ -70,9 +70,9 @@ def _docstring(function: Signature, is_of_poses: bool) -> str:
     arguments = function.inputs[:1] if is_of_poses else function.inputs
     lines += [f"    {_line(argument)}" for argument in arguments]
     if is_of_poses:
-        lines += ["    fixed: The values of fixed joints by name."]
-    lines += ["    out: The array to write into, or a tuple of them."]
-    lines += ["    threads: How many share a large batch."]
+        lines += ["    fixed: Values of fixed joints by name."]
+    lines += ["    out: The output array, or a tuple of output arrays."]
+    lines += ["    threads: Number of threads for a large batch."]
     lines += ["", "Returns:", *(f"    {_line(result)}" for result in function.outputs), '"""']
     return "\n".join(lines)
 

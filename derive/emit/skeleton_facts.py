@@ -1,4 +1,4 @@
-"""The rigid bodies of a robot as records of the manifest, for drawings and viewers."""
+"""Writes the rigid bodies of a robot as manifest records, for drawings and viewers."""
 
 from chasles.contract import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 
@@ -8,7 +8,7 @@ from ..chain.rigid_bodies import Array, TreeBody
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """The bodies as plain data in metres and radians; a pose by its first three rows.
+    """Returns the bodies as plain data in metres and radians; a pose is its first three rows.
 
     Args:
         found: The bodies with their shapes.

@@ -1,8 +1,8 @@
-r"""LaTeX of a derivation: the equations from which C is generated, as a paper would print them.
+r"""Prints a derivation as LaTeX: the equations behind the generated C, in the form of a paper.
 
-:func:`fragments` gives pieces to ``\input`` in any article, :func:`document` the article itself.
-Every equation is a SymPy object in short symbols before it is printed
-(:class:`PrintedEquations`), so that tests can evaluate the printed equations.
+:func:`fragments` returns pieces to ``\input`` in any article; :func:`document` returns the article.
+Before printing, every equation is a SymPy object in short symbols (:class:`PrintedEquations`), so
+tests can evaluate the printed equations.
 """
 
 from .chain.model_fragment import model_quality

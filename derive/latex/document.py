@@ -1,4 +1,4 @@
-r"""The article of a robot, and the fragments that it reads in."""
+r"""Assembles the article of a robot, and the fragments that it reads."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -37,7 +37,7 @@ from .setting.names import escape
 from .setting.page import Page
 
 FOLDER = "latex"
-"""The folder beside a document that its fragments are read from."""
+"""Folder with the fragments, next to the document."""
 _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "parameters": ("Description", parameters),
     "symbols": ("Notation", symbols),
@@ -50,18 +50,18 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Heading and writer of each fragment, in the order of reading."""
+"""Heading and writer of each fragment, in reading order."""
 _DRAWING = "drawing"
-"""The fragment that is a figure."""
+"""Name of the figure's fragment."""
 _WORKSPACE = "workspace"
-"""The fragment of the region that the tool reaches."""
+"""Name of the workspace fragment."""
 _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Name and heading of the picture of a serial robot that comes after a fragment."""
+"""Picture of a serial robot after a fragment: name and heading."""
 _NEEDS_GEOMETRY = "parametric"
-"""The fragment of robots with parametric functions."""
+"""Name of the fragment for parametric functions."""
 
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
@@ -84,7 +84,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "singularities": (
         "Singular configurations of the main chain",
-        # A main chain that is nowhere singular says nothing of its loops.
+        # A main chain without singularities implies nothing about its loops.
         lambda page: "" if page.chain.singular.is_regular else singularities(page.chain),
     ),
     "workspace": (
@@ -99,46 +99,46 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading and writer of each fragment of a robot with loops, or with motors behind gears."""
+"""Heading and writer of each fragment for robots with loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
-"""The fragment of the works that the others cite, which comes last."""
+"""Name of the last fragment, the cited works."""
 
 
 _BRIEF = frozenset(
     ("parameters", "drawing", "symbols", "fk", "jacobian", "inverse", "solution", "references")
 )
-"""The fragments of a brief article: what the robot is, forward, velocities and back."""
+"""Fragments of a brief article: description, forward kinematics, velocities, inverse."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The article of a robot and the fragments that it reads in, by their paths.
+    """Returns the article of a robot and its fragments, by path.
 
-    LaTeX prints the equations; the programs made of them are not needed.
+    LaTeX prints the equations and needs no programs.
     """
     return _files(derivation, fragments(derivation))
 
 
 def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The files of a short article, without derivations, screws, examples and singularities."""
+    """Returns a short article, without derivations, screws, examples and singularities."""
     parts = fragments(derivation)
     return _files(derivation, {k: v for k, v in parts.items() if k.removesuffix(".tex") in _BRIEF})
 
 
 def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
-    """The article that reads in some fragments, and these fragments."""
+    """Returns the article with some fragments, and these fragments."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:
-    r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
+    r"""Returns the fragments of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
-    They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings;
-    ``drawing.tex`` and ``workspace.tex`` need TikZ, and the drawing may be wider. Shared
-    terms of ``fk.tex`` are used in ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
-    the short symbols of all fragments.
+    The fragments need amsmath and booktabs, fit a line of 345 pt at 10 pt, and contain no headings.
+    ``drawing.tex`` and ``workspace.tex`` need TikZ; the drawing may be wider. ``jacobian.tex`` and
+    ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex`` explains the short symbols of
+    all fragments.
 
     Args:
         derivation: A robot with its functions.
@@ -147,10 +147,10 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         File name and text of each: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
         ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
         ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
-        ``parametric.tex`` where there are parametric functions; of a robot with loops also
-        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``, and
-        of a platform on legs ``platform.tex``, or ``legs.tex`` where its legs are closures. A
-        fragment with nothing to say is left out.
+        ``parametric.tex`` if there are parametric functions. A robot with loops also has
+        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``. A
+        platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are closures. Empty
+        fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -163,9 +163,9 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
-    """The text of each fragment; the pictures, which share no symbols, are drawn beside it."""
+    """Returns the text of each fragment. A forked process draws the pictures."""
     drawn = [name for name in writers if name in (_DRAWING, _WORKSPACE)]
-    # The table of symbols is written last, because it lists the symbols of all other fragments.
+    # The symbol table is written last, because it lists the symbols of all other fragments.
     order = sorted(writers.keys() - {*drawn}, key=[*writers].index)
     order.sort(key="symbols".__eq__)
     with beside(lambda: {name: writers[name]() for name in drawn}) as pictures:
@@ -176,7 +176,7 @@ def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
 
 
 def _headings(derivation: Derivation) -> dict[str, str]:
-    """The fragments of a robot's article with their headings."""
+    """Returns the fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
         found = {}
@@ -197,7 +197,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
 
 
 def _has_legs(derivation: Derivation) -> bool:
-    """Whether closures hold a platform on three legs in a plane."""
+    """Whether the robot is a planar platform on three legs with closures."""
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open or is_platform(hybrid.mechanism):
         return False
@@ -205,9 +205,9 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether loops leave the tool more than one pose; the inverse is then the loops' solution.
+    """Whether the loops have more than one tool pose; the inverse is then the loop solution.
 
-    A pose that gives the joints of the main chain has an inverse of its own to print.
+    If a pose determines the main-chain joints, the main chain has a separate inverse to print.
     """
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
@@ -218,7 +218,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""An article of a robot that reads its fragments from the folder :data:`FOLDER` beside it."""
+    r"""Returns an article of a robot that reads its fragments from the folder :data:`FOLDER`."""
     return _article(derivation, fragments(derivation))
 
 
@@ -238,7 +238,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # No sentence about the title: it may be a maker's name, a plural or a possessive.
+            # The title is not used in a sentence: it may be a maker's name, a plural or a
+            # possessive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,
@@ -248,18 +249,18 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """A heading and the fragment below it."""
+    """Returns a heading and the fragment below it."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 
 def _in_article(derivation: Derivation) -> list[tuple[str, str]]:
-    """The fragments with their headings as the article has them: the robot's figure first."""
+    """Returns the fragments with their headings in article order: the robot's figure first."""
     headings = _headings(derivation) | {_REFERENCES: "References"}
     return sorted(headings.items(), key=lambda item: item[0] != _DRAWING)
 
 
 def _figure(derivation: Derivation) -> str:
-    """The figure of the robot with its caption."""
+    """Returns the figure of the robot with its caption."""
     robot = derivation.robot
     if isinstance(robot, Mechanism):
         caption = "The robot at its reference configuration, actuators in red, loops numbered."
@@ -274,7 +275,7 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps the end of a section on the page of the next one: no page holds references alone."""
+"""Keeps the end of a section with the next section: no page contains only references."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

@@ -1,7 +1,7 @@
-r"""The works that an article cites, as a list at its end.
+r"""Prints the works that an article cites, as a list at its end.
 
-A fragment cites a work by author and year in its text, so that any article can read it in. The list
-contains each work whose key occurs in another fragment.
+A fragment cites a work by author and year, so that any article can include the fragment. The list
+contains each work with a key that occurs in another fragment.
 """
 
 from collections.abc import Iterable, Mapping
@@ -71,7 +71,7 @@ WORKS: Mapping[str, str] = {
         r" 1996."
     ),
 }
-"""Each work by the words that cite it, in the order of the list."""
+"""Works by citation text, in list order."""
 _LAYOUT = (
     r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """List the works that fragments cite; empty if they cite none."""
+    """Lists the works that fragments cite; empty without citations."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

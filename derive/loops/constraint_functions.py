@@ -28,7 +28,7 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
     rows = jacobian(h.equations, h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
-        "Derivative of the loops' equations by the full configuration.",
+        "Derivative of the closure equations with respect to the full configuration.",
         "constraint_D_z(z) zd = 0 for every motion that keeps the loops closed",
         ("z",),
         _matrix("residual_D_z", rows, "1, m, 1/m", "constraint Jacobian"),

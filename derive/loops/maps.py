@@ -102,7 +102,7 @@ def chain_D_q(of: Joints) -> SymbolicFunction:
     """Builds the Jacobian of the map from actuators to main chain."""
     return of.function(
         "chain_D_q",
-        "Derivative of the main chain's joints by the actuated coordinates.",
+        "Derivative of the main-chain joints with respect to the actuated coordinates.",
         "chain_D_q[:, k] = d chain / d q_k",
         0,
         _derivative("theta_D_q", of.chain, of.rates),
@@ -126,7 +126,7 @@ def passive_D_q(of: Joints) -> SymbolicFunction:
     """Builds the Jacobian of the map from actuators to passive joints."""
     return of.function(
         "passive_D_q",
-        "Derivative of the passive joints by the actuated coordinates.",
+        "Derivative of the passive joints with respect to the actuated coordinates.",
         "passive_D_q[:, k] = d passive / d q_k",
         0,
         _derivative("passive_D_q", of.named(of.passive), of.rates),
@@ -177,7 +177,7 @@ def actuators_D_chain(of: Joints) -> SymbolicFunction:
     """Builds the Jacobian of the map from main chain to actuators."""
     return of.function(
         "actuators_D_chain",
-        "Derivative of the actuated coordinates by the main chain's joints.",
+        "Derivative of the actuated coordinates with respect to the main-chain joints.",
         "actuators_D_chain[:, k] = d actuators / d theta_k",
         0,
         _derivative("q_D_theta", of.actuators, of.rates),
@@ -228,7 +228,7 @@ def configuration_D_q(of: Joints) -> SymbolicFunction:
     """Builds the Jacobian of the map from actuators to full configuration."""
     return of.function(
         "configuration_D_q",
-        "Derivative of the full configuration by the actuated coordinates.",
+        "Derivative of the full configuration with respect to the actuated coordinates.",
         "configuration_D_q[:, k] = d configuration / d q_k",
         0,
         _derivative("z_D_q", of.configuration, of.rates),
@@ -305,7 +305,7 @@ def _all(
         "All branches of the loops' solution, NaN where a branch does not close.",
         f"branches: {'; '.join(labels)}",
         (argument,),
-        Result(result, values, (count, width), unit, "one branch a row"),
+        Result(result, values, (count, width), unit, "one branch per row"),
         Result("margin", sum(rows, ()), (count, len(rows[0])), "1", "margins of each branch"),
         role=Role("branches", codomain=codomain, labels=labels),
     )

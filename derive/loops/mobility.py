@@ -87,18 +87,18 @@ class Mobility:
 
     def _disagreements(self) -> Iterator[str]:
         if self.idle:
-            yield f"idle: {self.idle} members on balls turn about themselves"
+            yield f"idle: {self.idle} members between ball joints spin about their own axes"
         repeated = self.equations - self.rank
         if repeated:
             yield f"repeated: {repeated} of {self.equations} equations follow from the others"
-        moving = " without idle turns" if self.idle else ""
+        moving = " without idle rotations" if self.idle else ""
         for name, counted in (
             ("Gruebler-Kutzbach", self._kutzbach_but_idle),
             ("loop by loop", self.by_loops - self.idle),
         ):
             if counted != self.true:
                 why = ": overconstrained" if self.true > counted else ""
-                yield f"{name} counts {counted}{moving}, true are {self.true}{why}"
+                yield f"{name} gives {counted}{moving}, actual mobility {self.true}{why}"
         if self.actuated != self.true:
             yield f"actuated coordinates: {self.actuated}, degrees of freedom: {self.true}"
 

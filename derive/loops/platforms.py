@@ -121,10 +121,10 @@ def rods(h: Hybrid) -> SymbolicFunction:
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
         "rods",
-        "Distance between the ends of each rod or cylinder less its length.",
+        "Distance between the ends of each rod or cylinder, minus its length.",
         f"|b_i(theta) - a_i(q)| - l_i, i = {names}",
         ("theta", "q"),
-        Result("residual", entries, (len(entries),), "m", "excess of distance over length"),
+        Result("residual", entries, (len(entries),), "m", "distance minus length"),
         role=Role("lengths"),
     )
 
@@ -135,7 +135,7 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
     columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
         "rods_D_chain",
-        "Derivative of the rods' residuals by the main chain's joints.",
+        "Derivative of the rod residuals with respect to the main-chain joints.",
         "rods_D_chain[:, k] = d rods / d theta_k",
         ("theta", "q"),
         Result(
@@ -165,7 +165,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
         "J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions "
         + ", ".join(("v_x", "v_y", "v_z", "omega_x", "omega_y", "omega_z")[k] for k in free),
         ("theta", "q"),
-        Result("J_x", J_x, (len(rows), len(free)), "1, m", "rods along their directions"),
+        Result("J_x", J_x, (len(rows), len(free)), "1, m", "rod lines"),
         Result("J_q", J_q, (len(rows), len(h.q)), "1, m", "actuators"),
         role=Role("velocity relation", directions=tuple(free)),
     )
@@ -196,7 +196,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     function = h.open_chain.function(name)
     return SymbolicFunction(
         f"chain_{name}",
-        f"{function.summary[:-1]}, from the main chain's joints.",
+        f"{function.summary[:-1]}, from the main-chain joints.",
         re.sub(r"\bq(?=[d_,)]|$)", "theta", function.identity),
         function.inputs,
         function.outputs,
@@ -253,7 +253,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L, triad.lines)
     return h.function(
         "assembly_polynomial",
-        "Coefficients of the polynomial whose zeros are the platform's angles in all modes.",
+        "Coefficients of the polynomial whose zeros are the platform angles of all assembly modes.",
         "a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...",
         ("q",),
         Result("coefficients", entries, (len(entries),), "1", "trigonometric coefficients"),
@@ -272,8 +272,8 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
     residuals = "rods" if is_platform(h.mechanism) else "legs"
     return SymbolicFunction(
         name,
-        "Pose of the platform in the assembly mode of an angle"
-        + (", mirrored in the line of two centres." if name == "assembly_mirror" else "."),
+        "Platform pose at an angle phi that solves the assembly polynomial"
+        + (", mirrored about the line of two centers." if name == "assembly_mirror" else "."),
         f"{residuals}((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
         (h.arguments["q"], argument),
         (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),

@@ -43,18 +43,18 @@ _CORRECTION = (
     ("x", "m", "shift along x"),
     ("y", "m", "shift along y"),
     ("z", "m", "shift along z"),
-    ("roll", "rad", "turn about x"),
-    ("pitch", "rad", "turn about y"),
-    ("yaw", "rad", "turn about z"),
+    ("roll", "rad", "rotation about x"),
+    ("pitch", "rad", "rotation about y"),
+    ("yaw", "rad", "rotation about z"),
 )
 _DRIVE: Part = "transmission"
 _TILTS: tuple[Literal["x", "y"], ...] = ("x", "y")
 _TURN = sp.Symbol("turn", real=True)
 _WAVES = (
-    ("sin1", "sine wave, one a turn", sp.sin(_TURN)),
-    ("cos1", "cosine wave, one a turn", sp.cos(_TURN)),
-    ("sin2", "sine wave, two a turn", sp.sin(2 * _TURN)),
-    ("cos2", "cosine wave, two a turn", sp.cos(2 * _TURN)),
+    ("sin1", "sine wave, one period per revolution", sp.sin(_TURN)),
+    ("cos1", "cosine wave, one period per revolution", sp.cos(_TURN)),
+    ("sin2", "sine wave, two periods per revolution", sp.sin(2 * _TURN)),
+    ("cos2", "cosine wave, two periods per revolution", sp.cos(2 * _TURN)),
 )
 
 
@@ -202,11 +202,11 @@ class Parameters:
 
         shifts: Placement = ()
         if joint.kind != "prismatic":
-            x = new("shift_x", "m", "shift of the axis along x")
-            y = new("shift_y", "m", "shift of the axis along y")
+            x = new("shift_x", "m", "axis shift along x")
+            y = new("shift_y", "m", "axis shift along y")
             shifts = translation(x, y, sp.S.Zero)
         for axis in (axis for axis in _TILTS if axis in tilts):
-            shifts += rotation(axis, new(f"tilt_{axis}", "rad", f"tilt of the axis about {axis}"))
+            shifts += rotation(axis, new(f"tilt_{axis}", "rad", f"axis tilt about {axis}"))
         return shifts
 
     def _field(

@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 8, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 6, 6): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
         qdd (..., 6): actuator accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
         qdd (..., 6): actuator accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
         qdd (..., 6): actuator accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -305,8 +305,8 @@ def chain(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 8): main chain (rad or m).
@@ -316,14 +316,14 @@ def chain_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
+    """Derivative of the main-chain joints with respect to the actuated coordinates.
 
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta_D_q (..., 8, 6): derivative (1, m, 1/m).
@@ -340,8 +340,8 @@ def chain_rates(
     Args:
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetad (..., 8): rates of the main chain (rad or m/s).
@@ -359,8 +359,8 @@ def chain_accelerations(
         q (..., 6): actuator coordinates (rad or m).
         qd (..., 6): actuator rates (rad or m/s).
         qdd (..., 6): actuator accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetadd (..., 8): accelerations of the main chain (rad or m/s^2).
@@ -376,8 +376,8 @@ def passive(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive (..., 6): passive joints (rad or m).
@@ -387,14 +387,14 @@ def passive_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the passive joints by the actuated coordinates.
+    """Derivative of the passive joints with respect to the actuated coordinates.
 
     passive_D_q[:, k] = d passive / d q_k
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive_D_q (..., 6, 6): derivative (1, m, 1/m).
@@ -410,8 +410,8 @@ def configuration(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 16): full configuration (rad or m).
@@ -427,8 +427,8 @@ def margin(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 2): margins (1).
@@ -444,11 +444,11 @@ def chain_all(
 
     Args:
         q (..., 6): actuator coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 32, 8): one branch a row (rad or m).
+        theta (..., 32, 8): one branch per row (rad or m).
         margin (..., 32, 2): margins of each branch (1).
     """
 
@@ -462,8 +462,8 @@ def actuators(
 
     Args:
         theta (..., 8): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 6): actuated coordinates (rad or m).
@@ -473,14 +473,14 @@ def actuators_D_chain(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the actuated coordinates by the main chain's joints.
+    """Derivative of the actuated coordinates with respect to the main-chain joints.
 
     actuators_D_chain[:, k] = d actuators / d theta_k
 
     Args:
         theta (..., 8): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q_D_theta (..., 6, 8): derivative (1, m, 1/m).
@@ -497,8 +497,8 @@ def actuator_rates(
     Args:
         theta (..., 8): joints of the main chain (rad or m).
         thetad (..., 8): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qd (..., 6): actuator rates (rad or m/s).
@@ -516,8 +516,8 @@ def actuator_accelerations(
         theta (..., 8): joints of the main chain (rad or m).
         thetad (..., 8): joint rates of the main chain (rad or m/s).
         thetadd (..., 8): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qdd (..., 6): actuator accelerations (rad or m/s^2).
@@ -533,11 +533,11 @@ def actuators_all(
 
     Args:
         theta (..., 8): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 2, 6): one branch a row (rad or m).
+        q (..., 2, 6): one branch per row (rad or m).
         margin (..., 2, 1): margins of each branch (1).
     """
 
@@ -551,8 +551,8 @@ def constraint(
 
     Args:
         z (..., 16): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 10): residuals (m or 1).
@@ -562,14 +562,14 @@ def constraint_D_z(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the loops' equations by the full configuration.
+    """Derivative of the closure equations with respect to the full configuration.
 
     constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
 
     Args:
         z (..., 16): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z (..., 10, 16): constraint Jacobian (1, m, 1/m).
@@ -586,8 +586,8 @@ def constraint_D_z_dot(
     Args:
         z (..., 16): full configuration ((rad or m)).
         zd (..., 16): rates of the full configuration ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z_dot (..., 10, 16): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
@@ -604,12 +604,12 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 6): joint coordinates, one solution a row (rad or m).
+        q (..., 8, 6): joint coordinates, one solution per row (rad or m).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
         margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -58,7 +58,7 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v17 = c[1] * c[2];
@@ -106,7 +106,7 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   const double v86 = v64 - v75;
   const double v87 = v64 - v76;
   const double v88 = v30 - v77;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   T_0_ee[0] = v78;
   const double v89 = v79 - v34;
   const double v90 = v35 + v80;
@@ -119,7 +119,7 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[9] = v86;
   T_0_ee[10] = v87;
   const double v96 = v88 + 0.54;
-  // shared terms; columns 2, 3 and 4 of T_0_ee
+  // intermediate terms, then columns 2, 3 and 4 of T_0_ee
   const double v97 = v89 + v64;
   const double v98 = v90 + v64;
   const double v99 = v91 + v13;
@@ -133,7 +133,7 @@ void board_installer_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[6] = v101;
   const double v104 = s[1] * v99;
   T_0_ee[11] = v102;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v105 = v103 - v92;
   const double v106 = v95 + v104;
   const double v107 = v105 + v64;
@@ -249,7 +249,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[125] = 0.0;
   T[126] = 0.0;
   T[127] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v15 = 0.16 * c[1];
   const double v16 = 0.16 * s[1];
   const double v19 = c[0] * v13;
@@ -364,7 +364,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[120] = v101;
   T[121] = v107;
   T[122] = v108;
-  // shared terms; T
+  // intermediate terms, then T
   const double v117 = c[0] * v109;
   const double v118 = c[0] * v110;
   const double v119 = s[0] * v109;
@@ -399,7 +399,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[114] = v128;
   T[117] = v129;
   T[118] = v130;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = v131;
   T[34] = v132;
   T[36] = v133;
@@ -417,7 +417,7 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   const double v152 = 1.2 * v138;
   const double v153 = v78 + v144;
   const double v154 = v144 - 0.3;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = v145;
   T[50] = v146;
   T[51] = v147;
@@ -429,21 +429,21 @@ void board_installer_link_poses(const double q[6], double T[128]) {
   T[75] = v153;
   T[91] = v153;
   const double v157 = v78 + v154;
-  // shared terms; T
+  // intermediate terms, then T
   const double v158 = v78 + v155;
   const double v159 = v78 + v156;
   const double v160 = v155 + v25;
   const double v161 = v156 + v26;
   T[107] = v157;
   T[123] = v157;
-  // shared terms; T
+  // intermediate terms, then T
   T[67] = v158;
   T[71] = v159;
   const double v162 = v78 + v160;
   const double v163 = v78 + v161;
   const double v164 = v160 + v35;
   const double v165 = v161 + v36;
-  // shared terms; T
+  // intermediate terms, then T
   T[83] = v162;
   T[87] = v163;
   const double v166 = v78 + v164;
@@ -508,7 +508,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double angle[4] = {q_2, q_0, q_3, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -532,7 +532,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v17 = c[1] * c[2];
@@ -608,7 +608,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   const double v118 = v91 - v75;
   const double v119 = v91 - v85;
   const double v120 = v91 - v78;
-  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 2, 3, 5 and 6 of J
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee, then columns 2, 3, 5 and 6 of J
   T_0_ee[0] = v95;
   const double v121 = v96 - v40;
   const double v122 = v41 + v97;
@@ -636,7 +636,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[28] = v118;
   J[29] = v119;
   J[35] = v120;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v133 = v121 + v76;
   const double v134 = v122 + v76;
   const double v135 = v123 + v13;
@@ -647,7 +647,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   J[4] = v130;
   J[9] = v131;
   J[10] = v132;
-  // shared terms; columns 2, 3 and 4 of T_0_ee
+  // intermediate terms, then columns 2, 3 and 4 of T_0_ee
   T_0_ee[1] = v133;
   T_0_ee[2] = v134;
   const double v139 = c[1] * v135;
@@ -655,7 +655,7 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
   T_0_ee[6] = v137;
   const double v140 = s[1] * v135;
   T_0_ee[11] = v138;
-  // shared terms; column 4 of T_0_ee; column 1 of J
+  // intermediate terms, then column 4 of T_0_ee, then column 1 of J
   const double v141 = v139 - v124;
   const double v142 = v127 + v140;
   const double v143 = v141 + v76;
@@ -735,7 +735,7 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; columns 2, 3, 4, 5 and 6 of J
+  // intermediate terms, then columns 2, 3, 4, 5 and 6 of J
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
   const double v17 = 5.0 * c[1];
@@ -826,7 +826,7 @@ void board_installer_jacobian_space(const double q[6], double J[36]) {
   J[28] = v109;
   J[29] = v110;
   J[35] = v111;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v114 = v97 - v112;
   const double v115 = v113 + v103;
   const double v116 = v85 + v114;
@@ -900,7 +900,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[35] = 0.0;
-  // shared terms; columns 1, 4 and 5 of J
+  // intermediate terms, then columns 1, 4 and 5 of J
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v17 = 0.8 * c[0];
@@ -964,7 +964,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[28] = v80;
   const double v99 = v65 - v77;
   J[34] = v81;
-  // shared terms; columns 1 and 4 of J
+  // intermediate terms, then columns 1 and 4 of J
   const double v100 = v35 + v82;
   const double v101 = s[1] * v83;
   const double v102 = v84 + v85;
@@ -982,7 +982,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   J[27] = v98;
   J[30] = v99;
   J[33] = v99;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v113 = v100 + v13;
   const double v114 = v65 + v105;
   const double v115 = v65 + v106;
@@ -1000,7 +1000,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v126 = 5.0 * v111;
   const double v127 = v20 * v111;
   J[15] = v112;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v128 = c[1] * v113;
   const double v129 = s[1] * v113;
   J[1] = v114;
@@ -1013,7 +1013,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v135 = v124 - v125;
   const double v136 = v111 - v126;
   const double v137 = v127 + v96;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v138 = v128 - v101;
   const double v139 = v103 + v129;
   const double v140 = v65 + v132;
@@ -1030,7 +1030,7 @@ void board_installer_jacobian_body(const double q[6], double J[36]) {
   const double v149 = v139 * v135;
   J[13] = v142;
   J[14] = v143;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v150 = v144 + v145;
   const double v151 = v146 - v147;
   const double v152 = v148 - v149;
@@ -1113,7 +1113,7 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; columns 2, 3, 5 and 6 of J
+  // intermediate terms, then columns 2, 3, 5 and 6 of J
   const double v13 = 0.16 * c[0];
   const double v14 = 0.16 * s[0];
   const double v17 = 0.8 * c[0];
@@ -1185,13 +1185,13 @@ void board_installer_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v94;
   J[29] = v95;
   J[35] = v96;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v104 = v98 + v11;
   J[3] = v99;
   J[4] = v100;
   J[9] = v102;
   J[10] = v103;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v105 = s[1] * v104;
   const double v106 = c[1] * v104;
   const double v107 = v97 + v105;
@@ -1290,7 +1290,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v20 = s[1] * qd_0;
@@ -1437,7 +1437,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   const double v193 = v136 - v179;
   const double v194 = v157 - v180;
   const double v195 = v181 + v182;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v196 = v145 + v183;
   const double v197 = v184 + v164;
   const double v198 = v145 + v186;
@@ -1460,7 +1460,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
   J_dot[28] = v203;
   J_dot[29] = v204;
   J_dot[35] = v205;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v210 = v162 - v206;
   const double v211 = v207 + v171;
   const double v212 = v208 + v209;
@@ -1562,7 +1562,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v17 = 0.16 * c[0];
   const double v18 = 0.16 * s[0];
   const double v21 = s[2] * c[1];
@@ -1741,7 +1741,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[28] = v208;
   J_dot[33] = v209;
   J_dot[34] = v210;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v232 = v211 - v175;
   const double v233 = v212 - v178;
   const double v234 = v213 - v149;
@@ -1761,7 +1761,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v246 = v92 - v220;
   const double v247 = v92 + v224;
   const double v248 = v92 + v229;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v249 = v173 + v232;
   const double v250 = v176 + v233;
   const double v251 = v234 * v214;
@@ -1780,7 +1780,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   J_dot[18] = v246;
   J_dot[24] = v247;
   J_dot[30] = v248;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v263 = v97 * v249;
   const double v264 = v100 * v250;
   const double v265 = v251 - v252;
@@ -1809,14 +1809,14 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
   const double v286 = v265 * v133;
   J_dot[13] = v274;
   const double v287 = v92 + v275;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v288 = v277 + v278;
   J_dot[2] = v279;
   const double v289 = v281 + v282;
   J_dot[8] = v283;
   const double v290 = v285 - v286;
   J_dot[14] = v287;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v291 = v276 + v288;
   const double v292 = v280 + v289;
   const double v293 = v284 + v290;
@@ -1921,7 +1921,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v20 = 0.8 * c[0];
@@ -2024,7 +2024,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   const double v155 = v101 - v139;
   const double v156 = v117 - v140;
   const double v157 = v141 + v142;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v158 = v143 + v11;
   const double v159 = v145 + v122;
   const double v160 = v122 + v146;
@@ -2052,7 +2052,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[28] = v168;
   J_dot[29] = v169;
   J_dot[35] = v170;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v180 = v171 - v144;
   const double v181 = v21 + v172;
   J_dot[3] = v173;
@@ -2062,13 +2062,13 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[9] = v177;
   const double v185 = v108 + v178;
   const double v186 = v108 + v179;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v187 = v180 * qd_0;
   J_dot[4] = v182;
   const double v188 = v184 * qd_0;
   J_dot[10] = v185;
   J_dot[16] = v186;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v189 = v187 + v181;
   const double v190 = v183 - v188;
   const double v191 = v108 - v189;
@@ -2077,7 +2077,7 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
   J_dot[6] = v192;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 158 operations: multiply 76, add 64, trig 6, other 12
 void board_installer_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -2314,7 +2314,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[212] = 0.0;
   H[213] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v14 = 0.16 * c[0];
   const double v15 = 0.16 * s[0];
   const double v18 = 0.8 * c[0];
@@ -2420,7 +2420,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[177] = v123;
   const double v140 = v86 + v124;
   const double v141 = v125 + v126;
-  // shared terms; H
+  // intermediate terms, then H
   const double v142 = v127 + v11;
   H[3] = v129;
   H[4] = v130;
@@ -2444,7 +2444,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[172] = v139;
   H[178] = v140;
   const double v146 = v70 * v141;
-  // shared terms; H
+  // intermediate terms, then H
   const double v147 = c[1] * v142;
   const double v148 = v86 + v143;
   const double v149 = s[1] * v142;
@@ -2457,7 +2457,7 @@ void board_installer_hessian_mixed(const double q[6], double H[216]) {
   H[64] = v150;
   const double v155 = v151 - v116;
   H[214] = v152;
-  // shared terms; H
+  // intermediate terms, then H
   const double v156 = v86 - v153;
   const double v157 = v86 - v154;
   const double v158 = v86 + v155;
@@ -2523,7 +2523,7 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v17 = c[1] * c[2];
@@ -2606,13 +2606,13 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
   const double v123 = v93 + v117;
   const double v124 = v93 - v118;
   V[5] = v119;
-  // shared terms; V
+  // intermediate terms, then V
   const double v125 = v120 * qd_5;
   const double v126 = v121 * qd_5;
   V[2] = v122;
   V[3] = v123;
   V[4] = v124;
-  // shared terms; V
+  // intermediate terms, then V
   const double v127 = v125 + v96;
   const double v128 = v126 + v97;
   const double v129 = v93 + v127;
@@ -2682,7 +2682,7 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   const double angle[4] = {q_2, q_3, q_0, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v16 = 0.16 * c[0];
   const double v17 = 0.16 * s[0];
   const double v20 = s[0] * qd_2;
@@ -2779,12 +2779,12 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   V[3] = v133;
   const double v142 = v71 - v134;
   const double v143 = v71 + v135;
-  // shared terms; V
+  // intermediate terms, then V
   const double v144 = v136 - v107;
   const double v145 = v109 + v137;
   V[4] = v142;
   V[5] = v143;
-  // shared terms; V
+  // intermediate terms, then V
   const double v146 = v144 * v108;
   const double v147 = v145 * v110;
   const double v148 = v144 * v138;
@@ -2812,7 +2812,7 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
   V[0] = v167;
   const double v170 = v67 + v168;
   const double v171 = v68 + v169;
-  // shared terms; V
+  // intermediate terms, then V
   const double v172 = v71 + v170;
   const double v173 = v71 + v171;
   V[1] = v172;
@@ -2880,7 +2880,7 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 0.16 * c[0];
   const double v16 = 0.16 * s[0];
   const double v17 = c[1] * c[2];
@@ -2941,12 +2941,12 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
   const double v104 = v72 + v100;
   const double v105 = v72 - v101;
   V[5] = v102;
-  // shared terms; V
+  // intermediate terms, then V
   const double v106 = s[1] * v103;
   const double v107 = c[1] * v103;
   V[3] = v104;
   V[4] = v105;
-  // shared terms; V
+  // intermediate terms, then V
   const double v108 = v94 + v106;
   const double v109 = v107 - v98;
   const double v110 = v108 * qd_0;
@@ -3046,7 +3046,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v19 = 0.16 * c[0];
   const double v20 = 0.16 * s[0];
   const double v21 = c[1] * c[2];
@@ -3231,13 +3231,13 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
   const double v243 = v159 + v237;
   const double v244 = v159 + v238;
   A[5] = v239;
-  // shared terms; A
+  // intermediate terms, then A
   const double v245 = v240 * qd_5;
   const double v246 = v241 * qd_5;
   const double v247 = v242 * qd_5;
   A[3] = v243;
   A[4] = v244;
-  // shared terms; A
+  // intermediate terms, then A
   const double v248 = v245 + v165;
   const double v249 = v246 + v167;
   const double v250 = v247 - v168;
@@ -3338,7 +3338,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double angle[4] = {q_2, q_3, q_0, q_5};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v19 = 0.16 * c[0];
   const double v20 = 0.16 * s[0];
   const double v23 = s[0] * qdd_2;
@@ -3582,7 +3582,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   A[3] = v299;
   const double v308 = v103 + v300;
   const double v309 = v103 + v301;
-  // shared terms; A
+  // intermediate terms, then A
   const double v310 = v125 - v302;
   const double v311 = v288 + v303;
   const double v312 = v304 - v213;
@@ -3591,7 +3591,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
   const double v315 = v296 + v307;
   A[4] = v308;
   A[5] = v309;
-  // shared terms; A
+  // intermediate terms, then A
   const double v316 = v310 - v111;
   const double v317 = v311 * qd_0;
   const double v318 = v312 - v146;
@@ -3713,7 +3713,7 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double angle[3] = {q_2, q_0, q_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v19 = 0.16 * c[0];
   const double v20 = 0.16 * s[0];
   const double v21 = c[1] * c[2];
@@ -3852,14 +3852,14 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
   const double v200 = v110 + v193;
   const double v201 = v110 + v194;
   A[5] = v195;
-  // shared terms; A
+  // intermediate terms, then A
   const double v202 = v28 - v196;
   const double v203 = v197 + v190;
   const double v204 = v37 + v198;
   const double v205 = v191 - v199;
   A[3] = v200;
   A[4] = v201;
-  // shared terms; A
+  // intermediate terms, then A
   const double v206 = v202 - v83;
   const double v207 = v203 * qd_0;
   const double v208 = v204 - v84;
@@ -3931,7 +3931,7 @@ void board_installer_chain(const double q[6], double theta[8]) {
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -3972,12 +3972,12 @@ void board_installer_chain(const double q[6], double theta[8]) {
   theta[5] = v64;
   const double v70 = v58 - v61;
   theta[7] = v65;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v71 = atan2(v66, v67);
   const double v72 = 4.166666666666666 * v68;
   const double v73 = 4.166666666666666 * v69;
   theta[6] = v70;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v74 = v67 * v72;
   const double v75 = v66 * v73;
   const double v76 = v66 * v72;
@@ -3988,7 +3988,7 @@ void board_installer_chain(const double q[6], double theta[8]) {
   const double v81 = v76 - v77;
   const double v82 = atan2(v72, v78);
   theta[2] = v79;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v83 = atan2(v80, v81);
   const double v84 = v58 + v82;
   const double v85 = v58 - v83;
@@ -3997,7 +3997,7 @@ void board_installer_chain(const double q[6], double theta[8]) {
   theta[3] = v85;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 69 operations: multiply 21, add 30, trig 2, other 16
 void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   // inputs
@@ -4070,7 +4070,7 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   theta_D_q[45] = 0.0;
   theta_D_q[46] = 0.0;
   theta_D_q[47] = 1.0;
-  // shared terms; column 5 of theta_D_q
+  // intermediate terms, then column 5 of theta_D_q
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4105,7 +4105,7 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v53 = v8 * v48;
   const double v54 = v9 * v47;
   theta_D_q[40] = v49;
-  // shared terms; column 2 of theta_D_q
+  // intermediate terms, then column 2 of theta_D_q
   const double v55 = v50 / v39;
   const double v56 = v8 * v51;
   const double v57 = v9 * v50;
@@ -4116,17 +4116,17 @@ void board_installer_chain_D_q(const double q[6], double theta_D_q[48]) {
   const double v62 = v55 - v52;
   const double v63 = v58 / v39;
   theta_D_q[25] = v59;
-  // shared terms; column 2 of theta_D_q
+  // intermediate terms, then column 2 of theta_D_q
   theta_D_q[13] = v60;
   const double v64 = v61 / v39;
   const double v65 = v62 + v44;
   const double v66 = v44 - v63;
-  // shared terms; columns 2 and 3 of theta_D_q
+  // intermediate terms, then columns 2 and 3 of theta_D_q
   const double v67 = v64 + v44;
   theta_D_q[19] = v65;
   const double v68 = v63 - v64;
   theta_D_q[26] = v66;
-  // shared terms; column 3 of theta_D_q
+  // intermediate terms, then column 3 of theta_D_q
   theta_D_q[14] = v67;
   const double v69 = v68 + v44;
   // column 3 of theta_D_q
@@ -4171,7 +4171,7 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v12 = c[0] * qd_2;
@@ -4218,7 +4218,7 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   thetad[5] = v57;
   thetad[6] = v58;
   thetad[7] = v59;
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v64 = v18 * v60;
   const double v65 = v23 * v61;
   const double v66 = v62 - v63;
@@ -4229,7 +4229,7 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
   const double v71 = v69 + v50;
   const double v72 = v68 - v69;
   thetad[4] = v70;
-  // shared terms; thetad
+  // intermediate terms, then thetad
   thetad[2] = v71;
   const double v73 = v72 + v50;
   // thetad
@@ -4292,7 +4292,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v10 = 0.16 * c[0];
   const double v11 = 0.16 * s[0];
   const double v14 = c[0] * qd_2;
@@ -4381,7 +4381,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   thetadd[5] = v108;
   thetadd[6] = v109;
   thetadd[7] = v110;
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v121 = v111 + v112;
   const double v122 = v41 * v113;
   const double v123 = v114 - v98;
@@ -4416,7 +4416,7 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
   const double v152 = v150 + v92;
   const double v153 = v149 - v150;
   thetadd[4] = v151;
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   thetadd[2] = v152;
   const double v154 = v153 + v92;
   // thetadd
@@ -4466,7 +4466,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4500,7 +4500,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v64 = v60 - v13;
   const double v65 = v59 - v18;
   passive[5] = v61;
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v66 = atan2(v62, v63);
   const double v67 = 4.166666666666666 * v64;
   const double v68 = 4.166666666666666 * v65;
@@ -4517,7 +4517,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   const double v79 = atan2(v67, v74);
   passive[0] = v75;
   passive[3] = v76;
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v80 = atan2(v77, v78);
   const double v81 = atan2(v78, v77);
   const double v82 = v58 - v79;
@@ -4529,7 +4529,7 @@ void board_installer_passive(const double q[6], double passive[6]) {
   passive[2] = v84;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 91 operations: multiply 30, add 41, trig 2, other 18
 void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   // inputs
@@ -4604,7 +4604,7 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   passive_D_q[32] = 0.0;
   passive_D_q[33] = 0.0;
   passive_D_q[35] = 0.0;
-  // shared terms; columns 2 and 5 of passive_D_q
+  // intermediate terms, then columns 2 and 5 of passive_D_q
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4650,21 +4650,21 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]) {
   const double v82 = v59 - v72;
   passive_D_q[25] = v76;
   passive_D_q[34] = v77;
-  // shared terms; column 2 of passive_D_q
+  // intermediate terms, then column 2 of passive_D_q
   passive_D_q[1] = v78;
   const double v83 = v79 / v46;
   const double v84 = v80 + v59;
   const double v85 = v59 - v80;
   passive_D_q[19] = v82;
   const double v86 = v81 + v59;
-  // shared terms; columns 2 and 3 of passive_D_q
+  // intermediate terms, then columns 2 and 3 of passive_D_q
   const double v87 = v59 - v83;
   passive_D_q[7] = v84;
   const double v88 = v81 - v83;
   passive_D_q[13] = v85;
   const double v89 = v83 + v59;
   passive_D_q[26] = v86;
-  // shared terms; column 3 of passive_D_q
+  // intermediate terms, then column 3 of passive_D_q
   passive_D_q[2] = v87;
   const double v90 = v88 + v59;
   const double v91 = v59 - v88;
@@ -4726,7 +4726,7 @@ void board_installer_configuration(const double q[6], double z[16]) {
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; z
+  // intermediate terms, then z
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4773,13 +4773,13 @@ void board_installer_configuration(const double q[6], double z[16]) {
   z[8] = v71;
   z[14] = v72;
   z[15] = v73;
-  // shared terms; z
+  // intermediate terms, then z
   const double v79 = atan2(v74, v75);
   const double v80 = 4.166666666666666 * v76;
   const double v81 = 4.166666666666666 * v77;
   const double v82 = atan2(v75, v74);
   z[6] = v78;
-  // shared terms; z
+  // intermediate terms, then z
   const double v83 = v75 * v80;
   const double v84 = v74 * v81;
   const double v85 = v74 * v80;
@@ -4794,7 +4794,7 @@ void board_installer_configuration(const double q[6], double z[16]) {
   z[2] = v88;
   z[9] = v89;
   z[12] = v90;
-  // shared terms; z
+  // intermediate terms, then z
   const double v94 = atan2(v91, v92);
   const double v95 = atan2(v92, v91);
   const double v96 = v63 + v93;
@@ -4838,7 +4838,7 @@ void board_installer_margin(const double q[6], double margin[2]) {
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4912,7 +4912,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   const double angle[1] = {q_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; column 2 of margin
+  // intermediate terms, then column 2 of margin
   const double v8 = 0.16 * c[0];
   const double v9 = 0.16 * s[0];
   const double v13 = 0.2 + v9;
@@ -4961,7 +4961,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   margin[59] = v40;
   margin[61] = v40;
   margin[63] = v40;
-  // shared terms; column 1 of margin
+  // intermediate terms, then column 1 of margin
   const double v49 = v41 / v25;
   const double v50 = 0.5 * v42;
   const int v55 = v47 && v34;
@@ -4997,7 +4997,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   margin[58] = v48;
   margin[60] = v48;
   margin[62] = v48;
-  // shared terms; columns 1, 2, 6 and 8 of theta
+  // intermediate terms, then columns 1, 2, 6 and 8 of theta
   const double v56 = v49 * v18;
   const double v57 = v50 / v25;
   const double v58 = v49 * v13;
@@ -5155,7 +5155,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[249] = v76;
   theta[253] = v77;
   theta[255] = v78;
-  // shared terms; column 7 of theta
+  // intermediate terms, then column 7 of theta
   const double v93 = atan2(v79, v80);
   const double v94 = 4.166666666666666 * v81;
   const double v95 = 4.166666666666666 * v82;
@@ -5208,7 +5208,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[238] = v92;
   theta[246] = v91;
   theta[254] = v92;
-  // shared terms; column 3 of theta
+  // intermediate terms, then column 3 of theta
   const double v113 = v80 * v94;
   const double v114 = v79 * v95;
   const double v115 = v79 * v94;
@@ -5303,7 +5303,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[234] = v140;
   theta[242] = v140;
   theta[250] = v140;
-  // shared terms; column 5 of theta
+  // intermediate terms, then column 5 of theta
   const double v175 = atan2(v141, v142);
   const double v176 = v119 + v145;
   const double v177 = v146 * v147;
@@ -5348,7 +5348,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   const double v214 = v68 - v183;
   theta[132] = v192;
   theta[140] = v192;
-  // shared terms; column 4 of theta
+  // intermediate terms, then column 4 of theta
   const double v215 = v193 * v95;
   const double v216 = v194 * v94;
   const double v217 = v194 * v95;
@@ -5401,7 +5401,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[171] = v214;
   theta[179] = v214;
   theta[187] = v214;
-  // shared terms; column 5 of theta
+  // intermediate terms, then column 5 of theta
   const double v251 = v215 - v216;
   const double v252 = v217 + v218;
   const double v253 = -v219;
@@ -5538,7 +5538,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[172] = v346;
   const double v377 = v336 + v68;
   const double v378 = v68 - v337;
-  // shared terms; columns 4 and 5 of theta
+  // intermediate terms, then columns 4 and 5 of theta
   const double v379 = v347 + v348;
   const double v380 = v349 - v350;
   const double v381 = v330 + v352;
@@ -5575,7 +5575,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[235] = v377;
   theta[243] = v377;
   theta[251] = v377;
-  // shared terms; column 5 of theta
+  // intermediate terms, then column 5 of theta
   const double v395 = -v379;
   const double v396 = v351 / v381;
   const double v397 = v382 / v381;
@@ -5590,7 +5590,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[108] = v393;
   theta[228] = v394;
   theta[236] = v394;
-  // shared terms; column 5 of theta
+  // intermediate terms, then column 5 of theta
   const double v405 = atan2(v395, v380);
   const double v406 = v263 * v396;
   const double v407 = v262 * v397;
@@ -5627,7 +5627,7 @@ void board_installer_chain_all(const double q[6], double theta[256], double marg
   theta[60] = v431;
   theta[180] = v432;
   theta[188] = v432;
-  // shared terms; column 5 of theta
+  // intermediate terms, then column 5 of theta
   const double v437 = atan2(v425, v434);
   const double v438 = atan2(v429, v436);
   const double v439 = v433 + v68;
@@ -5671,7 +5671,7 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   q[1] = theta_1;
   q[3] = theta_5;
   q[5] = theta_7;
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.2 * c[0];
   const double v11 = 0.2 * s[0];
   const double v12 = 0.15 * c[1];
@@ -5695,7 +5695,7 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   const double v32 = v29 - 0.21;
   const double v33 = v30 + v28;
   q[4] = v32;
-  // shared terms; q
+  // intermediate terms, then q
   const double v34 = 0.0256 * v33;
   const double v35 = sqrt(v34);
   const double v36 = v26 / v35;
@@ -5704,7 +5704,7 @@ void board_installer_actuators(const double theta[8], double q[6]) {
   q[2] = v38;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 48 operations: multiply 21, add 15, negate 1, trig 6, other 5
 void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[48]) {
   // inputs
@@ -5767,7 +5767,7 @@ void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[4
   q_D_theta[45] = 0.0;
   q_D_theta[46] = 0.0;
   q_D_theta[47] = 1.0;
-  // shared terms; column 7 of q_D_theta
+  // intermediate terms, then column 7 of q_D_theta
   const double v9 = 0.2 * c[0];
   const double v11 = 0.2 * s[0];
   const double v12 = 0.15 * s[1];
@@ -5805,7 +5805,7 @@ void board_installer_actuators_D_chain(const double theta[8], double q_D_theta[4
   const double v46 = v42 / v41;
   const double v47 = v43 / v41;
   q_D_theta[38] = v44;
-  // shared terms; columns 3 and 4 of q_D_theta
+  // intermediate terms, then columns 3 and 4 of q_D_theta
   const double v48 = -v45;
   q_D_theta[18] = v46;
   q_D_theta[19] = v47;
@@ -5843,7 +5843,7 @@ void board_installer_actuator_rates(const double theta[8], const double thetad[8
   qd[1] = thetad_1;
   qd[3] = thetad_5;
   qd[5] = thetad_7;
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v9 = s[0] * thetad_2;
   const double v11 = 0.2 * s[0];
   const double v12 = c[0] * thetad_2;
@@ -5933,7 +5933,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   qdd[1] = thetadd_1;
   qdd[3] = thetadd_5;
   qdd[5] = thetadd_7;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v10 = c[0] * thetad_2;
   const double v11 = s[0] * thetadd_2;
   const double v13 = 0.2 * s[0];
@@ -6040,7 +6040,7 @@ void board_installer_actuator_accelerations(const double theta[8], const double 
   const double v116 = v112 - v113;
   const double v117 = v114 / v99;
   qdd[4] = v116;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v118 = v117 - v115;
   qdd[2] = v118;
 }
@@ -6072,7 +6072,7 @@ void board_installer_actuators_all(const double theta[8], double q[12], double m
   // constant entries of margin
   margin[0] = 1.0;
   margin[1] = 1.0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v12 = 0.2 * s[0];
   const double v13 = 0.2 * c[0];
   const double v15 = 0.8 * s[0];
@@ -6308,7 +6308,7 @@ void board_installer_actuators_all(const double theta[8], double q[12], double m
   q[4] = v245;
   q[5] = v246;
   const int v248 = v237 || v247;
-  // shared terms; q
+  // intermediate terms, then q
   const double v249 = v248 ? 0.0 : -1.0;
   const double v250 = sqrt(v249);
   const double v251 = v250 + theta_0;
@@ -6359,7 +6359,7 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   const double angle[13] = {z_2, z_8, z_12, z_3, z_9, z_6, z_15, v1, v6, v9, v11, v12, v26};
   double c[13], s[13];
   chasles_cos_sin(13, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v35 = 0.2 * s[0];
   const double v36 = 0.16 * c[1];
   const double v37 = 0.2 * c[0];
@@ -6405,7 +6405,7 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   const double v81 = v71 - v43;
   residual[8] = v72;
   residual[9] = v73;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v82 = v74 - v35;
   const double v83 = v75 - v38;
   const double v84 = v76 + v65;
@@ -6414,14 +6414,14 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   residual[5] = v79;
   const double v86 = v80 - v41;
   const double v87 = v81 - v60;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v88 = v82 - v36;
   residual[1] = v83;
   const double v89 = v84 - s[0];
   const double v90 = v85 - v38;
   residual[6] = v86;
   residual[7] = v87;
-  // shared terms; residual
+  // intermediate terms, then residual
   residual[0] = v88;
   const double v91 = v89 - v36;
   residual[3] = v90;
@@ -6429,7 +6429,7 @@ void board_installer_constraint(const double z[16], double residual[10]) {
   residual[2] = v91;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 83 operations: multiply 24, add 21, negate 12, trig 26
 void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]) {
   // inputs
@@ -6585,7 +6585,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[155] = 0.0;
   residual_D_z[156] = 0.0;
   residual_D_z[157] = 0.0;
-  // shared terms; columns 13 and 15 of residual_D_z
+  // intermediate terms, then columns 13 and 15 of residual_D_z
   const double v33 = 0.2 * c[0];
   const double v34 = 0.16 * s[1];
   const double v35 = 0.2 * s[0];
@@ -6602,7 +6602,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v44 = 0.15 * c[5];
   residual_D_z[158] = s[6];
   const double v45 = v21 * c[6];
-  // shared terms; columns 7, 9, 13 and 16 of residual_D_z
+  // intermediate terms, then columns 7, 9, 13 and 16 of residual_D_z
   const double v48 = 0.24 * s[7];
   residual_D_z[8] = v34;
   const double v49 = 0.24 * c[7];
@@ -6621,7 +6621,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   const double v60 = -v43;
   residual_D_z[150] = v44;
   residual_D_z[159] = v45;
-  // shared terms; columns 5, 7, 9, 10, 11, 14 and 16 of residual_D_z
+  // intermediate terms, then columns 5, 7, 9, 10, 11, 14 and 16 of residual_D_z
   const double v61 = v33 + v48;
   const double v62 = -v48;
   const double v63 = v49 - v35;
@@ -6645,7 +6645,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[125] = v58;
   residual_D_z[134] = v59;
   residual_D_z[143] = v60;
-  // shared terms; columns 3, 4, 10, 11, 12 and 14 of residual_D_z
+  // intermediate terms, then columns 3, 4, 10, 11, 12 and 14 of residual_D_z
   const double v75 = -v61;
   residual_D_z[10] = v62;
   residual_D_z[18] = v63;
@@ -6662,7 +6662,7 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
   residual_D_z[109] = v72;
   residual_D_z[115] = v73;
   residual_D_z[121] = v74;
-  // shared terms; columns 3, 4, 10 and 12 of residual_D_z
+  // intermediate terms, then columns 3, 4, 10 and 12 of residual_D_z
   residual_D_z[2] = v75;
   const double v81 = -v76;
   const double v82 = -v77;
@@ -6844,7 +6844,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[155] = 0.0;
   residual_D_z_dot[156] = 0.0;
   residual_D_z_dot[157] = 0.0;
-  // shared terms; column 15 of residual_D_z_dot
+  // intermediate terms, then column 15 of residual_D_z_dot
   const double v33 = s[0] * zd_2;
   const double v34 = c[1] * zd_8;
   const double v35 = c[0] * zd_2;
@@ -6897,7 +6897,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v84 = 0.15 * v47;
   residual_D_z_dot[158] = v45;
   const double v85 = v21 * v44;
-  // shared terms; columns 9, 13 and 15 of residual_D_z_dot
+  // intermediate terms, then columns 9, 13 and 15 of residual_D_z_dot
   const double v86 = v51 + v52;
   residual_D_z_dot[8] = v54;
   const double v87 = v56 + v57;
@@ -6925,7 +6925,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v103 = v83 + v46;
   const double v104 = -v84;
   const double v105 = v48 - v85;
-  // shared terms; columns 7 and 16 of residual_D_z_dot
+  // intermediate terms, then columns 7 and 16 of residual_D_z_dot
   const double v106 = 0.24 * v86;
   const double v107 = 0.24 * v87;
   const double v108 = 0.24 * v88;
@@ -6942,7 +6942,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v118 = -v103;
   residual_D_z_dot[150] = v104;
   residual_D_z_dot[159] = v105;
-  // shared terms; columns 5 and 16 of residual_D_z_dot
+  // intermediate terms, then columns 5 and 16 of residual_D_z_dot
   const double v119 = v106 - v53;
   const double v120 = -v106;
   const double v121 = v55 + v107;
@@ -6963,7 +6963,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   const double v135 = v117 + v80;
   const double v136 = -v117;
   residual_D_z_dot[143] = v118;
-  // shared terms; columns 3, 4, 5, 10, 11 and 14 of residual_D_z_dot
+  // intermediate terms, then columns 3, 4, 5, 10, 11 and 14 of residual_D_z_dot
   const double v137 = -v119;
   residual_D_z_dot[10] = v120;
   const double v138 = -v121;
@@ -6981,7 +6981,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[115] = v134;
   const double v143 = -v135;
   residual_D_z_dot[125] = v136;
-  // shared terms; columns 3 and 10 of residual_D_z_dot
+  // intermediate terms, then columns 3 and 10 of residual_D_z_dot
   residual_D_z_dot[2] = v137;
   residual_D_z_dot[18] = v138;
   const double v144 = v108 + v139;
@@ -6992,14 +6992,14 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
   residual_D_z_dot[66] = v141;
   residual_D_z_dot[105] = v142;
   residual_D_z_dot[121] = v143;
-  // shared terms; column 12 of residual_D_z_dot
+  // intermediate terms, then column 12 of residual_D_z_dot
   const double v149 = v144 - v33;
   const double v150 = -v144;
   residual_D_z_dot[43] = v145;
   const double v151 = -v146;
   const double v152 = -v147;
   residual_D_z_dot[59] = v148;
-  // shared terms; columns 3 and 4 of residual_D_z_dot
+  // intermediate terms, then columns 3 and 4 of residual_D_z_dot
   const double v153 = -v149;
   residual_D_z_dot[35] = v150;
   residual_D_z_dot[50] = v151;

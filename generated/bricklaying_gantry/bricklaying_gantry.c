@@ -108,7 +108,7 @@ void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   const double v1 = 0.01 * q_0;
   const double v2 = 0.01 * q_1;
   const double v3 = 0.015 * q_2;
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -300,7 +300,7 @@ void bricklaying_gantry_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[17] = 0.0;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 0 operations
 void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]) {
   (void)q;
@@ -513,7 +513,7 @@ void bricklaying_gantry_chain(const double q[3], double theta[3]) {
   theta[2] = v3;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 0 operations
 void bricklaying_gantry_chain_D_q(const double q[3], double theta_D_q[9]) {
   (void)q;
@@ -590,7 +590,7 @@ void bricklaying_gantry_passive(const double q[3], double passive[11]) {
   passive[5] = v2;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 0 operations
 void bricklaying_gantry_passive_D_q(const double q[3], double passive_D_q[33]) {
   (void)q;
@@ -694,7 +694,7 @@ void bricklaying_gantry_actuators(const double theta[3], double q[3]) {
   q[2] = v3;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 0 operations
 void bricklaying_gantry_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   (void)theta;
@@ -793,7 +793,7 @@ void bricklaying_gantry_constraint(const double z[13], double residual[10]) {
   const double angle[4] = {z_7, z_6, z_12, z_11};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   residual[0] = v7;
   residual[1] = v8;
   residual[2] = v9;
@@ -804,14 +804,14 @@ void bricklaying_gantry_constraint(const double z[13], double residual[10]) {
   residual[7] = v12;
   residual[8] = s[2];
   const double v14 = s[3] * c[2];
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v15 = -v13;
   const double v16 = -v14;
   residual[4] = v15;
   residual[9] = v16;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 14 operations: multiply 4, negate 2, trig 8
 void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[130]) {
   // inputs
@@ -948,14 +948,14 @@ void bricklaying_gantry_constraint_D_z(const double z[13], double residual_D_z[1
   residual_D_z[125] = 0.0;
   residual_D_z[126] = 0.0;
   residual_D_z[127] = 0.0;
-  // shared terms; columns 8 and 13 of residual_D_z
+  // intermediate terms, then columns 8 and 13 of residual_D_z
   residual_D_z[46] = c[0];
   const double v9 = c[1] * c[0];
   const double v10 = s[1] * s[0];
   residual_D_z[116] = c[2];
   const double v11 = c[3] * c[2];
   const double v12 = s[3] * s[2];
-  // shared terms; columns 8 and 13 of residual_D_z
+  // intermediate terms, then columns 8 and 13 of residual_D_z
   const double v13 = -v9;
   residual_D_z[59] = v10;
   const double v14 = -v11;
@@ -1106,7 +1106,7 @@ void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[1
   residual_D_z_dot[125] = 0.0;
   residual_D_z_dot[126] = 0.0;
   residual_D_z_dot[127] = 0.0;
-  // shared terms; columns 8 and 13 of residual_D_z_dot
+  // intermediate terms, then columns 8 and 13 of residual_D_z_dot
   const double v9 = s[0] * zd_7;
   const double v10 = s[1] * zd_6;
   const double v11 = c[0] * zd_7;

@@ -29,7 +29,7 @@ void bricklaying_planar_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -40,11 +40,11 @@ void bricklaying_planar_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[4] = s[2];
   T_0_ee[5] = c[2];
   const double v15 = 0.127 * s[2];
-  // shared terms; column 2 of T_0_ee
+  // intermediate terms, then column 2 of T_0_ee
   T_0_ee[1] = v13;
   const double v16 = v11 + v14;
   const double v17 = v15 + v12;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v18 = v16 + v7;
   const double v19 = v17 + v8;
   T_0_ee[3] = v18;
@@ -96,14 +96,14 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v7 = -s[0];
   const double v8 = 0.1778 * c[0];
   T[4] = s[0];
   T[5] = c[0];
   const double v9 = 0.1778 * s[0];
-  // shared terms; T
+  // intermediate terms, then T
   T[1] = v7;
   T[3] = v8;
   T[7] = v9;
@@ -113,7 +113,7 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[20] = s[1];
   T[21] = c[1];
   const double v14 = 0.127 * s[1];
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v12;
   const double v15 = v8 + v13;
   const double v16 = v9 + v14;
@@ -123,7 +123,7 @@ void bricklaying_planar_link_poses(const double q[3], double T[48]) {
   T[36] = s[2];
   T[37] = c[2];
   const double v19 = 0.127 * s[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[19] = v15;
   T[23] = v16;
   T[33] = v17;
@@ -148,7 +148,7 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   const double angle[3] = {q_0, v1, v4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -171,7 +171,7 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -182,19 +182,19 @@ void bricklaying_planar_fk_jacobian_mixed(const double q[3], double T_0_ee[16], 
   T_0_ee[4] = s[2];
   T_0_ee[5] = c[2];
   const double v15 = 0.127 * s[2];
-  // shared terms; column 2 of T_0_ee; column 3 of J
+  // intermediate terms, then column 2 of T_0_ee, then column 3 of J
   T_0_ee[1] = v13;
   const double v16 = v11 + v14;
   const double v17 = v15 + v12;
   const double v18 = -v15;
   J[5] = v14;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v19 = v16 + v7;
   const double v20 = v17 + v8;
   const double v21 = -v17;
   J[2] = v18;
   J[4] = v16;
-  // shared terms; column 4 of T_0_ee; columns 1 and 2 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 1 and 2 of J
   T_0_ee[3] = v19;
   T_0_ee[7] = v20;
   const double v22 = -v20;
@@ -232,18 +232,18 @@ void bricklaying_planar_jacobian_space(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v6 = 0.1778 * s[0];
   const double v7 = 0.1778 * c[0];
   J[1] = v6;
   const double v8 = 0.127 * s[1];
   const double v9 = -v7;
   const double v10 = 0.127 * c[1];
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v11 = v8 + v6;
   J[4] = v9;
   const double v12 = v10 + v7;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   J[2] = v11;
   const double v13 = -v12;
   // column 3 of J
@@ -279,7 +279,7 @@ void bricklaying_planar_jacobian_body(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -336,7 +336,7 @@ void bricklaying_planar_jacobian_mixed(const double q[3], double J[18]) {
   J[15] = 1.0;
   J[16] = 1.0;
   J[17] = 1.0;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v7 = 0.1778 * s[0];
   const double v8 = 0.1778 * c[0];
   const double v11 = 0.127 * s[1];
@@ -347,13 +347,13 @@ void bricklaying_planar_jacobian_mixed(const double q[3], double J[18]) {
   const double v16 = -v13;
   const double v17 = v12 + v14;
   J[5] = v14;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v18 = v15 + v7;
   const double v19 = -v15;
   J[2] = v16;
   const double v20 = v17 + v8;
   J[4] = v17;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v21 = -v18;
   J[1] = v19;
   J[3] = v20;
@@ -391,7 +391,7 @@ void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3]
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v9 = v7 * qd_0;
@@ -404,7 +404,7 @@ void bricklaying_planar_jacobian_space_dot(const double q[3], const double qd[3]
   const double v15 = v10 + v7;
   J_dot[4] = v12;
   const double v16 = v13 + v8;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v17 = v15 * v4;
   const double v18 = v16 * v4;
   const double v19 = v17 - v11;
@@ -446,7 +446,7 @@ void bricklaying_planar_jacobian_body_dot(const double q[3], const double qd[3],
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v9 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v13 = 0.127 * c[1];
@@ -519,7 +519,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v8 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v13 = 0.127 * c[1];
@@ -548,7 +548,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   const double v35 = v28 + v21;
   const double v36 = v21 + v29;
   J_dot[5] = v30;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v37 = v31 + v32;
   const double v38 = -v33;
   const double v39 = v34 + v35;
@@ -562,7 +562,7 @@ void bricklaying_planar_jacobian_mixed_dot(const double q[3], const double qd[3]
   J_dot[3] = v42;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 24 operations: multiply 6, add 6, negate 6, trig 6
 void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   // inputs
@@ -613,7 +613,7 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[51] = 0.0;
   H[52] = 0.0;
   H[53] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v7 = 0.1778 * c[0];
   const double v8 = 0.1778 * s[0];
   const double v11 = 0.127 * c[1];
@@ -638,7 +638,7 @@ void bricklaying_planar_hessian_mixed(const double q[3], double H[54]) {
   H[15] = v18;
   H[16] = v18;
   H[17] = v18;
-  // shared terms; H
+  // intermediate terms, then H
   const double v23 = -v19;
   H[1] = v20;
   H[3] = v20;
@@ -673,7 +673,7 @@ void bricklaying_planar_twist_space(const double q[3], const double qd[3], doubl
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = 0.1778 * s[0];
   const double v8 = 0.1778 * c[0];
   const double v10 = v7 * qd_1;
@@ -681,7 +681,7 @@ void bricklaying_planar_twist_space(const double q[3], const double qd[3], doubl
   const double v12 = v8 * qd_1;
   const double v13 = 0.127 * c[1];
   V[5] = v9;
-  // shared terms; V
+  // intermediate terms, then V
   const double v14 = v11 + v7;
   const double v15 = v13 + v8;
   const double v16 = v14 * qd_2;
@@ -718,13 +718,13 @@ void bricklaying_planar_twist_body(const double q[3], const double qd[3], double
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = 0.1778 * c[0];
   const double v10 = 0.1778 * s[0];
   const double v14 = 0.127 * c[1];
   const double v15 = 0.127 * s[1];
   V[5] = v11;
-  // shared terms; V
+  // intermediate terms, then V
   const double v16 = 0.127 * c[2];
   const double v17 = 0.127 * s[2];
   const double v18 = v14 + v16;
@@ -778,13 +778,13 @@ void bricklaying_planar_twist_mixed(const double q[3], const double qd[3], doubl
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = 0.1778 * s[0];
   const double v9 = 0.1778 * c[0];
   const double v13 = 0.127 * s[1];
   const double v14 = 0.127 * c[1];
   V[5] = v10;
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 0.127 * s[2];
   const double v16 = 0.127 * c[2];
   const double v17 = v15 * qd_2;
@@ -832,7 +832,7 @@ void bricklaying_planar_acceleration_space(const double q[3], const double qd[3]
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v8 = 0.1778 * s[0];
   const double v9 = 0.1778 * c[0];
   const double v11 = v8 * qdd_1;
@@ -844,7 +844,7 @@ void bricklaying_planar_acceleration_space(const double q[3], const double qd[3]
   const double v17 = v8 * qd_1;
   const double v18 = v9 * qdd_1;
   A[5] = v10;
-  // shared terms; A
+  // intermediate terms, then A
   const double v19 = v12 + v8;
   const double v20 = v13 * qd_1;
   const double v21 = v14 + v9;
@@ -896,13 +896,13 @@ void bricklaying_planar_acceleration_body(const double q[3], const double qd[3],
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v11 = 0.1778 * c[0];
   const double v12 = 0.1778 * s[0];
   const double v16 = 0.127 * c[1];
   const double v17 = 0.127 * s[1];
   A[5] = v13;
-  // shared terms; A
+  // intermediate terms, then A
   const double v18 = 0.127 * c[2];
   const double v19 = 0.127 * s[2];
   const double v20 = v16 + v18;
@@ -978,13 +978,13 @@ void bricklaying_planar_acceleration_mixed(const double q[3], const double qd[3]
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.1778 * s[0];
   const double v11 = 0.1778 * c[0];
   const double v15 = 0.127 * s[1];
   const double v16 = 0.127 * c[1];
   A[5] = v12;
-  // shared terms; A
+  // intermediate terms, then A
   const double v17 = 0.127 * s[2];
   const double v18 = 0.127 * c[2];
   const double v19 = v17 * qdd_2;
@@ -1202,7 +1202,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double angle[1] = {x_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v3 = 0.127 * s[0];
   const double v4 = 0.127 * c[0];
   const double v5 = s[0] * s[0];
@@ -1238,7 +1238,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v35 = 22.14290142866 * v30;
   const double v36 = v31 + v32;
   margin[0] = v33;
-  // shared terms; q
+  // intermediate terms, then q
   const double v37 = 0.127 * v34;
   const double v38 = v28 ? v35 : 0.0;
   const double v39 = v37 + 0.1778;
@@ -1250,7 +1250,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v45 = v8 * v42;
   const double v46 = v7 * v42;
   q[1] = v44;
-  // shared terms; q
+  // intermediate terms, then q
   const double v47 = v41 - v45;
   const double v48 = v43 + v46;
   const double v49 = v47 * v47;
@@ -1271,7 +1271,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   const double v63 = v23 - v56;
   const double v64 = v57 - v58;
   const double v65 = v60 + v61;
-  // shared terms; q
+  // intermediate terms, then q
   const double v66 = v63 - v44;
   const double v67 = 0.127 * v64;
   const double v68 = 0.127 * v65;
@@ -1290,7 +1290,7 @@ static void bricklaying_planar_ik_planar_branch(const double x[3], const double 
   q[2] = v78;
   const double v81 = v79 * v79;
   const double v82 = v80 * v80;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v83 = v81 + v82;
   const double v84 = v83 + v36;
   const double v85 = v83 - v36;

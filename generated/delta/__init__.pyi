@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 6, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 3, 3): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -305,8 +305,8 @@ def chain(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 6): main chain (rad or m).
@@ -316,14 +316,14 @@ def chain_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
+    """Derivative of the main-chain joints with respect to the actuated coordinates.
 
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta_D_q (..., 6, 3): derivative (1, m, 1/m).
@@ -340,8 +340,8 @@ def chain_rates(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetad (..., 6): rates of the main chain (rad or m/s).
@@ -359,8 +359,8 @@ def chain_accelerations(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetadd (..., 6): accelerations of the main chain (rad or m/s^2).
@@ -376,8 +376,8 @@ def configuration(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 9): full configuration (rad or m).
@@ -393,8 +393,8 @@ def margin(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 1): margins (1).
@@ -410,11 +410,11 @@ def chain_all(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 2, 6): one branch a row (rad or m).
+        theta (..., 2, 6): one branch per row (rad or m).
         margin (..., 2, 1): margins of each branch (1).
     """
 
@@ -428,8 +428,8 @@ def actuators(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 3): actuated coordinates (rad).
@@ -439,14 +439,14 @@ def actuators_D_chain(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the actuated coordinates by the main chain's joints.
+    """Derivative of the actuated coordinates with respect to the main-chain joints.
 
     actuators_D_chain[:, k] = d actuators / d theta_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q_D_theta (..., 3, 6): derivative (1, m, 1/m).
@@ -463,8 +463,8 @@ def actuator_rates(
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qd (..., 3): actuator rates (rad/s).
@@ -482,8 +482,8 @@ def actuator_accelerations(
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
         thetadd (..., 6): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qdd (..., 3): actuator accelerations (rad/s^2).
@@ -499,8 +499,8 @@ def actuator_margin(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 3): margins (1).
@@ -516,11 +516,11 @@ def actuators_all(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 3): one branch a row (rad).
+        q (..., 8, 3): one branch per row (rad).
         margin (..., 8, 3): margins of each branch (1).
     """
 
@@ -534,8 +534,8 @@ def constraint(
 
     Args:
         z (..., 9): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 6): residuals (m or 1).
@@ -545,14 +545,14 @@ def constraint_D_z(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the loops' equations by the full configuration.
+    """Derivative of the closure equations with respect to the full configuration.
 
     constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
 
     Args:
         z (..., 9): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z (..., 6, 9): constraint Jacobian (1, m, 1/m).
@@ -569,8 +569,8 @@ def constraint_D_z_dot(
     Args:
         z (..., 9): full configuration ((rad or m)).
         zd (..., 9): rates of the full configuration ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z_dot (..., 6, 9): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
@@ -580,33 +580,33 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Distance between the ends of each rod or cylinder less its length.
+    """Distance between the ends of each rod or cylinder, minus its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left, rod_3_right
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        residual (..., 6): excess of distance over length (m).
+        residual (..., 6): distance minus length (m).
     """
 
 def rods_D_chain(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the rods' residuals by the main chain's joints.
+    """Derivative of the rod residuals with respect to the main-chain joints.
 
     rods_D_chain[:, k] = d rods / d theta_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_theta (..., 6, 6): derivative (1, m).
@@ -623,11 +623,11 @@ def velocity_relation(
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        J_x (..., 6, 6): rods along their directions (1, m).
+        J_x (..., 6, 6): rod lines (1, m).
         J_q (..., 6, 3): actuators (1, m).
     """
 
@@ -635,14 +635,14 @@ def chain_fk(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+    """Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 
     T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -652,17 +652,17 @@ def rod_ends(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+    """Rod ends on the actuated side, in the axes of the first three main-chain joints, and rod lengths.
 
     |b_i(theta) - a_i(q)| = l_i
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        a (..., 6, 3): ends apart from the platform (m).
+        a (..., 6, 3): rod ends on the actuated side (m).
         l (..., 6): lengths (m).
     """
 
@@ -677,12 +677,12 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 3): joint coordinates, one solution a row (rad).
+        q (..., 8, 3): joint coordinates, one solution per row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
         margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """
@@ -697,11 +697,11 @@ def modes(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 40, 6): joints of the main chain, a mode a row (m, rad).
-        margin (..., 40): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
+        theta (..., 40, 6): main-chain joints, one mode per row (m, rad).
+        margin (..., 40): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
         unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
     """

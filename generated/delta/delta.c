@@ -29,7 +29,7 @@ void delta_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -226,7 +226,7 @@ void delta_link_poses(const double q[3], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -353,7 +353,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -376,7 +376,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -490,7 +490,7 @@ void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18])
   const double v114 = v107 - v35;
   const double v115 = v106 - v36;
   const double v116 = v106 - v34;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v117 = v7 * v109;
   const double v118 = v9 * v110;
   const double v119 = v111 * v112;
@@ -591,7 +591,7 @@ void delta_jacobian_space(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -801,7 +801,7 @@ void delta_jacobian_body(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -1011,7 +1011,7 @@ void delta_jacobian_mixed(const double q[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -1224,7 +1224,7 @@ void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_do
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -1651,7 +1651,7 @@ void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -2078,7 +2078,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -2481,7 +2481,7 @@ void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_do
   J_dot[6] = v396;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 627 operations: multiply 315, add 247, negate 9, trig 6, other 50
 void delta_hessian_mixed(const double q[3], double H[54]) {
   // inputs
@@ -2520,7 +2520,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   H[51] = 0.0;
   H[52] = 0.0;
   H[53] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -3142,7 +3142,7 @@ void delta_hessian_mixed(const double q[3], double H[54]) {
   H[24] = v598;
   const double v620 = v427 + v599;
   const double v621 = v502 + v600;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v601;
   const double v622 = -v602;
   const double v623 = -v603;
@@ -3191,7 +3191,7 @@ void delta_twist_space(const double q[3], const double qd[3], double V[6]) {
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3404,7 +3404,7 @@ void delta_twist_body(const double q[3], const double qd[3], double V[6]) {
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3617,7 +3617,7 @@ void delta_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -3833,7 +3833,7 @@ void delta_acceleration_space(const double q[3], const double qd[3], const doubl
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -4257,7 +4257,7 @@ void delta_acceleration_body(const double q[3], const double qd[3], const double
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -4681,7 +4681,7 @@ void delta_acceleration_mixed(const double q[3], const double qd[3], const doubl
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -5099,7 +5099,7 @@ void delta_chain(const double q[3], double theta[6]) {
   theta[3] = 0.0;
   theta[4] = 0.0;
   theta[5] = 0.0;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -5203,7 +5203,7 @@ void delta_chain(const double q[3], double theta[6]) {
   theta[2] = v104;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 182 operations: multiply 93, add 66, negate 3, trig 6, other 14
 void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   // inputs
@@ -5224,7 +5224,7 @@ void delta_chain_D_q(const double q[3], double theta_D_q[18]) {
   theta_D_q[15] = 0.0;
   theta_D_q[16] = 0.0;
   theta_D_q[17] = 0.0;
-  // shared terms; columns 2 and 3 of theta_D_q
+  // intermediate terms, then columns 2 and 3 of theta_D_q
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -5431,7 +5431,7 @@ void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]) 
   thetad[3] = 0.0;
   thetad[4] = 0.0;
   thetad[5] = 0.0;
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -5647,7 +5647,7 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
   thetadd[3] = 0.0;
   thetadd[4] = 0.0;
   thetadd[5] = 0.0;
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v7 = s[0] * qd_1;
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * c[0];
@@ -6065,7 +6065,7 @@ void delta_configuration(const double q[3], double z[9]) {
   z[3] = 0.0;
   z[4] = 0.0;
   z[5] = 0.0;
-  // shared terms; z
+  // intermediate terms, then z
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -6190,7 +6190,7 @@ void delta_margin(const double q[3], double margin[1]) {
   const double angle[3] = {q_1, q_0, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[1];
@@ -6301,7 +6301,7 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   theta[9] = 0.0;
   theta[10] = 0.0;
   theta[11] = 0.0;
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * c[1];
   const double v9 = 0.26 * s[0];
@@ -6397,7 +6397,7 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]) {
   const double v99 = sqrt(v97);
   margin[0] = v98;
   margin[1] = v98;
-  // shared terms; columns 1, 2 and 3 of theta
+  // intermediate terms, then columns 1, 2 and 3 of theta
   const double v100 = v45 * v99;
   const double v101 = v48 * v99;
   const double v102 = v47 * v99;
@@ -6431,7 +6431,7 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -6605,14 +6605,14 @@ void delta_actuators(const double theta[6], double q[3]) {
   const double v177 = atan2(v170, v174);
   const double v178 = atan2(v172, v175);
   q[0] = v176;
-  // shared terms; q
+  // intermediate terms, then q
   const double v179 = v168 - v177;
   const double v180 = v168 - v178;
   q[1] = v179;
   q[2] = v180;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 359 operations: multiply 186, add 124, trig 6, other 43
 void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   // inputs
@@ -6626,7 +6626,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; columns 1, 2 and 3 of q_D_theta
+  // intermediate terms, then columns 1, 2 and 3 of q_D_theta
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -6942,7 +6942,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v316 = v119 * v298;
   const double v317 = v121 * v298;
   const double v318 = v42 * v299;
-  // shared terms; columns 3 and 4 of q_D_theta
+  // intermediate terms, then columns 3 and 4 of q_D_theta
   const double v319 = v278 - v300;
   const double v320 = v301 / v240;
   const double v321 = v302 / v240;
@@ -6973,7 +6973,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v343 = v331 / v265;
   const double v344 = v332 - v253;
   const double v345 = v333 + v254;
-  // shared terms; columns 5 and 6 of q_D_theta
+  // intermediate terms, then columns 5 and 6 of q_D_theta
   q_D_theta[4] = v334;
   q_D_theta[5] = v335;
   const double v346 = v278 - v336;
@@ -6986,7 +6986,7 @@ void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]) {
   const double v353 = v278 - v343;
   const double v354 = v344 / v265;
   const double v355 = v345 / v265;
-  // shared terms; columns 1, 2 and 4 of q_D_theta
+  // intermediate terms, then columns 1, 2 and 4 of q_D_theta
   q_D_theta[6] = v346;
   q_D_theta[7] = v347;
   q_D_theta[9] = v348;
@@ -7024,7 +7024,7 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -7330,7 +7330,7 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
   qd[0] = v306;
   const double v309 = v307 / v272;
   const double v310 = v308 / v273;
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v311 = v286 - v309;
   const double v312 = v286 - v310;
   qd[1] = v311;
@@ -7363,7 +7363,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -8042,7 +8042,7 @@ void delta_actuator_accelerations(const double theta[6], const double thetad[6],
   qdd[0] = v679;
   const double v682 = v680 - v664;
   const double v683 = v681 - v666;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v684 = v589 - v682;
   const double v685 = v589 - v683;
   qdd[1] = v684;
@@ -8063,7 +8063,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -8185,7 +8185,7 @@ void delta_actuator_margin(const double theta[6], double margin[3]) {
   margin[0] = v122;
   const double v125 = v123 / v98;
   const double v126 = v124 / v100;
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v127 = v125 * v105;
   const double v128 = v126 * v108;
   margin[1] = v127;
@@ -8206,7 +8206,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; column 1 of margin
+  // intermediate terms, then column 1 of margin
   const double v7 = 0.04 * s[1];
   const double v8 = 0.05 * s[0];
   const double v9 = 0.05 * c[0];
@@ -8394,7 +8394,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   margin[15] = v177;
   margin[18] = v177;
   margin[21] = v177;
-  // shared terms; columns 2 and 3 of margin
+  // intermediate terms, then columns 2 and 3 of margin
   const double v186 = v180 - v150;
   const double v187 = v151 + v181;
   const double v188 = v182 / v123;
@@ -8431,7 +8431,7 @@ void delta_actuators_all(const double theta[6], double q[24], double margin[24])
   margin[20] = v193;
   margin[22] = v192;
   margin[23] = v193;
-  // shared terms; q
+  // intermediate terms, then q
   const double v206 = v194 + v168;
   const double v207 = v169 - v195;
   const double v208 = v196 + v171;
@@ -8645,7 +8645,7 @@ void delta_constraint(const double z[9], double residual[6]) {
   const double angle[6] = {z_6, z_3, z_4, z_5, z_7, z_8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -8813,7 +8813,7 @@ void delta_constraint(const double z[9], double residual[6]) {
   residual[5] = v171;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 385 operations: multiply 222, add 129, negate 10, trig 12, other 12
 void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   // inputs
@@ -8843,7 +8843,7 @@ void delta_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[43] = 0.0;
   residual_D_z[51] = 0.0;
   residual_D_z[52] = 0.0;
-  // shared terms; residual_D_z
+  // intermediate terms, then residual_D_z
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -9301,7 +9301,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[43] = 0.0;
   residual_D_z_dot[51] = 0.0;
   residual_D_z_dot[52] = 0.0;
-  // shared terms; columns 1, 2, 3, 4 and 7 of residual_D_z_dot
+  // intermediate terms, then columns 1, 2, 3, 4 and 7 of residual_D_z_dot
   const double v13 = 0.26 * c[0];
   const double v14 = 0.04 * s[3];
   const double v15 = 0.05 * c[2];
@@ -10316,7 +10316,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   const double v1019 = v979 - v980;
   const double v1020 = v762 * v981;
   const double v1021 = v762 * v983;
-  // shared terms; columns 1, 2, 3, 4, 5, 6, 7 and 9 of residual_D_z_dot
+  // intermediate terms, then columns 1, 2, 3, 4, 5, 6, 7 and 9 of residual_D_z_dot
   residual_D_z_dot[0] = v985;
   residual_D_z_dot[1] = v986;
   residual_D_z_dot[2] = v987;
@@ -10354,7 +10354,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[49] = v1019;
   const double v1034 = v1020 - v982;
   const double v1035 = v1021 - v984;
-  // shared terms; columns 1, 2, 5, 6, 8 and 9 of residual_D_z_dot
+  // intermediate terms, then columns 1, 2, 5, 6, 8 and 9 of residual_D_z_dot
   const double v1036 = -v1022;
   residual_D_z_dot[5] = v1023;
   residual_D_z_dot[22] = v1024;
@@ -10374,7 +10374,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
   residual_D_z_dot[31] = v1037;
 }
 
-// Distance between the ends of each rod or cylinder less its length.
+// Distance between the ends of each rod or cylinder, minus its length.
 // 171 operations: multiply 64, add 89, trig 12, other 6
 void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   // inputs
@@ -10391,7 +10391,7 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   const double angle[6] = {theta_3, theta_5, theta_4, q_0, q_1, q_2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v13 = 0.04 * c[1];
   const double v14 = 0.04 * s[1];
   const double v15 = 0.05 * c[2];
@@ -10559,7 +10559,7 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]) {
   residual[5] = v171;
 }
 
-// Derivative of the rods' residuals by the main chain's joints.
+// Derivative of the rod residuals with respect to the main-chain joints.
 // 343 operations: multiply 196, add 119, negate 4, trig 12, other 12
 void delta_rods_D_chain(const double theta[6], const double q[3], double residual_D_theta[36]) {
   // inputs
@@ -10576,7 +10576,7 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
   const double angle[6] = {theta_3, theta_4, theta_5, q_0, q_1, q_2};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; residual_D_theta
+  // intermediate terms, then residual_D_theta
   const double v13 = 0.04 * s[2];
   const double v14 = 0.05 * c[1];
   const double v15 = 0.04 * c[2];
@@ -10977,7 +10977,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   J_q[13] = 0.0;
   J_q[15] = 0.0;
   J_q[16] = 0.0;
-  // shared terms; columns 1, 2 and 3 of J_x
+  // intermediate terms, then columns 1, 2 and 3 of J_x
   const double v13 = 0.04 * s[2];
   const double v14 = 0.05 * c[1];
   const double v15 = 0.04 * c[2];
@@ -11267,7 +11267,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   const double v281 = v239 * v215;
   const double v282 = v240 * v216;
   const double v283 = v241 * v217;
-  // shared terms; columns 2 and 3 of J_q
+  // intermediate terms, then columns 2 and 3 of J_q
   const double v284 = v242 - v243;
   const double v285 = v244 - v245;
   const double v286 = v246 - v247;
@@ -11292,7 +11292,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   J_q[10] = v281;
   J_q[14] = v282;
   J_q[17] = v283;
-  // columns 4, 5 and 6 of J_x; column 1 of J_q
+  // columns 4, 5 and 6 of J_x, then column 1 of J_q
   J_x[3] = v284;
   J_x[4] = v285;
   J_x[5] = v286;
@@ -11315,7 +11315,7 @@ void delta_velocity_relation(const double theta[6], const double q[3], double J_
   J_q[3] = v303;
 }
 
-// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 // 25 operations: multiply 14, add 4, negate 1, trig 6
 void delta_chain_fk(const double theta[6], double T_0_ee[16]) {
   // inputs
@@ -11337,7 +11337,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * c[2];
@@ -11358,7 +11358,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[8] = v15;
   T_0_ee[9] = v16;
   T_0_ee[10] = v17;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v22 = v18 - v9;
   const double v23 = v10 + v19;
   const double v24 = v12 + v20;
@@ -11369,8 +11369,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[6] = v25;
 }
 
-// Ends of the rods apart from the platform, in the axes of its first three joints, and the rods'
-// lengths.
+// Rod ends on the actuated side, in the axes of the first three main-chain joints, and rod lengths.
 // 33 operations: multiply 10, add 11, negate 6, trig 6
 void delta_rod_ends(const double q[3], double a[18], double l[6]) {
   // inputs
@@ -11381,7 +11380,7 @@ void delta_rod_ends(const double q[3], double a[18], double l[6]) {
   const double angle[3] = {q_0, q_1, q_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // constant entries of a; constant entries of l
+  // constant entries of a, then constant entries of l
   a[1] = 0.04;
   a[4] = -0.04;
   l[0] = 0.8;
@@ -11390,7 +11389,7 @@ void delta_rod_ends(const double q[3], double a[18], double l[6]) {
   l[3] = 0.8;
   l[4] = 0.8;
   l[5] = 0.8;
-  // shared terms; columns 1 and 3 of a
+  // intermediate terms, then columns 1 and 3 of a
   const double v7 = 0.26 * c[0];
   const double v8 = 0.26 * s[0];
   const double v9 = 0.26 * c[1];
@@ -11415,7 +11414,7 @@ void delta_rod_ends(const double q[3], double a[18], double l[6]) {
   const double v22 = 0.8660254037844386 * v17;
   a[14] = v18;
   a[17] = v18;
-  // shared terms; columns 1 and 2 of a
+  // intermediate terms, then columns 1 and 2 of a
   const double v23 = v19 + 0.034641016151377546;
   const double v24 = v20 - 0.02;
   const double v25 = 0.034641016151377546 - v19;

@@ -162,19 +162,19 @@ void excavator_fk(const double q[4], double T_0_tip[16]) {
   T_0_tip[13] = 0.0;
   T_0_tip[14] = 0.0;
   T_0_tip[15] = 1.0;
-  // shared terms; column 2 of T_0_tip
+  // intermediate terms, then column 2 of T_0_tip
   const double v120 = v117 - s[0];
   const double v121 = c[0] + v117;
   T_0_tip[1] = v120;
   T_0_tip[5] = v121;
-  // shared terms; columns 1 and 3 of T_0_tip
+  // intermediate terms, then columns 1 and 3 of T_0_tip
   const double v136 = c[0] * v134;
   const double v137 = c[0] * v135;
   const double v139 = s[0] * v134;
   const double v140 = s[0] * v135;
   T_0_tip[8] = v135;
   T_0_tip[10] = v134;
-  // shared terms; column 1 of T_0_tip
+  // intermediate terms, then column 1 of T_0_tip
   T_0_tip[0] = v136;
   const double v142 = -v137;
   T_0_tip[4] = v139;
@@ -182,7 +182,7 @@ void excavator_fk(const double q[4], double T_0_tip[16]) {
   // column 3 of T_0_tip
   T_0_tip[2] = v142;
   T_0_tip[6] = v144;
-  // shared terms; column 4 of T_0_tip
+  // intermediate terms, then column 4 of T_0_tip
   const double v150 = c[0] * v148;
   const double v151 = s[0] * v148;
   T_0_tip[11] = v149;
@@ -370,7 +370,7 @@ void excavator_link_poses(const double q[4], double T[64]) {
   T[61] = 0.0;
   T[62] = 0.0;
   T[63] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v15 = 0.15 * c[0];
   const double v16 = 0.15 * s[0];
   const double v94 = v88 * c[0];
@@ -436,14 +436,14 @@ void excavator_link_poses(const double q[4], double T[64]) {
   T[53] = v136;
   T[55] = v159;
   T[59] = v160;
-  // shared terms; T
+  // intermediate terms, then T
   const double v175 = c[0] * v173;
   const double v176 = c[0] * v174;
   const double v177 = s[0] * v173;
   const double v178 = s[0] * v174;
   T[56] = v174;
   T[58] = v173;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = v175;
   const double v179 = -v176;
   T[52] = v177;
@@ -631,7 +631,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // constant entries of T_0_tip; constant entries of J
+  // constant entries of T_0_tip, then constant entries of J
   T_0_tip[9] = 0.0;
   T_0_tip[12] = 0.0;
   T_0_tip[13] = 0.0;
@@ -644,7 +644,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
-  // shared terms; column 2 of T_0_tip; columns 2 and 3 of J
+  // intermediate terms, then column 2 of T_0_tip, then columns 2 and 3 of J
   const double v77 = s[0] * v68;
   const double v78 = s[0] * v69;
   const double v79 = c[0] * v68;
@@ -661,7 +661,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[14] = v142;
   J[17] = v143;
   J[18] = v144;
-  // shared terms; columns 1 and 3 of T_0_tip
+  // intermediate terms, then columns 1 and 3 of T_0_tip
   const double v165 = s[0] * v162;
   const double v166 = c[0] * v162;
   const double v167 = c[0] * v163;
@@ -672,7 +672,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   T_0_tip[10] = v163;
   const double v173 = v136 - v165;
   const double v174 = v136 + v166;
-  // shared terms; column 1 of T_0_tip; column 4 of J
+  // intermediate terms, then column 1 of T_0_tip, then column 4 of J
   T_0_tip[0] = v167;
   const double v175 = -v168;
   T_0_tip[4] = v170;
@@ -681,14 +681,14 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v180 = s[0] * v172;
   J[15] = v173;
   J[19] = v174;
-  // shared terms; column 3 of T_0_tip
+  // intermediate terms, then column 3 of T_0_tip
   T_0_tip[2] = v175;
   T_0_tip[6] = v177;
   const double v184 = c[0] * v178;
   const double v185 = v179 * v162;
   const double v186 = s[0] * v178;
   const double v187 = v180 * v162;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v192 = c[0] * v183;
   const double v193 = v184 * v69;
   J[3] = v185;
@@ -696,7 +696,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   const double v195 = v186 * v69;
   J[7] = v187;
   J[11] = v189;
-  // shared terms; column 4 of T_0_tip; columns 2 and 3 of J
+  // intermediate terms, then column 4 of T_0_tip, then columns 2 and 3 of J
   const double v198 = c[0] * v190;
   const double v199 = s[0] * v190;
   T_0_tip[11] = v191;
@@ -706,7 +706,7 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
   J[6] = v195;
   J[9] = v196;
   J[10] = v197;
-  // shared terms; column 4 of T_0_tip; column 1 of J
+  // intermediate terms, then column 4 of T_0_tip, then column 1 of J
   T_0_tip[3] = v198;
   T_0_tip[7] = v199;
   const double v202 = -v199;
@@ -890,7 +890,7 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v18 = 1.75 * c[0];
   const double v19 = 1.75 * s[0];
   const double v75 = v66 * v18;
@@ -923,7 +923,7 @@ void excavator_jacobian_space(const double q[4], double J[24]) {
   J[14] = v162;
   J[17] = v163;
   J[18] = v164;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v171 = v170 * v146;
   const double v172 = v170 * v147;
   const double v174 = s[0] * v170;
@@ -1347,7 +1347,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   J[21] = 0.0;
   J[22] = 0.0;
   J[23] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v77 = s[0] * v67;
   const double v78 = s[0] * v68;
   const double v79 = c[0] * v67;
@@ -1360,7 +1360,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   J[14] = v140;
   J[17] = v141;
   J[18] = v142;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v163 = s[0] * v160;
   const double v164 = c[0] * v160;
   const double v167 = v136 - v163;
@@ -1369,7 +1369,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v172 = s[0] * v166;
   J[15] = v167;
   J[19] = v168;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v176 = c[0] * v170;
   const double v177 = v171 * v160;
   const double v178 = s[0] * v170;
@@ -1381,7 +1381,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   const double v186 = v178 * v68;
   J[7] = v179;
   J[11] = v181;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v189 = s[0] * v182;
   const double v190 = v183 * v67;
   J[2] = v184;
@@ -1390,7 +1390,7 @@ void excavator_jacobian_mixed(const double q[4], double J[24]) {
   J[6] = v186;
   J[9] = v187;
   J[10] = v188;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v193 = -v189;
   const double v194 = -v190;
   J[4] = v191;
@@ -1680,7 +1680,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   J_dot[16] = 0.0;
   J_dot[20] = 0.0;
   J_dot[21] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v21 = 1.75 * c[0];
   const double v23 = 1.75 * s[0];
   const double v29 = c[0] * qd_0;
@@ -1791,7 +1791,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   J_dot[17] = v327;
   J_dot[18] = v328;
   J_dot[22] = v329;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v348 = v344 * v315;
   const double v351 = v344 * v321;
   const double v352 = v344 * v324;
@@ -1799,7 +1799,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
   const double v354 = v344 * v30;
   const double v355 = v344 * v201;
   J_dot[23] = v355;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v361 = v272 * v360;
   const double v362 = v271 * v360;
   const double v364 = s[0] * v360;
@@ -2483,7 +2483,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   J_dot[16] = 0.0;
   J_dot[20] = 0.0;
   J_dot[21] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v27 = c[0] * qd_0;
   const double v28 = s[0] * qd_0;
   const double v115 = c[0] * v95;
@@ -2521,7 +2521,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   J_dot[17] = v250;
   J_dot[18] = v251;
   J_dot[22] = v252;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v291 = c[0] * v282;
   const double v292 = s[0] * v282;
   const double v293 = v286 * v27;
@@ -2530,7 +2530,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v299 = v291 + v140;
   const double v300 = v142 - v292;
   J_dot[23] = v295;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v303 = s[0] * v297;
   const double v305 = c[0] * v297;
   const double v307 = v296 * v299;
@@ -2627,7 +2627,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   const double v406 = -v396;
   const double v407 = v242 - v397;
   const double v408 = v242 + v398;
-  // shared terms; columns 1, 3 and 4 of J_dot
+  // intermediate terms, then columns 1, 3 and 4 of J_dot
   J_dot[0] = v399;
   const double v409 = v400 - v352;
   J_dot[2] = v401;
@@ -2638,7 +2638,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   J_dot[11] = v406;
   J_dot[15] = v407;
   J_dot[19] = v408;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   J_dot[1] = v409;
   J_dot[5] = v410;
   const double v413 = v411 + v341;
@@ -2647,7 +2647,7 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
   J_dot[9] = v413;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 384 operations: multiply 219, add 107, negate 15, trig 2, other 41
 void excavator_hessian_mixed(const double q[4], double H[96]) {
   // inputs
@@ -2958,7 +2958,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[93] = 0.0;
   H[94] = 0.0;
   H[95] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v107 = c[0] * v85;
   const double v108 = c[0] * v86;
   const double v109 = s[0] * v85;
@@ -2983,7 +2983,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   H[69] = v221;
   H[72] = v222;
   H[74] = v223;
-  // shared terms; H
+  // intermediate terms, then H
   const double v258 = c[0] * v250;
   const double v259 = s[0] * v250;
   const double v263 = v210 - v258;
@@ -2994,7 +2994,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v271 = s[0] * v260;
   H[60] = v263;
   H[76] = v264;
-  // shared terms; H
+  // intermediate terms, then H
   const double v274 = s[0] * v266;
   const double v275 = v267 * v250;
   const double v276 = c[0] * v265;
@@ -3037,7 +3037,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v316 = c[0] * v278;
   const double v317 = s[0] * v274;
   const double v318 = v287 + v288;
-  // shared terms; H
+  // intermediate terms, then H
   const double v319 = c[0] * v290;
   const double v320 = v291 * v85;
   const double v321 = -v292;
@@ -3071,7 +3071,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v342 = v250 * v318;
   const double v343 = v85 * v318;
   const double v344 = v86 * v318;
-  // shared terms; H
+  // intermediate terms, then H
   const double v345 = -v319;
   H[1] = v320;
   H[2] = v321;
@@ -3103,7 +3103,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v361 = v250 * v342;
   const double v363 = s[0] * v329;
   const double v364 = c[0] * v329;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v345;
   const double v365 = v346 + v323;
   H[10] = v347;
@@ -3125,7 +3125,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v375 = v361 + v362;
   const double v376 = v210 - v363;
   const double v377 = v210 + v364;
-  // shared terms; H
+  // intermediate terms, then H
   const double v378 = -v365;
   H[15] = v366;
   const double v379 = -v367;
@@ -3139,7 +3139,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v382 = -v375;
   H[63] = v376;
   H[79] = v377;
-  // shared terms; H
+  // intermediate terms, then H
   H[5] = v378;
   H[21] = v379;
   const double v383 = v315 - v380;
@@ -3318,7 +3318,7 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 1.75 * c[0];
   const double v22 = 1.75 * s[0];
   const double v76 = v15 * v66;
@@ -3338,7 +3338,7 @@ void excavator_twist_space(const double q[4], const double qd[4], double V[6]) {
   const double v150 = c[0] * v144;
   const double v154 = s[0] * v144;
   V[5] = v163;
-  // shared terms; V
+  // intermediate terms, then V
   const double v170 = v150 * v169;
   const double v171 = v154 * v169;
   const double v173 = s[0] * v169;
@@ -3742,7 +3742,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v80 = s[0] * v72;
   const double v81 = s[0] * v71;
   const double v82 = c[0] * v71;
@@ -3750,7 +3750,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v96 = v80 - v81;
   const double v97 = v82 - v83;
   V[5] = v144;
-  // shared terms; V
+  // intermediate terms, then V
   const double v165 = s[0] * v160;
   const double v166 = c[0] * v160;
   const double v169 = v96 - v165;
@@ -3759,7 +3759,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v174 = s[0] * v167;
   V[3] = v169;
   V[4] = v170;
-  // shared terms; V
+  // intermediate terms, then V
   const double v176 = v171 * v160;
   const double v177 = c[0] * v172;
   const double v180 = v174 * v160;
@@ -3777,7 +3777,7 @@ void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   const double v197 = v194 + v190;
   const double v198 = v195 - v192;
   V[2] = v196;
-  // shared terms; V
+  // intermediate terms, then V
   const double v199 = v183 - v197;
   const double v200 = v186 + v198;
   const double v201 = v176 + v199;
@@ -4055,7 +4055,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v21 = 1.75 * c[0];
   const double v34 = 1.75 * s[0];
   const double v35 = c[0] * qd_0;
@@ -4158,7 +4158,7 @@ void excavator_acceleration_space(const double q[4], const double qd[4], const d
   const double v344 = v337 - v200;
   const double v346 = v344 + qdd_0;
   A[5] = v346;
-  // shared terms; A
+  // intermediate terms, then A
   const double v350 = v262 * v349;
   const double v351 = v271 * v349;
   const double v353 = s[0] * v349;
@@ -4811,7 +4811,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v33 = c[0] * qd_0;
   const double v34 = s[0] * qd_0;
   const double v119 = c[0] * v108;
@@ -4867,7 +4867,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v312 = v288 * v283;
   const double v313 = v293 * v284;
   A[5] = v296;
-  // shared terms; A
+  // intermediate terms, then A
   const double v315 = v298 * v157;
   const double v317 = c[0] * v300;
   const double v318 = s[0] * v300;
@@ -4952,7 +4952,7 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
   const double v403 = v108 * v396;
   A[3] = v397;
   A[4] = v398;
-  // shared terms; A
+  // intermediate terms, then A
   const double v404 = v400 - v380;
   const double v405 = v402 - v384;
   const double v406 = v403 - v387;
@@ -5106,7 +5106,7 @@ void excavator_chain(const double q[4], double theta[4]) {
   theta[3] = v122;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 95 operations: multiply 36, add 34, other 25
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]) {
   // inputs
@@ -5713,7 +5713,7 @@ void excavator_passive(const double q[4], double passive[5]) {
   passive[1] = v124;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 138 operations: multiply 58, add 48, other 32
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]) {
   // inputs
@@ -6528,7 +6528,7 @@ void excavator_actuators(const double theta[4], double q[4]) {
   const double angle[3] = {theta_3, theta_1, theta_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.46 * s[0];
   const double v8 = 0.04 * c[0];
   const double v9 = 0.46 * c[0];
@@ -6590,7 +6590,7 @@ void excavator_actuators(const double theta[4], double q[4]) {
   q[2] = v60;
   const double v63 = v53 - v61;
   const double v64 = v62 + v55;
-  // shared terms; q
+  // intermediate terms, then q
   const double v65 = 0.9999999999999999 * v63;
   const double v66 = 0.9999999999999999 * v64;
   const double v67 = 1.98 + v65;
@@ -6603,7 +6603,7 @@ void excavator_actuators(const double theta[4], double q[4]) {
   q[3] = v73;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 108 operations: multiply 52, add 37, trig 6, other 13
 void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   // inputs
@@ -6628,7 +6628,7 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   q_D_theta[12] = 0.0;
   q_D_theta[13] = 0.0;
   q_D_theta[14] = 0.0;
-  // shared terms; columns 2 and 3 of q_D_theta
+  // intermediate terms, then columns 2 and 3 of q_D_theta
   const double v7 = 0.46 * s[0];
   const double v8 = 0.04 * c[0];
   const double v9 = 0.46 * c[0];
@@ -6706,7 +6706,7 @@ void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]) {
   q_D_theta[10] = v77;
   const double v80 = v71 - v78;
   const double v81 = v79 + v73;
-  // shared terms; column 4 of q_D_theta
+  // intermediate terms, then column 4 of q_D_theta
   const double v82 = v80 - v31;
   const double v83 = v81 - v32;
   const double v84 = 1.6129032258064515 * v80;
@@ -6752,7 +6752,7 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   const double angle[3] = {theta_3, theta_1, theta_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v7 = 0.46 * s[0];
   const double v8 = 0.04 * c[0];
   const double v9 = 0.46 * c[0];
@@ -6850,7 +6850,7 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
   qd[2] = v96;
   const double v99 = v89 - v97;
   const double v100 = v98 + v91;
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v101 = 0.9999999999999999 * v99;
   const double v102 = 0.9999999999999999 * v100;
   const double v103 = v99 - v43;
@@ -6899,7 +6899,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double angle[3] = {theta_3, theta_1, theta_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v7 = 0.46 * s[0];
   const double v8 = 0.04 * c[0];
   const double v9 = 0.46 * c[0];
@@ -7087,7 +7087,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v190 = v180 + v161;
   const double v191 = v181 + v163;
   const double v192 = v183 - v184;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   qdd[1] = v187;
   qdd[2] = v188;
   const double v193 = 0.9999999999999999 * v189;
@@ -7099,7 +7099,7 @@ void excavator_actuator_accelerations(const double theta[4], const double thetad
   const double v199 = v55 * v192;
   const double v200 = v190 - v56;
   const double v201 = 1.6129032258064515 * v190;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v202 = 1.98 + v193;
   const double v203 = v194 - 0.51;
   const double v204 = v196 - v197;
@@ -7172,7 +7172,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]) {
   const double angle[1] = {theta_3};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v3 = 0.46 * s[0];
   const double v4 = 0.04 * c[0];
   const double v5 = 0.46 * c[0];
@@ -7203,7 +7203,7 @@ void excavator_actuators_all(const double theta[4], double q[8], double margin[2
   const double angle[3] = {theta_3, theta_1, theta_2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v7 = 0.46 * s[0];
   const double v8 = 0.04 * c[0];
   const double v9 = 0.46 * c[0];
@@ -7256,7 +7256,7 @@ void excavator_actuators_all(const double theta[4], double q[8], double margin[2
   const double v56 = v26 * v50;
   margin[0] = v52;
   margin[1] = v52;
-  // shared terms; columns 1, 2 and 3 of q
+  // intermediate terms, then columns 1, 2 and 3 of q
   const double v57 = sqrt(v53);
   const double v58 = v55 / v37;
   const double v59 = v57 + theta_0;
@@ -7274,7 +7274,7 @@ void excavator_actuators_all(const double theta[4], double q[8], double margin[2
   q[6] = v61;
   const double v66 = v54 + v62;
   const double v67 = v56 - v63;
-  // shared terms; column 4 of q
+  // intermediate terms, then column 4 of q
   const double v68 = 0.9999999999999999 * v64;
   const double v69 = 0.9999999999999999 * v65;
   const double v70 = 0.9999999999999999 * v66;
@@ -7321,7 +7321,7 @@ void excavator_constraint(const double z[12], double residual[8]) {
   const double angle[8] = {z_3, z_4, z_1, z_7, z_2, z_9, z_11, v3};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v21 = 0.04 * c[0];
   const double v22 = 0.46 * s[0];
   const double v23 = 0.62 * c[1];
@@ -7368,7 +7368,7 @@ void excavator_constraint(const double z[12], double residual[8]) {
   const double v64 = v56 - v38;
   residual[6] = v57;
   residual[7] = v58;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v65 = v59 - 0.42;
   const double v66 = v60 - v26;
   residual[2] = v61;
@@ -7380,7 +7380,7 @@ void excavator_constraint(const double z[12], double residual[8]) {
   residual[1] = v66;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 56 operations: multiply 22, add 12, negate 6, trig 16
 void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   // inputs
@@ -7477,7 +7477,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   residual_D_z[91] = 0.0;
   residual_D_z[92] = 0.0;
   residual_D_z[93] = 0.0;
-  // shared terms; columns 7, 9 and 11 of residual_D_z
+  // intermediate terms, then columns 7, 9 and 11 of residual_D_z
   const double v21 = 0.46 * c[0];
   const double v22 = 0.04 * s[0];
   const double v23 = 0.62 * s[1];
@@ -7504,7 +7504,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   const double v39 = v18 * s[6];
   residual_D_z[94] = s[6];
   const double v40 = v18 * c[6];
-  // shared terms; columns 5, 8, 10 and 12 of residual_D_z
+  // intermediate terms, then columns 5, 8, 10 and 12 of residual_D_z
   const double v41 = v21 - v22;
   const double v42 = 0.58 * s[7];
   const double v43 = v24 + v25;
@@ -7521,7 +7521,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   const double v51 = -v39;
   const double v52 = -v26;
   residual_D_z[95] = v40;
-  // shared terms; columns 2, 3, 4, 5, 6, 8, 10 and 12 of residual_D_z
+  // intermediate terms, then columns 2, 3, 4, 5, 6, 8, 10 and 12 of residual_D_z
   residual_D_z[3] = v41;
   const double v53 = v42 + v23;
   const double v54 = -v42;
@@ -7536,7 +7536,7 @@ void excavator_constraint_D_z(const double z[12], double residual_D_z[96]) {
   residual_D_z[62] = v50;
   residual_D_z[83] = v51;
   residual_D_z[88] = v52;
-  // shared terms; columns 5 and 6 of residual_D_z
+  // intermediate terms, then columns 5 and 6 of residual_D_z
   const double v56 = -v53;
   residual_D_z[5] = v54;
   residual_D_z[16] = v55;
@@ -7652,7 +7652,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[91] = 0.0;
   residual_D_z_dot[92] = 0.0;
   residual_D_z_dot[93] = 0.0;
-  // shared terms; columns 7, 9 and 11 of residual_D_z_dot
+  // intermediate terms, then columns 7, 9 and 11 of residual_D_z_dot
   const double v21 = c[0] * zd_3;
   const double v22 = s[0] * zd_3;
   const double v23 = c[1] * zd_4;
@@ -7703,7 +7703,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   const double v66 = v18 * v38;
   residual_D_z_dot[94] = v38;
   const double v67 = v18 * v37;
-  // shared terms; columns 5, 7, 9 and 11 of residual_D_z_dot
+  // intermediate terms, then columns 5, 7, 9 and 11 of residual_D_z_dot
   const double v68 = v41 + v42;
   const double v69 = v43 + v44;
   const double v70 = v46 - v47;
@@ -7723,7 +7723,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   const double v80 = v66 + v39;
   residual_D_z_dot[88] = v50;
   const double v81 = v40 - v67;
-  // shared terms; columns 2, 3, 4, 8, 10 and 12 of residual_D_z_dot
+  // intermediate terms, then columns 2, 3, 4, 8, 10 and 12 of residual_D_z_dot
   const double v82 = -v68;
   const double v83 = 0.58 * v69;
   residual_D_z_dot[15] = v70;
@@ -7738,7 +7738,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[69] = v79;
   const double v88 = -v80;
   residual_D_z_dot[95] = v81;
-  // shared terms; columns 3, 4, 8, 10 and 12 of residual_D_z_dot
+  // intermediate terms, then columns 3, 4, 8, 10 and 12 of residual_D_z_dot
   residual_D_z_dot[3] = v82;
   const double v89 = v83 + v45;
   const double v90 = -v83;
@@ -7748,7 +7748,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
   residual_D_z_dot[50] = v86;
   residual_D_z_dot[57] = v87;
   residual_D_z_dot[83] = v88;
-  // shared terms; column 6 of residual_D_z_dot
+  // intermediate terms, then column 6 of residual_D_z_dot
   const double v93 = -v89;
   residual_D_z_dot[5] = v90;
   const double v94 = -v91;

@@ -25,7 +25,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -57,7 +57,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
   T_0_ee[4] = v27;
   T_0_ee[5] = v26;
   const double v32 = v29 + v8;
-  // shared terms; columns 2 and 4 of T_0_ee
+  // intermediate terms, then columns 2 and 4 of T_0_ee
   T_0_ee[1] = v30;
   const double v33 = v31 - 0.1;
   T_0_ee[7] = v32;
@@ -98,7 +98,7 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   T[29] = 0.0;
   T[30] = 0.0;
   T[31] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v5 = 0.2 * c[1];
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[1];
@@ -135,7 +135,7 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   const double v34 = v14 + v30;
   T[19] = v31;
   T[23] = v32;
-  // shared terms; T
+  // intermediate terms, then T
   const double v35 = 3.333333333333333 * v33;
   const double v36 = 3.333333333333333 * v34;
   T[16] = v35;
@@ -156,7 +156,7 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -173,7 +173,7 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -211,32 +211,32 @@ void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[1
   const double v36 = v6 * v31;
   const double v37 = v31 * v5;
   const double v38 = v30 * v7;
-  // shared terms; columns 2 and 4 of T_0_ee
+  // intermediate terms, then columns 2 and 4 of T_0_ee
   T_0_ee[1] = v32;
   const double v39 = v33 - 0.1;
   T_0_ee[7] = v34;
   const double v40 = v35 - v36;
   const double v41 = v37 - v38;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   T_0_ee[3] = v39;
   const double v42 = v40 / v20;
   const double v43 = v41 / v20;
-  // shared terms; J
+  // intermediate terms, then J
   const double v44 = v42 - 1.0;
   const double v45 = v29 * v43;
   const double v46 = v28 * v43;
   J[10] = v42;
   J[11] = v43;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v47 = v29 * v44;
   const double v48 = -v45;
   const double v49 = v28 * v44;
   J[3] = v46;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v50 = v34 + v47;
   J[1] = v48;
   const double v51 = v33 + v49;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v52 = -v50;
   J[2] = v51;
   // column 1 of J
@@ -261,7 +261,7 @@ void five_bar_jacobian_space(const double q[2], double J[12]) {
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -299,12 +299,12 @@ void five_bar_jacobian_space(const double q[2], double J[12]) {
   const double v39 = v36 * v11;
   J[10] = v35;
   J[11] = v36;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v40 = v5 * v37;
   J[1] = v38;
   const double v41 = v37 * v11;
   J[3] = v39;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   J[0] = v40;
   const double v42 = v41 + 0.1;
   // column 1 of J
@@ -329,7 +329,7 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -378,10 +378,10 @@ void five_bar_jacobian_body(const double q[2], double J[12]) {
   const double v49 = 0.3 * v47;
   J[10] = v46;
   J[11] = v47;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v50 = 0.3 * v48;
   J[3] = v49;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v51 = v45 + v50;
   J[2] = v51;
 }
@@ -403,7 +403,7 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   J[7] = 0.0;
   J[8] = 0.0;
   J[9] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -444,16 +444,16 @@ void five_bar_jacobian_mixed(const double q[2], double J[12]) {
   const double v42 = v29 * v39;
   J[10] = v38;
   J[11] = v39;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v43 = v26 * v40;
   const double v44 = -v41;
   const double v45 = v29 * v40;
   J[3] = v42;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v46 = v30 + v43;
   J[1] = v44;
   const double v47 = v35 + v45;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v48 = -v46;
   J[2] = v47;
   // column 1 of J
@@ -481,7 +481,7 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
   const double v8 = 0.2 * c[0];
@@ -598,7 +598,7 @@ void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J
   const double v119 = v16 * v115;
   J_dot[10] = v114;
   J_dot[11] = v115;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v120 = v106 + v116;
   const double v121 = v102 + v117;
   const double v122 = v109 + v118;
@@ -629,7 +629,7 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -749,14 +749,14 @@ void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_
   J_dot[0] = v118;
   const double v121 = v119 / v46;
   const double v122 = v120 / v46;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v123 = v121 - v110;
   const double v124 = v122 - v112;
   const double v125 = 0.3 * v123;
   const double v126 = 0.3 * v124;
   J_dot[10] = v123;
   J_dot[11] = v124;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v127 = v125 - v116;
   J_dot[3] = v126;
   // column 1 of J_dot
@@ -782,7 +782,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   J_dot[7] = 0.0;
   J_dot[8] = 0.0;
   J_dot[9] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -914,7 +914,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   const double v133 = v67 * v129;
   J_dot[10] = v128;
   J_dot[11] = v129;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v134 = v124 + v130;
   const double v135 = v115 + v131;
   const double v136 = v132 - v127;
@@ -928,7 +928,7 @@ void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J
   J_dot[1] = v139;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 182 operations: multiply 91, add 66, negate 4, trig 4, other 17
 void five_bar_hessian_mixed(const double q[2], double H[24]) {
   // inputs
@@ -951,7 +951,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[17] = 0.0;
   H[18] = 0.0;
   H[19] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1118,7 +1118,7 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[20] = v152;
   H[21] = v153;
   H[22] = v155;
-  // shared terms; H
+  // intermediate terms, then H
   const double v168 = v159 + v160;
   const double v169 = v144 + v161;
   const double v170 = v154 + v162;
@@ -1135,13 +1135,13 @@ void five_bar_hessian_mixed(const double q[2], double H[24]) {
   H[6] = v174;
   const double v179 = v79 * v171;
   H[23] = v171;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v175;
   H[1] = v176;
   H[2] = v177;
   const double v180 = v136 + v178;
   const double v181 = v179 - v140;
-  // shared terms; H
+  // intermediate terms, then H
   const double v182 = -v180;
   H[7] = v181;
   // H
@@ -1166,7 +1166,7 @@ void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v6 = 0.2 * s[0];
   const double v7 = 0.2 * c[1];
   const double v8 = 0.2 * c[0];
@@ -1207,7 +1207,7 @@ void five_bar_twist_space(const double q[2], const double qd[2], double V[6]) {
   const double v43 = v42 / v32;
   const double v44 = v43 - qd_0;
   V[5] = v43;
-  // shared terms; V
+  // intermediate terms, then V
   const double v45 = v6 * v44;
   const double v46 = v20 * v44;
   V[0] = v45;
@@ -1232,7 +1232,7 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1286,10 +1286,10 @@ void five_bar_twist_body(const double q[2], const double qd[2], double V[6]) {
   const double v55 = v52 * qd_0;
   const double v56 = v53 - qd_0;
   V[5] = v53;
-  // shared terms; V
+  // intermediate terms, then V
   V[0] = v54;
   const double v57 = 0.3 * v56;
-  // shared terms; V
+  // intermediate terms, then V
   const double v58 = v55 + v57;
   V[1] = v58;
 }
@@ -1310,7 +1310,7 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -1356,7 +1356,7 @@ void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]) {
   const double v47 = v45 / v30;
   const double v48 = v47 - qd_0;
   V[5] = v47;
-  // shared terms; V
+  // intermediate terms, then V
   const double v49 = v36 * v48;
   const double v50 = v39 * v48;
   const double v51 = v44 + v49;
@@ -1388,7 +1388,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = 0.2 * s[0];
   const double v8 = 0.2 * c[1];
   const double v9 = 0.2 * c[0];
@@ -1502,7 +1502,7 @@ void five_bar_acceleration_space(const double q[2], const double qd[2], const do
   const double v117 = v116 - v111;
   const double v118 = v117 - qdd_0;
   A[5] = v117;
-  // shared terms; A
+  // intermediate terms, then A
   const double v119 = v7 * v118;
   const double v120 = v29 * v118;
   const double v121 = v119 + v114;
@@ -1531,7 +1531,7 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1660,10 +1660,10 @@ void five_bar_acceleration_body(const double q[2], const double qd[2], const dou
   const double v130 = v116 + v128;
   const double v131 = v129 - qdd_0;
   A[5] = v129;
-  // shared terms; A
+  // intermediate terms, then A
   A[0] = v130;
   const double v132 = 0.3 * v131;
-  // shared terms; A
+  // intermediate terms, then A
   const double v133 = v118 + v132;
   const double v134 = v133 - v127;
   A[1] = v134;
@@ -1687,7 +1687,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -1815,7 +1815,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
   const double v129 = v126 + v119;
   const double v130 = v127 + v121;
   A[5] = v125;
-  // shared terms; A
+  // intermediate terms, then A
   const double v131 = v85 * v128;
   const double v132 = v91 * v128;
   const double v133 = v100 + v131;
@@ -1838,7 +1838,7 @@ void five_bar_chain(const double q[2], double theta[2]) {
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1865,7 +1865,7 @@ void five_bar_chain(const double q[2], double theta[2]) {
   const double v28 = v13 + v25;
   const double v29 = v15 - v26;
   theta[0] = v27;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v30 = 3.333333333333333 * v28;
   const double v31 = 3.333333333333333 * v29;
   const double v32 = c[1] * v30;
@@ -1878,7 +1878,7 @@ void five_bar_chain(const double q[2], double theta[2]) {
   theta[1] = v38;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 36 operations: multiply 16, add 12, trig 4, other 4
 void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
   // inputs
@@ -1891,7 +1891,7 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
   // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
   theta_D_q[1] = 0.0;
-  // shared terms; column 2 of theta_D_q
+  // intermediate terms, then column 2 of theta_D_q
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -1941,7 +1941,7 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -1978,7 +1978,7 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   thetad[0] = v35;
   const double v38 = v25 - v36;
   const double v39 = v22 + v37;
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v40 = v38 - v19;
   const double v41 = v39 - v14;
   const double v42 = v40 * v21;
@@ -2003,7 +2003,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -2089,7 +2089,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v86 = v79 - v80;
   const double v87 = v81 - v82;
   const double v88 = v46 + v83;
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v89 = v84 - v27;
   const double v90 = v85 - v18;
   const double v91 = v87 * v18;
@@ -2127,7 +2127,7 @@ void five_bar_passive(const double q[2], double passive[1]) {
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * s[1];
   const double v7 = 0.2 * c[0];
@@ -2163,7 +2163,7 @@ void five_bar_passive(const double q[2], double passive[1]) {
   passive[0] = v36;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 34 operations: multiply 16, add 10, trig 4, other 4
 void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
   // inputs
@@ -2173,7 +2173,7 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
   const double angle[2] = {q_0, q_1};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; column 1 of passive_D_q
+  // intermediate terms, then column 1 of passive_D_q
   const double v5 = 0.2 * s[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * c[0];
@@ -2219,7 +2219,7 @@ void five_bar_configuration(const double q[2], double z[4]) {
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; z
+  // intermediate terms, then z
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -2248,7 +2248,7 @@ void five_bar_configuration(const double q[2], double z[4]) {
   const double v30 = v15 - v26;
   z[0] = v27;
   z[2] = v28;
-  // shared terms; z
+  // intermediate terms, then z
   const double v31 = 3.333333333333333 * v29;
   const double v32 = 3.333333333333333 * v30;
   const double v33 = v29 - v10;
@@ -2284,7 +2284,7 @@ void five_bar_margin(const double q[2], double margin[1]) {
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -2311,7 +2311,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
   const double v7 = 0.2 * s[0];
@@ -2333,7 +2333,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double v23 = v20 ? 0.0 : -1.0;
   margin[0] = v21;
   margin[1] = v21;
-  // shared terms; column 1 of theta
+  // intermediate terms, then column 1 of theta
   const double v24 = v22 / v16;
   const double v25 = sqrt(v23);
   const double v26 = v24 * v11;
@@ -2345,7 +2345,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double v32 = v15 + v27;
   theta[0] = v28;
   theta[2] = v28;
-  // shared terms; column 2 of theta
+  // intermediate terms, then column 2 of theta
   const double v33 = 3.333333333333333 * v29;
   const double v34 = 3.333333333333333 * v30;
   const double v35 = 3.333333333333333 * v31;
@@ -2380,7 +2380,7 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; q
+  // intermediate terms, then q
   const double v4 = 0.2 * c[0];
   const double v6 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2412,14 +2412,14 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   const double v34 = v27 - v31;
   const double v35 = v29 + v32;
   q[0] = v33;
-  // shared terms; q
+  // intermediate terms, then q
   const double v36 = 5.0 * v34;
   const double v37 = 5.0 * v35;
   const double v38 = atan2(v36, v37);
   q[1] = v38;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 43 operations: multiply 17, add 15, negate 2, trig 4, other 5
 void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
   // inputs
@@ -2434,7 +2434,7 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
   // constant entries of q_D_theta
   q_D_theta[0] = 1.0;
   q_D_theta[1] = 0.0;
-  // shared terms; q_D_theta
+  // intermediate terms, then q_D_theta
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2491,7 +2491,7 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
   const double v8 = c[0] * thetad_0;
@@ -2537,7 +2537,7 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   qd[0] = v45;
   const double v48 = v42 - v46;
   const double v49 = v44 + v47;
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v50 = v48 - v19;
   const double v51 = v49 - v22;
   const double v52 = v27 * v50;
@@ -2565,7 +2565,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v7 = 0.2 * c[0];
   const double v8 = 0.2 * s[0];
   const double v9 = c[0] * thetad_0;
@@ -2660,7 +2660,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v97 = v83 - v92;
   const double v98 = v35 * v88;
   const double v99 = v85 + v94;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v100 = v95 + v89;
   const double v101 = v35 * v96;
   const double v102 = v97 - v28;
@@ -2703,7 +2703,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2733,7 +2733,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v4 = 0.2 * c[0];
   const double v6 = 0.2 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2758,7 +2758,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double v27 = v23 ? 0.0 : -1.0;
   margin[0] = v24;
   margin[1] = v24;
-  // shared terms; column 1 of q
+  // intermediate terms, then column 1 of q
   const double v28 = v11 * v25;
   const double v29 = v26 / v15;
   const double v30 = v12 * v25;
@@ -2772,7 +2772,7 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double v38 = v30 - v33;
   q[0] = v34;
   q[2] = v34;
-  // shared terms; column 2 of q
+  // intermediate terms, then column 2 of q
   const double v39 = 5.0 * v35;
   const double v40 = 5.0 * v36;
   const double v41 = 5.0 * v37;
@@ -2798,7 +2798,7 @@ void five_bar_constraint(const double z[4], double residual[2]) {
   const double angle[4] = {z_2, z_0, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v11 = 0.2 * c[0];
   const double v12 = 0.2 * c[1];
   const double v13 = 0.2 * s[0];
@@ -2818,7 +2818,7 @@ void five_bar_constraint(const double z[4], double residual[2]) {
   residual[1] = v25;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 26 operations: multiply 8, add 6, negate 4, trig 8
 void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]) {
   // inputs
@@ -2833,7 +2833,7 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]) {
   const double angle[4] = {z_0, z_2, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; columns 2 and 4 of residual_D_z
+  // intermediate terms, then columns 2 and 4 of residual_D_z
   const double v11 = 0.2 * s[0];
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[0];
@@ -2850,7 +2850,7 @@ void five_bar_constraint_D_z(const double z[4], double residual_D_z[8]) {
   const double v23 = -v17;
   const double v24 = v14 + v18;
   residual_D_z[7] = v18;
-  // shared terms; residual_D_z
+  // intermediate terms, then residual_D_z
   residual_D_z[0] = v19;
   const double v25 = -v20;
   residual_D_z[3] = v21;
@@ -2881,7 +2881,7 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
   const double angle[4] = {z_0, z_2, v2, v4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; column 2 of residual_D_z_dot
+  // intermediate terms, then column 2 of residual_D_z_dot
   const double v11 = c[0] * zd_0;
   const double v12 = c[1] * zd_2;
   const double v13 = s[0] * zd_0;
@@ -2914,7 +2914,7 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
   residual_D_z_dot[5] = v33;
   const double v39 = v24 + v34;
   const double v40 = -v34;
-  // shared terms; columns 1 and 4 of residual_D_z_dot
+  // intermediate terms, then columns 1 and 4 of residual_D_z_dot
   residual_D_z_dot[0] = v35;
   const double v41 = -v36;
   residual_D_z_dot[3] = v37;

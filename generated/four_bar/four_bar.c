@@ -23,7 +23,7 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -58,7 +58,7 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[4] = v26;
   T_0_ee[5] = v25;
   const double v33 = v29 + v30;
-  // shared terms; column 2 of T_0_ee
+  // intermediate terms, then column 2 of T_0_ee
   T_0_ee[1] = v31;
   const double v34 = v32 + v3;
   const double v35 = v4 + v33;
@@ -99,7 +99,7 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   T[29] = 0.0;
   T[30] = 0.0;
   T[31] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -136,7 +136,7 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   const double v32 = v28 - v23;
   T[19] = v29;
   T[23] = v30;
-  // shared terms; T
+  // intermediate terms, then T
   const double v33 = 3.333333333333333 * v31;
   const double v34 = 3.333333333333333 * v32;
   T[16] = v33;
@@ -156,7 +156,7 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -170,7 +170,7 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -209,19 +209,19 @@ void four_bar_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6
   const double v35 = v29 + v30;
   const double v36 = v31 * v4;
   const double v37 = v32 * v3;
-  // shared terms; column 2 of T_0_ee
+  // intermediate terms, then column 2 of T_0_ee
   T_0_ee[1] = v33;
   const double v38 = v34 + v3;
   const double v39 = v4 + v35;
   const double v40 = v36 - v37;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   T_0_ee[3] = v38;
   T_0_ee[7] = v39;
   const double v41 = v40 / v17;
-  // shared terms; J
+  // intermediate terms, then J
   const double v42 = v41 - 1.0;
   J[5] = v41;
-  // shared terms; J
+  // intermediate terms, then J
   const double v43 = v42 * v35;
   const double v44 = v42 * v34;
   const double v45 = v43 + v39;
@@ -246,7 +246,7 @@ void four_bar_jacobian_space(const double q[1], double J[6]) {
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -277,7 +277,7 @@ void four_bar_jacobian_space(const double q[1], double J[6]) {
   const double v30 = v29 / v17;
   const double v31 = v30 - 1.0;
   J[5] = v30;
-  // shared terms; J
+  // intermediate terms, then J
   const double v32 = v31 * v4;
   const double v33 = v31 * v3;
   J[0] = v32;
@@ -299,7 +299,7 @@ void four_bar_jacobian_body(const double q[1], double J[6]) {
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -346,7 +346,7 @@ void four_bar_jacobian_body(const double q[1], double J[6]) {
   const double v46 = v42 - 1.0;
   const double v47 = v43 + v44;
   J[5] = v42;
-  // shared terms; J
+  // intermediate terms, then J
   const double v48 = 0.12 * v46;
   const double v49 = 0.15 * v46;
   const double v50 = v45 - v48;
@@ -368,7 +368,7 @@ void four_bar_jacobian_mixed(const double q[1], double J[6]) {
   J[2] = 0.0;
   J[3] = 0.0;
   J[4] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -407,7 +407,7 @@ void four_bar_jacobian_mixed(const double q[1], double J[6]) {
   const double v38 = v35 / v17;
   const double v39 = v38 - 1.0;
   J[5] = v38;
-  // shared terms; J
+  // intermediate terms, then J
   const double v40 = v39 * v33;
   const double v41 = v39 * v34;
   const double v42 = v40 + v36;
@@ -432,7 +432,7 @@ void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -521,7 +521,7 @@ void four_bar_jacobian_space_dot(const double q[1], const double qd[1], double J
   const double v88 = v87 * v4;
   const double v89 = v87 * v3;
   J_dot[5] = v87;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v90 = v82 + v88;
   const double v91 = v84 - v89;
   J_dot[0] = v90;
@@ -542,7 +542,7 @@ void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -652,7 +652,7 @@ void four_bar_jacobian_body_dot(const double q[1], const double qd[1], double J_
   const double v109 = 0.12 * v108;
   const double v110 = 0.15 * v108;
   J_dot[5] = v108;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v111 = v104 - v109;
   const double v112 = v110 - v106;
   J_dot[0] = v111;
@@ -673,7 +673,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   J_dot[2] = 0.0;
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -783,7 +783,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   const double v109 = v108 * v75;
   const double v110 = v108 * v66;
   J_dot[5] = v108;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v111 = v105 + v109;
   const double v112 = v110 - v107;
   const double v113 = -v111;
@@ -792,7 +792,7 @@ void four_bar_jacobian_mixed_dot(const double q[1], const double qd[1], double J
   J_dot[0] = v113;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 100 operations: multiply 46, add 40, negate 1, trig 2, other 11
 void four_bar_hessian_mixed(const double q[1], double H[6]) {
   // inputs
@@ -805,7 +805,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   H[2] = 0.0;
   H[3] = 0.0;
   H[4] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.2 * s[0];
@@ -902,7 +902,7 @@ void four_bar_hessian_mixed(const double q[1], double H[6]) {
   const double v96 = v94 * v67;
   const double v97 = v94 * v62;
   H[5] = v94;
-  // shared terms; H
+  // intermediate terms, then H
   const double v98 = v93 + v96;
   const double v99 = v97 - v95;
   const double v100 = -v98;
@@ -925,7 +925,7 @@ void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
@@ -960,7 +960,7 @@ void four_bar_twist_space(const double q[1], const double qd[1], double V[6]) {
   const double v34 = v33 / v21;
   const double v35 = v34 - qd_0;
   V[5] = v34;
-  // shared terms; V
+  // intermediate terms, then V
   const double v36 = v35 * v5;
   const double v37 = v35 * v4;
   V[0] = v36;
@@ -983,7 +983,7 @@ void four_bar_twist_body(const double q[1], const double qd[1], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -1034,7 +1034,7 @@ void four_bar_twist_body(const double q[1], const double qd[1], double V[6]) {
   const double v50 = v46 - qd_0;
   const double v51 = v47 + v48;
   V[5] = v46;
-  // shared terms; V
+  // intermediate terms, then V
   const double v52 = v49 * qd_0;
   const double v53 = 0.12 * v50;
   const double v54 = v51 * qd_0;
@@ -1059,7 +1059,7 @@ void four_bar_twist_mixed(const double q[1], const double qd[1], double V[6]) {
   V[2] = 0.0;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = 0.1 * s[0];
   const double v4 = 0.1 * c[0];
   const double v5 = s[0] * qd_0;
@@ -1104,7 +1104,7 @@ void four_bar_twist_mixed(const double q[1], const double qd[1], double V[6]) {
   const double v44 = v41 * qd_0;
   const double v45 = v43 - qd_0;
   V[5] = v43;
-  // shared terms; V
+  // intermediate terms, then V
   const double v46 = v45 * v35;
   const double v47 = v45 * v38;
   const double v48 = v42 + v46;
@@ -1130,7 +1130,7 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = s[0] * qd_0;
   const double v4 = 0.1 * c[0];
   const double v5 = 0.1 * s[0];
@@ -1226,7 +1226,7 @@ void four_bar_acceleration_space(const double q[1], const double qd[1], const do
   const double v95 = v94 - v87;
   const double v96 = v95 - qdd_0;
   A[5] = v95;
-  // shared terms; A
+  // intermediate terms, then A
   const double v97 = v96 * v5;
   const double v98 = v96 * v4;
   const double v99 = v97 + v90;
@@ -1250,7 +1250,7 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -1368,7 +1368,7 @@ void four_bar_acceleration_body(const double q[1], const double qd[1], const dou
   const double v117 = v116 - v100;
   const double v118 = v117 - qdd_0;
   A[5] = v117;
-  // shared terms; A
+  // intermediate terms, then A
   const double v119 = 0.12 * v118;
   const double v120 = 0.15 * v118;
   const double v121 = v103 - v119;
@@ -1394,7 +1394,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   A[2] = 0.0;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = 0.1 * s[0];
   const double v4 = 0.1 * c[0];
   const double v5 = s[0] * qd_0;
@@ -1510,7 +1510,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
   const double v115 = v112 - v97;
   const double v116 = v115 - qdd_0;
   A[5] = v115;
-  // shared terms; A
+  // intermediate terms, then A
   const double v117 = v116 * v74;
   const double v118 = v116 * v81;
   const double v119 = v87 + v117;
@@ -1532,7 +1532,7 @@ void four_bar_chain(const double q[1], double theta[2]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1560,7 +1560,7 @@ void four_bar_chain(const double q[1], double theta[2]) {
   const double v27 = v24 - v21;
   const double v28 = v22 + v25;
   theta[0] = v26;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v29 = 3.333333333333333 * v27;
   const double v30 = 3.333333333333333 * v28;
   const double v31 = c[0] * v29;
@@ -1573,7 +1573,7 @@ void four_bar_chain(const double q[1], double theta[2]) {
   theta[1] = v37;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 31 operations: multiply 13, add 12, trig 2, other 4
 void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
   // inputs
@@ -1584,7 +1584,7 @@ void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
   chasles_cos_sin(1, angle, c, s);
   // constant entries of theta_D_q
   theta_D_q[0] = 1.0;
-  // shared terms; theta_D_q
+  // intermediate terms, then theta_D_q
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1627,7 +1627,7 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -1659,7 +1659,7 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
   thetad[0] = v28;
   const double v31 = v25 + v29;
   const double v32 = v30 - v27;
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v33 = v31 - v7;
   const double v34 = v32 + v4;
   const double v35 = v9 * v33;
@@ -1681,7 +1681,7 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = s[0] * qd_0;
@@ -1749,7 +1749,7 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v66 = v51 + v60;
   const double v67 = v57 * v4;
   const double v68 = v62 - v53;
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v69 = v63 + v64;
   const double v70 = v65 * v4;
   const double v71 = v66 - v10;
@@ -1788,7 +1788,7 @@ void four_bar_passive(const double q[1], double passive[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1819,7 +1819,7 @@ void four_bar_passive(const double q[1], double passive[1]) {
   passive[0] = v29;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 28 operations: multiply 13, add 9, trig 2, other 4
 void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
   // inputs
@@ -1828,7 +1828,7 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; passive_D_q
+  // intermediate terms, then passive_D_q
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1867,7 +1867,7 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; z
+  // intermediate terms, then z
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1895,7 +1895,7 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double v27 = v24 - v21;
   const double v28 = v22 + v25;
   z[0] = v26;
-  // shared terms; z
+  // intermediate terms, then z
   const double v29 = 3.333333333333333 * v27;
   const double v30 = 3.333333333333333 * v28;
   const double v31 = v27 + v4;
@@ -1924,7 +1924,7 @@ void four_bar_margin(const double q[1], double margin[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1947,7 +1947,7 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
   const double v5 = 0.35 - v3;
@@ -1968,7 +1968,7 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v20 = v16 ? 0.0 : -1.0;
   margin[0] = v17;
   margin[1] = v17;
-  // shared terms; column 1 of theta
+  // intermediate terms, then column 1 of theta
   const double v21 = v18 / v8;
   const double v22 = v19 * v4;
   const double v23 = v19 * v5;
@@ -1982,7 +1982,7 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v31 = v23 - v26;
   theta[0] = v27;
   theta[2] = v27;
-  // shared terms; column 2 of theta
+  // intermediate terms, then column 2 of theta
   const double v32 = 3.333333333333333 * v28;
   const double v33 = 3.333333333333333 * v29;
   const double v34 = 3.333333333333333 * v30;
@@ -2016,7 +2016,7 @@ void four_bar_actuators(const double theta[2], double q[1]) {
   q[0] = theta_0;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 0 operations
 void four_bar_actuators_D_chain(const double theta[2], double q_D_theta[2]) {
   (void)theta;
@@ -2060,7 +2060,7 @@ void four_bar_actuators_all(const double theta[2], double q[1], double margin[1]
   chasles_cos_sin(2, angle, c, s);
   // constant entries of margin
   margin[0] = 1.0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v6 = 0.1 * c[0];
   const double v7 = 0.1 * s[0];
   const double v8 = 0.3 * c[1];
@@ -2104,7 +2104,7 @@ void four_bar_constraint(const double z[3], double residual[2]) {
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v8 = 0.1 * c[0];
   const double v9 = 0.25 * c[1];
   const double v10 = 0.1 * s[0];
@@ -2121,7 +2121,7 @@ void four_bar_constraint(const double z[3], double residual[2]) {
   residual[0] = v18;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 18 operations: multiply 6, add 3, negate 3, trig 6
 void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]) {
   // inputs
@@ -2134,7 +2134,7 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]) {
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; column 3 of residual_D_z
+  // intermediate terms, then column 3 of residual_D_z
   const double v8 = 0.1 * s[0];
   const double v9 = 0.25 * s[1];
   const double v10 = 0.1 * c[0];
@@ -2143,13 +2143,13 @@ void four_bar_constraint_D_z(const double z[3], double residual_D_z[6]) {
   residual_D_z[2] = v9;
   const double v13 = 0.3 * c[2];
   const double v14 = -v11;
-  // shared terms; columns 2 and 3 of residual_D_z
+  // intermediate terms, then columns 2 and 3 of residual_D_z
   const double v15 = v8 + v12;
   const double v16 = -v12;
   const double v17 = v10 + v13;
   residual_D_z[4] = v13;
   residual_D_z[5] = v14;
-  // shared terms; columns 1 and 2 of residual_D_z
+  // intermediate terms, then columns 1 and 2 of residual_D_z
   const double v18 = -v15;
   residual_D_z[1] = v16;
   residual_D_z[3] = v17;
@@ -2173,7 +2173,7 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   const double angle[3] = {z_0, z_2, v2};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; column 3 of residual_D_z_dot
+  // intermediate terms, then column 3 of residual_D_z_dot
   const double v8 = c[0] * zd_0;
   const double v9 = c[1] * zd_2;
   const double v10 = s[0] * zd_0;
@@ -2190,7 +2190,7 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
   residual_D_z_dot[2] = v15;
   const double v21 = v17 + v18;
   residual_D_z_dot[5] = v19;
-  // shared terms; column 2 of residual_D_z_dot
+  // intermediate terms, then column 2 of residual_D_z_dot
   const double v22 = 0.3 * v20;
   const double v23 = 0.3 * v21;
   const double v24 = v12 + v22;

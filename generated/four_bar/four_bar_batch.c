@@ -5,8 +5,8 @@
 
 #include "four_bar.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
- * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
+ * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
@@ -89,7 +89,7 @@ extern "C" {
 #define CHASLES_RUN_BASELINE(kernel)
 #endif
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -113,7 +113,7 @@ void four_bar_fk_batch(size_t n, const double *q, double *T_0_ee)
   four_bar_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -137,7 +137,7 @@ void four_bar_link_poses_batch(size_t n, const double *q, double *T)
   four_bar_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -161,7 +161,7 @@ void four_bar_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee,
   four_bar_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -185,7 +185,7 @@ void four_bar_jacobian_space_batch(size_t n, const double *q, double *J)
   four_bar_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -209,7 +209,7 @@ void four_bar_jacobian_body_batch(size_t n, const double *q, double *J)
   four_bar_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -233,7 +233,7 @@ void four_bar_jacobian_mixed_batch(size_t n, const double *q, double *J)
   four_bar_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -257,7 +257,7 @@ void four_bar_jacobian_space_dot_batch(size_t n, const double *q, const double *
   four_bar_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -281,7 +281,7 @@ void four_bar_jacobian_body_dot_batch(size_t n, const double *q, const double *q
   four_bar_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -305,7 +305,7 @@ void four_bar_jacobian_mixed_dot_batch(size_t n, const double *q, const double *
   four_bar_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -329,7 +329,7 @@ void four_bar_hessian_mixed_batch(size_t n, const double *q, double *H)
   four_bar_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -353,7 +353,7 @@ void four_bar_twist_space_batch(size_t n, const double *q, const double *qd, dou
   four_bar_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -377,7 +377,7 @@ void four_bar_twist_body_batch(size_t n, const double *q, const double *qd, doub
   four_bar_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -401,7 +401,7 @@ void four_bar_twist_mixed_batch(size_t n, const double *q, const double *qd, dou
   four_bar_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -425,7 +425,7 @@ void four_bar_acceleration_space_batch(size_t n, const double *q, const double *
   four_bar_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -449,7 +449,7 @@ void four_bar_acceleration_body_batch(size_t n, const double *q, const double *q
   four_bar_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -473,7 +473,7 @@ void four_bar_acceleration_mixed_batch(size_t n, const double *q, const double *
   four_bar_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -497,7 +497,7 @@ void four_bar_chain_batch(size_t n, const double *q, double *theta)
   four_bar_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -521,7 +521,7 @@ void four_bar_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
   four_bar_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -545,7 +545,7 @@ void four_bar_chain_rates_batch(size_t n, const double *q, const double *qd, dou
   four_bar_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -569,7 +569,7 @@ void four_bar_chain_accelerations_batch(size_t n, const double *q, const double 
   four_bar_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_passive_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -593,7 +593,7 @@ void four_bar_passive_batch(size_t n, const double *q, double *passive)
   four_bar_passive_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_passive_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -617,7 +617,7 @@ void four_bar_passive_D_q_batch(size_t n, const double *q, double *passive_D_q)
   four_bar_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -641,7 +641,7 @@ void four_bar_configuration_batch(size_t n, const double *q, double *z)
   four_bar_configuration_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -665,7 +665,7 @@ void four_bar_margin_batch(size_t n, const double *q, double *margin)
   four_bar_margin_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_chain_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -689,7 +689,7 @@ void four_bar_chain_all_batch(size_t n, const double *q, double *theta, double *
   four_bar_chain_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -713,7 +713,7 @@ void four_bar_actuators_batch(size_t n, const double *theta, double *q)
   four_bar_actuators_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_actuators_D_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -737,7 +737,7 @@ void four_bar_actuators_D_chain_batch(size_t n, const double *theta, double *q_D
   four_bar_actuators_D_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_actuator_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -761,7 +761,7 @@ void four_bar_actuator_rates_batch(size_t n, const double *theta, const double *
   four_bar_actuator_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_actuator_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -785,7 +785,7 @@ void four_bar_actuator_accelerations_batch(size_t n, const double *theta, const 
   four_bar_actuator_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -809,7 +809,7 @@ void four_bar_actuators_all_batch(size_t n, const double *theta, double *q, doub
   four_bar_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -833,7 +833,7 @@ void four_bar_constraint_batch(size_t n, const double *z, double *residual)
   four_bar_constraint_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_constraint_D_z_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -857,7 +857,7 @@ void four_bar_constraint_D_z_batch(size_t n, const double *z, double *residual_D
   four_bar_constraint_D_z_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_constraint_D_z_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -881,7 +881,7 @@ void four_bar_constraint_D_z_dot_batch(size_t n, const double *z, const double *
   four_bar_constraint_D_z_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void four_bar_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

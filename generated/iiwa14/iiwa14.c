@@ -24,7 +24,7 @@ void iiwa14_fk(const double q[7], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v15 = c[2] * s[3];
   const double v16 = c[2] * c[3];
   const double v17 = s[2] * s[5];
@@ -128,7 +128,7 @@ void iiwa14_fk(const double q[7], double T_0_ee[16]) {
   const double v115 = s[0] * v102;
   T_0_ee[10] = v103;
   const double v116 = v104 - v94;
-  // shared terms; T_0_ee
+  // intermediate terms, then T_0_ee
   const double v117 = v105 - v80;
   const double v118 = v82 + v108;
   const double v119 = c[2] * v109;
@@ -149,14 +149,14 @@ void iiwa14_fk(const double q[7], double T_0_ee[16]) {
   T_0_ee[8] = v123;
   T_0_ee[9] = v124;
   T_0_ee[11] = v125;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v132 = v126 - v106;
   const double v133 = v107 + v127;
   T_0_ee[3] = v128;
   const double v134 = v129 + v111;
   const double v135 = v112 - v130;
   T_0_ee[7] = v131;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = v132;
   const double v136 = -v133;
   T_0_ee[4] = v134;
@@ -221,7 +221,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   T[109] = 0.0;
   T[110] = 0.0;
   T[111] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v15 = -s[0];
   T[4] = s[0];
@@ -243,7 +243,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v27 = 0.42 * c[1];
   const double v28 = c[1] * s[3];
   const double v29 = c[1] * c[3];
-  // shared terms; T
+  // intermediate terms, then T
   T[2] = v15;
   T[16] = v16;
   T[17] = v15;
@@ -271,7 +271,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v44 = v25 * s[3];
   const double v45 = s[4] * v26;
   const double v46 = v26 * c[4];
-  // shared terms; T
+  // intermediate terms, then T
   const double v47 = v30 - v21;
   const double v48 = v31 + v22;
   T[35] = v32;
@@ -286,7 +286,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v51 = v28 - v43;
   const double v52 = v44 + v29;
   T[59] = v38;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = v47;
   T[34] = v48;
   T[36] = v49;
@@ -309,7 +309,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v66 = 0.4 * v52;
   const double v67 = s[5] * v52;
   const double v68 = c[5] * v52;
-  // shared terms; T
+  // intermediate terms, then T
   T[38] = v53;
   const double v69 = v39 + v54;
   T[49] = v55;
@@ -320,7 +320,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   T[73] = v64;
   const double v74 = v46 - v65;
   const double v75 = v38 + v66;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = v69;
   T[50] = v70;
   T[52] = v71;
@@ -346,7 +346,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   T[91] = v75;
   const double v90 = s[6] * v74;
   const double v91 = c[6] * v74;
-  // shared terms; T
+  // intermediate terms, then T
   const double v92 = v76 - v59;
   T[65] = v77;
   const double v93 = v78 + v60;
@@ -357,7 +357,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v97 = v35 + v83;
   const double v98 = v88 - v67;
   const double v99 = v68 + v89;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v92;
   const double v100 = -v93;
   T[67] = v94;
@@ -381,7 +381,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v110 = s[6] * v98;
   T[106] = v99;
   const double v111 = 0.126 * v99;
-  // shared terms; T
+  // intermediate terms, then T
   T[66] = v100;
   const double v112 = v101 - v84;
   T[81] = v100;
@@ -391,7 +391,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   const double v116 = v109 + v90;
   const double v117 = v91 - v110;
   const double v118 = v75 + v111;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v112;
   T[82] = v113;
   T[84] = v114;
@@ -407,7 +407,7 @@ void iiwa14_link_poses(const double q[7], double T[112]) {
   T[104] = v116;
   T[105] = v117;
   T[107] = v118;
-  // shared terms; T
+  // intermediate terms, then T
   const double v125 = v119 - v105;
   const double v126 = v106 + v120;
   const double v127 = v94 + v121;
@@ -439,7 +439,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double angle[7] = {q_6, q_5, q_0, q_1, q_3, q_2, q_4};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -452,7 +452,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v15 = c[2] * s[3];
   const double v16 = c[2] * c[3];
   const double v17 = s[2] * s[5];
@@ -470,7 +470,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v29 = -s[2];
   J[29] = c[2];
   J[37] = c[3];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v30 = v15 * s[4];
   const double v31 = v16 * c[5];
   const double v32 = v16 * s[5];
@@ -490,7 +490,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[23] = v15;
   J[30] = v23;
   const double v45 = -v25;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v46 = v31 - v17;
   const double v47 = v32 + v18;
   const double v48 = v34 * c[4];
@@ -504,7 +504,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v56 = v26 - v42;
   const double v57 = v43 + v28;
   J[38] = v45;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v58 = v46 * c[4];
   const double v59 = s[6] * v47;
   const double v60 = v46 * s[4];
@@ -522,7 +522,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[24] = v47;
   const double v72 = -v54;
   J[39] = v57;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v73 = v30 + v58;
   const double v74 = v33 - v60;
   const double v75 = c[5] * v62;
@@ -539,7 +539,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v86 = v27 * v63;
   const double v87 = c[3] * v62;
   J[31] = v72;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v88 = v73 * c[6];
   const double v89 = s[1] * v74;
   const double v90 = s[6] * v73;
@@ -563,7 +563,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[25] = v74;
   J[32] = v79;
   J[40] = v81;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v108 = v88 - v59;
   const double v109 = v90 + v61;
   const double v110 = c[3] * v92;
@@ -583,7 +583,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v122 = s[3] * v94;
   J[17] = v106;
   J[18] = v107;
-  // shared terms; column 3 of T_0_ee; columns 3, 6 and 7 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 3, 6 and 7 of J
   const double v123 = c[1] * v108;
   const double v124 = s[0] * v109;
   const double v125 = c[0] * v109;
@@ -606,7 +606,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v140 = -v109;
   J[33] = v113;
   J[41] = v116;
-  // shared terms; columns 3, 5 and 6 of J
+  // intermediate terms, then columns 3, 5 and 6 of J
   const double v141 = v123 - v89;
   const double v142 = v91 + v126;
   const double v143 = c[2] * v127;
@@ -625,7 +625,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   const double v154 = -v127;
   J[19] = v139;
   J[26] = v140;
-  // shared terms; T_0_ee; columns 2, 3, 5 and 7 of J
+  // intermediate terms, then T_0_ee, then columns 2, 3, 5 and 7 of J
   const double v155 = c[0] * v141;
   const double v156 = s[0] * v141;
   T_0_ee[2] = v142;
@@ -646,7 +646,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[15] = v154;
   J[27] = v142;
   J[34] = v145;
-  // shared terms; column 4 of T_0_ee; columns 1, 2 and 6 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 1, 2 and 6 of J
   const double v165 = v155 - v124;
   const double v166 = v125 + v156;
   T_0_ee[3] = v157;
@@ -659,7 +659,7 @@ void iiwa14_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42]
   J[7] = v157;
   J[8] = v163;
   J[12] = v164;
-  // shared terms; columns 1 and 2 of T_0_ee; column 1 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then column 1 of J
   T_0_ee[0] = v165;
   const double v170 = -v166;
   T_0_ee[4] = v167;
@@ -694,7 +694,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v13 = 0.36 * c[0];
   const double v14 = 0.36 * s[1];
   const double v15 = c[0] * s[1];
@@ -714,7 +714,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v29 = -s[0];
   J[29] = c[0];
   J[37] = c[1];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v30 = -v13;
   const double v31 = s[0] * v14;
   const double v32 = c[2] * v14;
@@ -738,7 +738,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   J[23] = v15;
   J[30] = v21;
   const double v49 = -v26;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   J[1] = v30;
   const double v50 = -v31;
   const double v51 = v15 * v32;
@@ -760,7 +760,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v65 = v27 - v45;
   const double v66 = v46 + v28;
   J[38] = v49;
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   J[2] = v50;
   const double v67 = v52 * v34;
   const double v68 = v52 * c[3];
@@ -783,7 +783,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v84 = -v62;
   J[39] = v66;
   const double v85 = c[5] * v66;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v86 = v51 + v67;
   const double v87 = v35 + v68;
   const double v88 = v53 * v69;
@@ -800,7 +800,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v98 = v47 + v81;
   const double v99 = v48 - v82;
   J[31] = v84;
-  // shared terms; columns 4, 5 and 6 of J
+  // intermediate terms, then columns 4, 5 and 6 of J
   J[3] = v86;
   const double v100 = v87 * v36;
   const double v101 = v90 - v56;
@@ -823,7 +823,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v115 = c[5] * v96;
   J[40] = v99;
   const double v116 = s[5] * v98;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v117 = v100 - v88;
   const double v118 = v89 * v101;
   const double v119 = v102 - v71;
@@ -837,7 +837,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v126 = v66 * v101;
   const double v127 = v113 - v83;
   const double v128 = v85 + v116;
-  // shared terms; columns 5, 6 and 7 of J
+  // intermediate terms, then columns 5, 6 and 7 of J
   J[4] = v117;
   const double v129 = v119 * v91;
   const double v130 = c[5] * v119;
@@ -852,7 +852,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   J[33] = v125;
   const double v138 = s[5] * v124;
   J[41] = v128;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v139 = v118 + v129;
   const double v140 = v130 - v103;
   const double v141 = v120 * v131;
@@ -864,7 +864,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   J[26] = v136;
   const double v147 = v114 + v137;
   const double v148 = v115 + v138;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   const double v149 = -v139;
   const double v150 = v140 * v104;
   const double v151 = -v142;
@@ -873,7 +873,7 @@ void iiwa14_jacobian_space(const double q[7], double J[42]) {
   const double v153 = v146 + v135;
   J[27] = v147;
   J[34] = v148;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   J[5] = v149;
   const double v154 = v150 - v141;
   J[12] = v151;
@@ -909,7 +909,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   J[34] = 0.0;
   J[40] = 0.0;
   J[41] = 1.0;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v15 = c[2] * c[3];
   const double v16 = s[3] * c[1];
   const double v17 = s[2] * c[3];
@@ -929,7 +929,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   J[26] = s[3];
   J[33] = c[3];
   J[39] = c[2];
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v31 = s[1] * v15;
   const double v32 = v17 * s[5];
   const double v33 = v15 * c[1];
@@ -952,7 +952,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v49 = -v17;
   J[32] = v24;
   const double v50 = -v27;
-  // shared terms; columns 4, 5 and 6 of J
+  // intermediate terms, then columns 4, 5 and 6 of J
   const double v51 = v31 + v16;
   const double v52 = v33 - v18;
   const double v53 = v35 * c[5];
@@ -970,7 +970,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v62 = v30 + v47;
   J[25] = v49;
   J[38] = v50;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v63 = v51 * c[4];
   const double v64 = v52 * c[5];
   const double v65 = v52 * s[5];
@@ -988,7 +988,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v77 = -v51;
   const double v78 = -v59;
   J[37] = v62;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v79 = v32 + v64;
   const double v80 = v65 - v34;
   const double v81 = c[4] * v67;
@@ -1002,7 +1002,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v89 = v61 * v68;
   J[24] = v77;
   J[31] = v78;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v90 = v79 * s[4];
   const double v91 = v80 * s[6];
   const double v92 = v79 * c[4];
@@ -1027,7 +1027,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   J[23] = v80;
   J[30] = v85;
   J[36] = v86;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v111 = v63 + v90;
   const double v112 = v92 - v66;
   const double v113 = c[6] * v93;
@@ -1043,7 +1043,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v123 = v86 * v93;
   const double v124 = v87 * v95;
   J[17] = v110;
-  // shared terms; columns 2 and 4 of J
+  // intermediate terms, then columns 2 and 4 of J
   const double v125 = c[0] * v111;
   const double v126 = v112 * c[6];
   const double v127 = v113 + v94;
@@ -1066,7 +1066,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   J[22] = v111;
   J[29] = v118;
   const double v142 = -v122;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v143 = v91 + v126;
   const double v144 = c[0] * v127;
   const double v145 = s[0] * v127;
@@ -1081,7 +1081,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v154 = v121 * v130;
   J[16] = v141;
   J[35] = v142;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v155 = v143 * s[0];
   const double v156 = v144 - v114;
   const double v157 = c[0] * v143;
@@ -1097,7 +1097,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v165 = v153 - v154;
   const double v166 = -v146;
   J[28] = v149;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v167 = v125 + v155;
   const double v168 = v157 - v128;
   const double v169 = v159 - v160;
@@ -1108,7 +1108,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v174 = v152 * v158;
   J[15] = v165;
   J[21] = v166;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v175 = v167 * v156;
   const double v176 = v168 * v158;
   J[1] = v169;
@@ -1116,7 +1116,7 @@ void iiwa14_jacobian_body(const double q[7], double J[42]) {
   const double v178 = v171 * v158;
   const double v179 = -v172;
   const double v180 = v173 - v174;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v181 = v175 - v176;
   const double v182 = v177 - v178;
   J[8] = v179;
@@ -1149,7 +1149,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v13 = 0.126 * s[3];
   const double v14 = 0.126 * c[3];
   const double v15 = c[0] * c[5];
@@ -1167,7 +1167,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   const double v27 = -s[0];
   J[29] = c[0];
   J[37] = c[5];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v28 = s[2] * v13;
   const double v29 = v13 * c[2];
   const double v30 = v14 + 0.4;
@@ -1187,7 +1187,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[23] = v16;
   J[30] = v20;
   const double v43 = -v24;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v44 = c[1] * v28;
   const double v45 = v29 * c[4];
   const double v46 = v30 * s[4];
@@ -1201,7 +1201,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   const double v54 = v25 - v40;
   const double v55 = v42 + v26;
   J[38] = v43;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v56 = v45 - v46;
   const double v57 = v48 + v49;
   const double v58 = v50 * c[4];
@@ -1219,7 +1219,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   const double v69 = -v53;
   J[39] = v55;
   const double v70 = c[3] * v55;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v71 = v56 * s[1];
   const double v72 = c[1] * v56;
   const double v73 = v57 + 0.42;
@@ -1236,7 +1236,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   const double v84 = v39 - v66;
   const double v85 = v41 + v67;
   J[31] = v69;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v86 = v44 + v71;
   const double v87 = v72 - v47;
   const double v88 = s[5] * v73;
@@ -1258,7 +1258,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   const double v102 = c[3] * v81;
   J[40] = v84;
   const double v103 = s[3] * v85;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v104 = c[0] * v86;
   const double v105 = c[5] * v87;
   const double v106 = s[5] * v87;
@@ -1278,7 +1278,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[18] = v99;
   const double v117 = v100 - v68;
   const double v118 = v70 + v103;
-  // shared terms; columns 3, 6 and 7 of J
+  // intermediate terms, then columns 3, 6 and 7 of J
   const double v119 = v105 + v88;
   const double v120 = v106 - v89;
   const double v121 = v107 + v108;
@@ -1294,7 +1294,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[33] = v114;
   const double v130 = s[3] * v115;
   J[41] = v118;
-  // shared terms; columns 3, 5 and 6 of J
+  // intermediate terms, then columns 3, 5 and 6 of J
   const double v131 = s[0] * v119;
   const double v132 = c[0] * v120;
   const double v133 = -v121;
@@ -1310,7 +1310,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[26] = v128;
   const double v140 = v101 + v129;
   const double v141 = v102 + v130;
-  // shared terms; columns 2, 3, 5 and 7 of J
+  // intermediate terms, then columns 2, 3, 5 and 7 of J
   const double v142 = v104 + v131;
   const double v143 = -v132;
   J[2] = v133;
@@ -1322,7 +1322,7 @@ void iiwa14_jacobian_mixed(const double q[7], double J[42]) {
   J[15] = v139;
   J[27] = v140;
   J[34] = v141;
-  // shared terms; columns 1, 2 and 6 of J
+  // intermediate terms, then columns 1, 2 and 6 of J
   const double v148 = -v142;
   J[1] = v143;
   J[5] = v144;
@@ -1362,7 +1362,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[28] = 0.0;
   J_dot[35] = 0.0;
   J_dot[36] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v13 = 0.36 * s[0];
   const double v14 = 0.36 * s[1];
   const double v15 = s[1] * c[2];
@@ -1453,7 +1453,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[29] = v62;
   const double v98 = v63 + v64;
   const double v99 = v65 + v66;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v100 = v67 + v68;
   const double v101 = v69 - v70;
   const double v102 = v73 * v38;
@@ -1491,7 +1491,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   const double v131 = -v99;
   const double v132 = v90 * v78;
   const double v133 = v71 * v92;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v134 = -v100;
   const double v135 = v101 * v71;
   const double v136 = v72 + v102;
@@ -1523,7 +1523,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   const double v161 = v129 + v130;
   J_dot[37] = v131;
   const double v162 = v132 + v133;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   J_dot[2] = v134;
   const double v163 = v136 * v41;
   const double v164 = v138 + v105;
@@ -1564,7 +1564,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   const double v196 = -v162;
   const double v197 = v155 * v143;
   const double v198 = v139 * v156;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v199 = v135 - v163;
   const double v200 = v164 * v139;
   const double v201 = v140 + v165;
@@ -1592,7 +1592,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   const double v223 = v194 - v195;
   J_dot[38] = v196;
   const double v224 = v197 - v198;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v225 = v199 - v137;
   const double v226 = v201 * v79;
   const double v227 = v202 * v80;
@@ -1627,7 +1627,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[39] = v224;
   const double v254 = v217 * v208;
   const double v255 = v206 * v220;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   J_dot[3] = v225;
   const double v256 = v200 - v226;
   const double v257 = v227 - v167;
@@ -1658,7 +1658,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   const double v280 = v250 - v251;
   const double v281 = v252 + v253;
   const double v282 = v254 + v255;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v283 = v256 + v257;
   const double v284 = v258 * v146;
   const double v285 = v260 * v148;
@@ -1685,7 +1685,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[40] = v282;
   const double v305 = v276 * v267;
   const double v306 = v263 * v277;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   J_dot[4] = v283;
   const double v307 = v284 - v259;
   const double v308 = v285 - v261;
@@ -1707,7 +1707,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[33] = v302;
   const double v322 = v303 - v304;
   const double v323 = v305 - v306;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v324 = v307 + v308;
   const double v325 = v310 * v211;
   const double v326 = v311 * v212;
@@ -1722,7 +1722,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[27] = v321;
   J_dot[34] = v322;
   J_dot[41] = v323;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   J_dot[5] = v324;
   const double v335 = v309 - v325;
   const double v336 = v326 - v312;
@@ -1732,7 +1732,7 @@ void iiwa14_jacobian_space_dot(const double q[7], const double qd[7], double J_d
   J_dot[19] = v330;
   const double v339 = v331 - v332;
   const double v340 = v333 - v334;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v341 = v335 + v336;
   const double v342 = v337 + v338;
   const double v343 = v339 + v340;
@@ -1771,7 +1771,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   J_dot[34] = 0.0;
   J_dot[40] = 0.0;
   J_dot[41] = 0.0;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v15 = s[0] * s[1];
   const double v16 = s[3] * c[1];
   const double v17 = c[0] * s[1];
@@ -1826,7 +1826,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v65 = -v35;
   const double v66 = v28 * v27;
   const double v67 = v15 * v33;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v68 = v16 + v37;
   const double v69 = v18 - v38;
   const double v70 = v40 - v20;
@@ -1858,7 +1858,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v96 = v63 + v64;
   J_dot[33] = v65;
   const double v97 = v66 + v67;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v98 = v68 * s[2];
   const double v99 = v69 * s[5];
   const double v100 = v68 * c[2];
@@ -1893,7 +1893,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v125 = v69 * v87;
   const double v126 = v85 * v80;
   const double v127 = -v97;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v128 = v36 - v98;
   const double v129 = v39 + v100;
   const double v130 = v101 - v41;
@@ -1919,7 +1919,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v148 = v123 - v124;
   const double v149 = v125 - v126;
   J_dot[39] = v127;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v150 = v128 * c[4];
   const double v151 = v129 * c[5];
   const double v152 = v130 * s[4];
@@ -1955,7 +1955,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v179 = v141 * v138;
   const double v180 = v128 * v142;
   J_dot[38] = v149;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v181 = v99 + v151;
   const double v182 = v152 - v102;
   const double v183 = c[4] * v153;
@@ -2015,7 +2015,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v235 = v197 * v194;
   const double v236 = v189 * v199;
   J_dot[37] = v203;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v237 = v150 + v204;
   const double v238 = v182 * v205;
   const double v239 = v184 * v206;
@@ -2075,7 +2075,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v291 = v251 * v248;
   const double v292 = v237 * v255;
   J_dot[36] = v261;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v293 = v262 * qd_1;
   const double v294 = v264 + v242;
   const double v295 = v265 + v266;
@@ -2103,7 +2103,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v314 = v287 + v288;
   const double v315 = v289 - v290;
   const double v316 = v291 + v292;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v317 = v293 + v263;
   const double v318 = v295 * qd_1;
   const double v319 = v296 * v268;
@@ -2126,7 +2126,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   J_dot[21] = v314;
   J_dot[28] = v315;
   const double v336 = -v316;
-  // shared terms; columns 1 and 3 of J_dot
+  // intermediate terms, then columns 1 and 3 of J_dot
   const double v337 = v237 * v317;
   const double v338 = v294 - v318;
   const double v339 = v319 - v320;
@@ -2145,7 +2145,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v350 = v333 + v334;
   J_dot[16] = v335;
   J_dot[35] = v336;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v351 = v182 * v338;
   const double v352 = v339 * v193;
   const double v353 = v341 - v342;
@@ -2166,7 +2166,7 @@ void iiwa14_jacobian_body_dot(const double q[7], const double qd[7], double J_do
   const double v366 = v357 - v358;
   const double v367 = v359 + v360;
   J_dot[15] = v361;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v368 = v362 + v363;
   const double v369 = v364 + v365;
   const double v370 = v366 - v367;
@@ -2204,7 +2204,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[28] = 0.0;
   J_dot[35] = 0.0;
   J_dot[36] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v13 = 0.126 * s[3];
   const double v14 = 0.126 * c[3];
   const double v15 = s[0] * c[1];
@@ -2271,7 +2271,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[29] = v54;
   const double v75 = v55 + v56;
   const double v76 = v57 + v58;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v77 = v59 - v60;
   const double v78 = v62 + v63;
   const double v79 = v66 * c[4];
@@ -2298,7 +2298,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v98 = -v76;
   const double v99 = v73 * v66;
   const double v100 = v69 * v72;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v101 = c[2] * v77;
   const double v102 = v78 + 0.42;
   const double v103 = v77 * s[2];
@@ -2321,7 +2321,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v120 = v96 + v97;
   J_dot[37] = v98;
   const double v121 = v99 + v100;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v122 = v101 - v61;
   const double v123 = s[1] * v102;
   const double v124 = v64 + v103;
@@ -2352,7 +2352,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v147 = -v121;
   const double v148 = v118 * v107;
   const double v149 = v112 * v117;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v150 = c[1] * v122;
   const double v151 = s[0] * v124;
   const double v152 = c[0] * v122;
@@ -2385,7 +2385,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v179 = v144 - v145;
   J_dot[38] = v147;
   const double v180 = v148 - v149;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v181 = v150 + v123;
   const double v182 = v152 - v153;
   const double v183 = v155 * v13;
@@ -2416,7 +2416,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[39] = v180;
   const double v206 = v174 * v155;
   const double v207 = v164 * v168;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v208 = c[0] * v181;
   const double v209 = v182 * qd_2;
   const double v210 = v183 * qd_4;
@@ -2475,7 +2475,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[40] = v235;
   const double v262 = v226 * v232;
   const double v263 = v217 * v234;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v264 = v236 * qd_0;
   const double v265 = v237 * qd_5;
   const double v266 = v239 - v213;
@@ -2494,7 +2494,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[33] = v259;
   const double v279 = v260 - v261;
   const double v280 = v262 - v263;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v281 = v210 + v265;
   const double v282 = v186 + v267;
   const double v283 = v16 * v267;
@@ -2510,7 +2510,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[27] = v278;
   J_dot[34] = v279;
   J_dot[41] = v280;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v293 = v154 + v281;
   const double v294 = c[0] * v282;
   const double v295 = v21 * v281;
@@ -2525,7 +2525,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v302 = v66 * v286;
   const double v303 = v290 - v291;
   J_dot[19] = v292;
-  // shared terms; columns 2 and 5 of J_dot
+  // intermediate terms, then columns 2 and 5 of J_dot
   const double v304 = v209 + v293;
   const double v305 = v266 + v294;
   const double v306 = c[1] * v293;
@@ -2555,7 +2555,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v326 = v314 - v315;
   const double v327 = v199 + v316;
   J_dot[18] = v317;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v328 = v264 + v318;
   const double v329 = v241 + v319;
   J_dot[3] = v320;
@@ -2565,7 +2565,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   const double v332 = v324 + v325;
   const double v333 = v255 + v326;
   J_dot[17] = v327;
-  // shared terms; columns 1 and 3 of J_dot
+  // intermediate terms, then columns 1 and 3 of J_dot
   const double v334 = -v328;
   J_dot[2] = v329;
   J_dot[7] = v330;
@@ -2577,7 +2577,7 @@ void iiwa14_jacobian_mixed_dot(const double q[7], const double qd[7], double J_d
   J_dot[15] = v335;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 401 operations: multiply 245, add 107, negate 37, trig 12
 void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   // inputs
@@ -2732,7 +2732,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   H[286] = 0.0;
   H[287] = 0.0;
   H[293] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v13 = 0.126 * s[3];
   const double v14 = 0.126 * c[3];
   const double v15 = s[0] * c[1];
@@ -2776,7 +2776,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v48 = v24 * v20;
   const double v49 = c[0] * v24;
   const double v50 = v16 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v51 = v29 * c[5];
   const double v52 = v30 * s[5];
   const double v53 = v31 * s[2];
@@ -2793,7 +2793,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v63 = -v45;
   const double v64 = -v47;
   const double v65 = v49 + v50;
-  // shared terms; H
+  // intermediate terms, then H
   const double v66 = v51 - v52;
   const double v67 = v54 + v55;
   const double v68 = v58 * c[4];
@@ -2825,7 +2825,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v90 = c[0] * v62;
   const double v91 = v24 * v58;
   const double v92 = v16 * v62;
-  // shared terms; H
+  // intermediate terms, then H
   const double v93 = c[2] * v66;
   const double v94 = v67 + 0.42;
   const double v95 = v66 * s[2];
@@ -2848,7 +2848,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   H[260] = v88;
   const double v110 = v89 - v90;
   const double v111 = v91 + v92;
-  // shared terms; H
+  // intermediate terms, then H
   const double v112 = v93 - v53;
   const double v113 = s[1] * v94;
   const double v114 = v56 + v95;
@@ -2891,7 +2891,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v147 = v16 * v107;
   const double v148 = v62 * v99;
   const double v149 = v58 * v107;
-  // shared terms; H
+  // intermediate terms, then H
   const double v150 = c[1] * v112;
   const double v151 = s[0] * v114;
   const double v152 = s[1] * v112;
@@ -2945,7 +2945,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v194 = v144 + v145;
   const double v195 = v146 - v147;
   const double v196 = v148 + v149;
-  // shared terms; H
+  // intermediate terms, then H
   const double v197 = v150 + v113;
   const double v198 = v152 - v115;
   const double v199 = v153 - v154;
@@ -3011,7 +3011,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v244 = v58 * v172;
   const double v245 = v107 * v156;
   const double v246 = v99 * v172;
-  // shared terms; H
+  // intermediate terms, then H
   const double v247 = c[0] * v197;
   const double v248 = s[0] * v198;
   const double v249 = -v199;
@@ -3084,7 +3084,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v298 = v241 + v242;
   const double v299 = v243 - v244;
   const double v300 = v245 + v246;
-  // shared terms; H
+  // intermediate terms, then H
   const double v301 = v247 - v151;
   H[1] = v248;
   H[2] = v249;
@@ -3155,7 +3155,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v342 = v99 * v296;
   const double v343 = v172 * v292;
   const double v344 = v156 * v296;
-  // shared terms; H
+  // intermediate terms, then H
   const double v345 = -v301;
   const double v346 = -v302;
   H[8] = v303;
@@ -3221,7 +3221,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   const double v380 = v339 + v340;
   const double v381 = v341 - v342;
   const double v382 = v343 + v344;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v345;
   H[5] = v346;
   const double v383 = v255 - v347;
@@ -3257,7 +3257,7 @@ void iiwa14_hessian_mixed(const double q[7], double H[294]) {
   H[290] = v380;
   H[291] = v381;
   const double v398 = -v382;
-  // shared terms; H
+  // intermediate terms, then H
   H[19] = v383;
   H[26] = v384;
   H[33] = v385;
@@ -3311,7 +3311,7 @@ void iiwa14_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double angle[6] = {q_5, q_0, q_1, q_3, q_2, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = c[1] * s[2];
   const double v14 = c[1] * c[2];
   const double v15 = s[1] * s[4];
@@ -3495,7 +3495,7 @@ void iiwa14_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double v193 = v182 * qd_6;
   const double v194 = v184 * qd_6;
   V[5] = v186;
-  // shared terms; V
+  // intermediate terms, then V
   const double v195 = v187 - v173;
   const double v196 = v174 - v188;
   const double v197 = v176 + v189;
@@ -3508,7 +3508,7 @@ void iiwa14_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double v204 = v199 + v192;
   V[3] = v200;
   V[4] = v201;
-  // shared terms; V
+  // intermediate terms, then V
   const double v205 = v202 + v196;
   const double v206 = v203 + v198;
   V[2] = v204;
@@ -3539,7 +3539,7 @@ void iiwa14_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double angle[7] = {q_6, q_5, q_4, q_3, q_2, q_0, q_1};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 0.126 * c[0];
   const double v16 = 0.126 * s[1];
   const double v17 = c[1] * c[0];
@@ -3748,7 +3748,7 @@ void iiwa14_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double v220 = v214 - v53;
   const double v221 = v54 + v215;
   V[5] = v216;
-  // shared terms; V
+  // intermediate terms, then V
   const double v222 = v217 + v203;
   const double v223 = v218 - v206;
   const double v224 = v167 + v219;
@@ -3759,11 +3759,11 @@ void iiwa14_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double v229 = v132 + v224;
   V[3] = v225;
   V[4] = v226;
-  // shared terms; V
+  // intermediate terms, then V
   const double v230 = v137 + v227;
   const double v231 = v146 + v228;
   V[2] = v229;
-  // shared terms; V
+  // intermediate terms, then V
   const double v232 = v56 + v230;
   const double v233 = v65 + v231;
   const double v234 = v34 + v232;
@@ -3793,7 +3793,7 @@ void iiwa14_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double angle[6] = {q_5, q_0, q_1, q_3, q_2, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = c[1] * s[2];
   const double v14 = c[1] * c[2];
   const double v15 = s[1] * s[4];
@@ -3965,7 +3965,7 @@ void iiwa14_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double v181 = v169 * qd_6;
   const double v182 = v171 * qd_6;
   V[5] = v173;
-  // shared terms; V
+  // intermediate terms, then V
   const double v183 = v174 * qd_5;
   const double v184 = v175 * qd_0;
   const double v185 = v177 * qd_5;
@@ -3978,14 +3978,14 @@ void iiwa14_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double v192 = v135 + v187;
   V[3] = v188;
   V[4] = v189;
-  // shared terms; V
+  // intermediate terms, then V
   const double v193 = v158 + v190;
   const double v194 = v164 + v191;
   const double v195 = v167 + v192;
   const double v196 = v121 - v193;
   const double v197 = v130 + v194;
   V[2] = v195;
-  // shared terms; V
+  // intermediate terms, then V
   const double v198 = v196 - v161;
   const double v199 = v163 + v197;
   const double v200 = v183 + v198;
@@ -4022,7 +4022,7 @@ void iiwa14_acceleration_space(const double q[7], const double qd[7], const doub
   const double angle[6] = {q_5, q_0, q_1, q_3, q_2, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = c[1] * s[2];
   const double v14 = c[1] * c[2];
   const double v15 = s[1] * s[4];
@@ -4473,7 +4473,7 @@ void iiwa14_acceleration_space(const double q[7], const double qd[7], const doub
   A[3] = v454;
   A[4] = v455;
   A[5] = v456;
-  // shared terms; A
+  // intermediate terms, then A
   const double v460 = v457 + v449;
   const double v461 = v458 + v451;
   const double v462 = v459 + v453;
@@ -4514,7 +4514,7 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
   const double angle[7] = {q_6, q_5, q_4, q_3, q_2, q_0, q_1};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v15 = 0.126 * c[0];
   const double v16 = 0.126 * s[1];
   const double v17 = c[1] * c[0];
@@ -4980,7 +4980,7 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
   const double v477 = v450 + v469;
   const double v478 = v452 + v470;
   A[5] = v471;
-  // shared terms; A
+  // intermediate terms, then A
   const double v479 = v39 + v472;
   const double v480 = v396 + v473;
   const double v481 = v474 - v62;
@@ -4988,7 +4988,7 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
   const double v483 = v410 + v476;
   A[3] = v477;
   A[4] = v478;
-  // shared terms; A
+  // intermediate terms, then A
   const double v484 = v340 + v480;
   const double v485 = v352 + v482;
   const double v486 = v359 + v483;
@@ -5034,7 +5034,7 @@ void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const doub
   const double angle[6] = {q_5, q_0, q_1, q_3, q_2, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = c[1] * s[2];
   const double v14 = c[1] * c[2];
   const double v15 = s[1] * s[4];
@@ -5451,7 +5451,7 @@ void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const doub
   A[3] = v406;
   A[4] = v407;
   A[5] = v408;
-  // shared terms; A
+  // intermediate terms, then A
   const double v426 = v325 + v409;
   const double v427 = v411 * qd_3;
   const double v428 = v298 + v412;
@@ -5609,7 +5609,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   margin[0] = v29;
   // q
   q[3] = v49;
-  // shared terms; q
+  // intermediate terms, then q
   const double v90 = v89 * c[0];
   const double v91 = v89 * s[0];
   const double v92 = v70 * v90;
@@ -5669,7 +5669,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v146 = v138 * v138;
   const double v147 = v139 * v139;
   q[0] = v145;
-  // shared terms; q
+  // intermediate terms, then q
   const double v148 = v115 + v146;
   const double v149 = sqrt(v148);
   const double v150 = v138 / v149;
@@ -5701,7 +5701,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v175 = v163 * v31;
   const double v176 = v165 * v41;
   const double v177 = v165 * v31;
-  // shared terms; q
+  // intermediate terms, then q
   const double v178 = v169 * v169;
   const double v179 = v171 * v41;
   const double v180 = v171 * v31;
@@ -5762,7 +5762,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v234 = v175 - v224;
   const double v235 = v176 - v225;
   const double v236 = v177 + v226;
-  // shared terms; q
+  // intermediate terms, then q
   const double v237 = 1e-150 + v229;
   const double v238 = v230 * v230;
   const double v239 = v237 * v237;
@@ -5804,7 +5804,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v275 = v265 * v265;
   const double v276 = v266 * v266;
   q[4] = v268;
-  // shared terms; q
+  // intermediate terms, then q
   const double v277 = v238 + v275;
   const double v278 = sqrt(v277);
   const double v279 = v265 / v278;
@@ -5837,7 +5837,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v305 = v292 + v293;
   const double v306 = v294 - v295;
   const double v307 = v296 + v297;
-  // shared terms; q
+  // intermediate terms, then q
   const double v308 = v298 * v298;
   const double v309 = v185 * v299;
   const double v310 = v300 * v31;
@@ -5910,7 +5910,7 @@ static void iiwa14_ik_branch(const double T[16], const double swivel[1], const d
   const double v376 = v367 * v367;
   const double v377 = v368 * v368;
   const double v378 = v369 * v369;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v379 = v370 - T_3;
   const double v380 = v371 - T_7;
   const double v381 = v372 * v372;
@@ -5968,7 +5968,7 @@ void iiwa14_swivel(const double q[7], double swivel[1]) {
   const double angle[4] = {q_0, q_3, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; swivel
+  // intermediate terms, then swivel
   const double v9 = 0.4 * c[1];
   const double v10 = 0.4 * s[1];
   const double v11 = 0.42 * s[2];

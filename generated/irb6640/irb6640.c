@@ -25,7 +25,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.2 * s[1];
@@ -92,7 +92,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   const double v77 = v47 + v68;
   T_0_ee[10] = v69;
   const double v78 = v70 - v21;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v79 = c[0] * v71;
   const double v80 = s[0] * v71;
   T_0_ee[2] = v72;
@@ -103,7 +103,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v76;
   T_0_ee[9] = v77;
   const double v84 = 0.78 - v78;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v85 = v79 + v59;
   const double v86 = v80 - v60;
   const double v87 = c[2] * v81;
@@ -111,7 +111,7 @@ void irb6640_fk(const double q[6], double T_0_ee[16]) {
   const double v89 = v65 + v83;
   const double v90 = s[2] * v81;
   T_0_ee[11] = v84;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v91 = -v85;
   T_0_ee[1] = v86;
   const double v92 = v87 - v39;
@@ -173,7 +173,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v14 = -s[0];
   const double v15 = 0.32 * c[0];
@@ -194,7 +194,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v25 = s[0] * c[2];
   const double v26 = c[0] * s[2];
   const double v27 = c[0] * c[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[2] = v14;
   T[3] = v15;
   T[7] = v16;
@@ -220,7 +220,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v39 = 1.1425 * s[5];
   const double v40 = s[3] * s[5];
   const double v41 = c[3] * s[5];
-  // shared terms; T
+  // intermediate terms, then T
   const double v42 = v15 + v28;
   const double v43 = v16 + v29;
   T[27] = v30;
@@ -252,7 +252,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v59 = s[3] * v37;
   const double v60 = s[4] * v38;
   const double v61 = c[4] * v38;
-  // shared terms; T
+  // intermediate terms, then T
   T[19] = v42;
   T[23] = v43;
   const double v62 = v42 + v44;
@@ -266,7 +266,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v69 = v57 - v40;
   T[73] = v58;
   const double v70 = v41 + v59;
-  // shared terms; T
+  // intermediate terms, then T
   T[35] = v62;
   T[39] = v63;
   T[48] = v64;
@@ -292,7 +292,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v84 = c[4] * v69;
   const double v85 = s[4] * v69;
   const double v86 = 0.2 * v70;
-  // shared terms; T
+  // intermediate terms, then T
   T[50] = v71;
   T[51] = v72;
   T[55] = v73;
@@ -308,7 +308,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   const double v92 = v61 + v85;
   T[90] = v79;
   const double v93 = v68 - v86;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v87;
   T[66] = v88;
   T[68] = v89;
@@ -324,7 +324,7 @@ void irb6640_link_poses(const double q[6], double T[96]) {
   T[88] = v91;
   T[89] = v92;
   T[91] = v93;
-  // shared terms; T
+  // intermediate terms, then T
   const double v100 = v94 + v80;
   const double v101 = v95 - v81;
   const double v102 = v72 + v96;
@@ -357,7 +357,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -371,7 +371,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.2 * s[1];
@@ -383,7 +383,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v22 = -s[2];
   J[25] = c[2];
   J[26] = c[2];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v23 = c[2] * s[5];
   const double v24 = c[2] * c[5];
   const double v25 = v16 * c[3];
@@ -398,7 +398,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[19] = v22;
   J[20] = v22;
   const double v34 = -s[5];
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v35 = v23 * c[3];
   const double v36 = s[1] * v24;
   const double v37 = v23 * s[3];
@@ -421,7 +421,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[27] = v29;
   J[33] = v34;
   J[34] = v30;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v53 = v35 + v14;
   const double v54 = v15 - v37;
   const double v55 = v39 * s[5];
@@ -431,7 +431,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v59 = v33 + v50;
   const double v60 = v39 * c[5];
   J[15] = v52;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v61 = c[1] * v53;
   const double v62 = s[0] * v54;
   const double v63 = c[0] * v54;
@@ -450,7 +450,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v76 = 0.2 * v58;
   const double v77 = -v54;
   J[28] = v56;
-  // shared terms; column 3 of T_0_ee; columns 4, 5 and 6 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 4, 5 and 6 of J
   const double v78 = v61 + v36;
   const double v79 = v38 - v64;
   const double v80 = v65 + v18;
@@ -468,7 +468,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v90 = -v76;
   J[22] = v77;
   J[35] = v72;
-  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 3, 4, 5 and 6 of J
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee, then columns 3, 4, 5 and 6 of J
   const double v91 = c[0] * v78;
   const double v92 = s[0] * v78;
   T_0_ee[2] = v79;
@@ -491,7 +491,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[16] = v90;
   J[23] = v79;
   J[29] = v82;
-  // shared terms; column 4 of T_0_ee; columns 2 and 3 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 2 and 3 of J
   const double v104 = v91 + v62;
   const double v105 = v92 - v63;
   const double v106 = c[2] * v93;
@@ -506,7 +506,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[8] = v101;
   const double v113 = -v102;
   J[13] = v103;
-  // shared terms; columns 1 and 2 of T_0_ee; columns 2 and 5 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then columns 2 and 5 of J
   const double v114 = -v104;
   T_0_ee[1] = v105;
   const double v115 = v106 - v41;
@@ -517,7 +517,7 @@ void irb6640_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[4] = v111;
   J[7] = v112;
   J[10] = v113;
-  // shared terms; columns 1 and 4 of T_0_ee; column 1 of J
+  // intermediate terms, then columns 1 and 4 of T_0_ee, then column 1 of J
   T_0_ee[0] = v114;
   T_0_ee[3] = v115;
   T_0_ee[7] = v116;
@@ -554,7 +554,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v12 = 0.78 * c[0];
   const double v13 = 1.075 * c[1];
   const double v14 = 1.075 * s[1];
@@ -566,7 +566,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v20 = -s[0];
   J[25] = c[0];
   J[26] = c[0];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v21 = -v12;
   const double v22 = v13 + 0.78;
   const double v23 = v14 + 0.32;
@@ -582,7 +582,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[20] = v20;
   const double v32 = -s[4];
   const double v33 = c[3] * s[4];
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   J[1] = v21;
   const double v34 = c[0] * v22;
   const double v35 = s[4] * v23;
@@ -606,7 +606,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[33] = v32;
   J[34] = v30;
   const double v49 = s[3] * v29;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v50 = -v34;
   const double v51 = v35 + v36;
   const double v52 = v37 + v15;
@@ -628,7 +628,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   J[28] = v57;
   const double v66 = s[3] * v56;
   const double v67 = -v59;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v68 = s[0] * v60;
   const double v69 = c[2] * v60;
   const double v70 = v52 * v61;
@@ -643,7 +643,7 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v78 = v47 - v65;
   const double v79 = v48 - v66;
   J[35] = v67;
-  // shared terms; columns 4 and 6 of J
+  // intermediate terms, then columns 4 and 6 of J
   const double v80 = -v68;
   const double v81 = v24 * v69;
   const double v82 = c[3] * v69;
@@ -655,26 +655,26 @@ void irb6640_jacobian_space(const double q[6], double J[36]) {
   const double v87 = v58 * v73;
   J[23] = v78;
   J[29] = v79;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   J[3] = v80;
   const double v88 = v81 + v70;
   const double v89 = v71 - v82;
   const double v90 = v84 + v75;
   const double v91 = v86 - v77;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v92 = -v88;
   const double v93 = v54 * v89;
   const double v94 = -v90;
   const double v95 = v57 * v89;
   J[16] = v91;
   const double v96 = v30 * v89;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v92;
   const double v97 = v93 - v83;
   J[10] = v94;
   const double v98 = v95 + v85;
   const double v99 = v96 + v87;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   J[5] = v97;
   const double v100 = -v98;
   const double v101 = -v99;
@@ -709,7 +709,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v14 = c[0] * c[1];
   const double v15 = s[1] * c[2];
   const double v16 = s[1] * s[2];
@@ -729,7 +729,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[22] = s[1];
   J[28] = c[1];
   J[33] = c[0];
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v30 = v14 * s[2];
   const double v31 = v14 * c[2];
   const double v32 = v17 * c[5];
@@ -755,7 +755,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[27] = v23;
   J[31] = v28;
   J[32] = v28;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v51 = v30 + v15;
   const double v52 = v16 - v31;
   const double v53 = 0.2 - v33;
@@ -771,7 +771,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v60 = v45 - v46;
   const double v61 = v48 + v49;
   J[21] = v50;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v62 = v51 * c[3];
   const double v63 = v52 * s[5];
   const double v64 = v53 * s[5];
@@ -788,7 +788,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[20] = v51;
   const double v74 = -v59;
   const double v75 = -v61;
-  // shared terms; columns 1, 2 and 3 of J
+  // intermediate terms, then columns 1, 2 and 3 of J
   const double v76 = v63 - v32;
   const double v77 = v64 + v54;
   const double v78 = v57 - v66;
@@ -800,7 +800,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[25] = v74;
   J[26] = v74;
   J[30] = v75;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v84 = v76 * s[3];
   const double v85 = v77 + v20;
   const double v86 = v76 * c[3];
@@ -815,7 +815,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v95 = v60 * v78;
   J[18] = v79;
   const double v96 = -v81;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v97 = v62 + v84;
   const double v98 = v85 + 0.32;
   const double v99 = v86 - v65;
@@ -831,7 +831,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v109 = v60 * v87;
   const double v110 = v94 - v95;
   J[24] = v96;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v111 = c[3] * v98;
   const double v112 = s[3] * v98;
   const double v113 = v100 + v101;
@@ -840,14 +840,14 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   J[8] = v107;
   const double v116 = v108 - v109;
   J[14] = v110;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v117 = v111 - v55;
   const double v118 = v56 + v112;
   const double v119 = -v113;
   J[2] = v114;
   J[7] = v115;
   J[13] = v116;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v120 = v97 * v117;
   const double v121 = v99 * v118;
   J[1] = v119;
@@ -855,7 +855,7 @@ void irb6640_jacobian_body(const double q[6], double J[36]) {
   const double v123 = v104 * v118;
   const double v124 = v82 * v117;
   const double v125 = v83 * v118;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v126 = v120 - v121;
   const double v127 = v122 - v123;
   const double v128 = v124 - v125;
@@ -889,7 +889,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -901,7 +901,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   const double v20 = -s[0];
   J[25] = c[0];
   J[26] = c[0];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v21 = v12 * s[2];
   const double v22 = v12 * c[2];
   const double v23 = v13 + 1.1425;
@@ -916,7 +916,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[20] = v20;
   const double v31 = -s[4];
   const double v32 = c[1] * s[4];
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v33 = c[0] * v21;
   const double v34 = 0.2 - v22;
   const double v35 = v23 * c[4];
@@ -937,7 +937,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[33] = v31;
   J[34] = v28;
   const double v48 = s[1] * v29;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v49 = v34 * s[4];
   const double v50 = v34 * c[4];
   const double v51 = v16 - v37;
@@ -947,7 +947,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[15] = v44;
   const double v55 = v45 - v30;
   const double v56 = v32 + v48;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v57 = v49 + v35;
   const double v58 = v36 - v50;
   const double v59 = v51 * v12;
@@ -960,7 +960,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v53;
   const double v66 = s[1] * v54;
   const double v67 = -v56;
-  // shared terms; columns 4, 5 and 6 of J
+  // intermediate terms, then columns 4, 5 and 6 of J
   const double v68 = v57 + v14;
   const double v69 = v58 - v15;
   const double v70 = c[0] * v58;
@@ -975,7 +975,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   const double v77 = v46 - v65;
   const double v78 = v47 - v66;
   J[35] = v67;
-  // shared terms; columns 3, 4, 5 and 6 of J
+  // intermediate terms, then columns 3, 4, 5 and 6 of J
   const double v79 = v68 + 0.32;
   const double v80 = c[0] * v69;
   const double v81 = -v70;
@@ -989,7 +989,7 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v76;
   J[23] = v77;
   J[29] = v78;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v87 = s[0] * v79;
   const double v88 = -v80;
   J[2] = v81;
@@ -999,14 +999,14 @@ void irb6640_jacobian_mixed(const double q[6], double J[36]) {
   J[8] = v84;
   const double v92 = -v85;
   J[13] = v86;
-  // shared terms; columns 2 and 5 of J
+  // intermediate terms, then columns 2 and 5 of J
   const double v93 = v33 + v87;
   J[1] = v88;
   J[4] = v89;
   const double v94 = v90 - v40;
   J[7] = v91;
   J[10] = v92;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v95 = -v93;
   J[6] = v94;
   // column 1 of J
@@ -1043,7 +1043,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v13 = 0.78 * s[0];
   const double v14 = c[0] * qd_1;
   const double v15 = 1.075 * s[1];
@@ -1119,7 +1119,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v80 = v48 - v49;
   const double v81 = v42 * v37;
   const double v82 = v33 * v45;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v83 = v51 * qd_0;
   const double v84 = v51 * qd_2;
   const double v85 = v10 + v52;
@@ -1144,7 +1144,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v103 = v78 - v79;
   J_dot[32] = v80;
   const double v104 = v81 + v82;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v105 = v50 + v83;
   const double v106 = v32 + v84;
   const double v107 = v85 * v33;
@@ -1171,7 +1171,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v127 = -v104;
   const double v128 = v97 * v90;
   const double v129 = v89 * v96;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v130 = v105 - v17;
   const double v131 = v106 * s[4];
   const double v132 = c[0] * v108;
@@ -1198,7 +1198,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v152 = v125 + v126;
   J_dot[33] = v127;
   const double v153 = v128 + v129;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   J_dot[2] = v130;
   const double v154 = v131 - v107;
   const double v155 = v132 * qd_0;
@@ -1227,7 +1227,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v153;
   const double v175 = v146 * v140;
   const double v176 = v139 * v147;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v177 = v154 - v155;
   const double v178 = v156 + v134;
   const double v179 = v157 - v135;
@@ -1241,7 +1241,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[28] = v172;
   const double v187 = v173 + v174;
   const double v188 = v175 - v176;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   J_dot[3] = v177;
   const double v189 = v178 * v58;
   const double v190 = v179 * v89;
@@ -1264,7 +1264,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v206 = -v186;
   J_dot[29] = v187;
   J_dot[35] = v188;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   const double v207 = v189 + v190;
   const double v208 = v191 - v110;
   const double v209 = v192 + v160;
@@ -1279,7 +1279,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v217 = v202 - v203;
   const double v218 = v204 - v205;
   J_dot[23] = v206;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v219 = v207 + v208;
   const double v220 = v209 * v91;
   const double v221 = v210 * v139;
@@ -1304,7 +1304,7 @@ void irb6640_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[16] = v229;
   const double v238 = v230 + v231;
   const double v239 = v232 + v233;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v240 = v234 - v235;
   const double v241 = v236 + v237;
   const double v242 = v238 + v239;
@@ -1345,7 +1345,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v14 = s[0] * c[1];
   const double v15 = s[0] * s[2];
   const double v16 = c[0] * s[2];
@@ -1403,7 +1403,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v67 = -v34;
   const double v68 = v30 * v26;
   const double v69 = v15 * v29;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v70 = v35 + v36;
   const double v71 = v38 + v17;
   const double v72 = 0.2 - v39;
@@ -1434,7 +1434,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v97 = v65 + v66;
   J_dot[28] = v67;
   const double v98 = v68 + v69;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v99 = v71 * c[5];
   const double v100 = v72 * s[5];
   const double v101 = v71 * s[5];
@@ -1471,7 +1471,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v128 = v85 * v81;
   const double v129 = v77 * v86;
   const double v130 = -v98;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v131 = v37 - v99;
   const double v132 = v100 + v73;
   const double v133 = v41 + v101;
@@ -1493,7 +1493,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v147 = v126 - v127;
   const double v148 = v128 + v129;
   J_dot[33] = v130;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   const double v149 = v132 + v20;
   const double v150 = v134 - v21;
   const double v151 = v131 * v132;
@@ -1519,7 +1519,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v169 = v85 * v137;
   const double v170 = v77 * v139;
   J_dot[32] = v148;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v171 = v131 * v149;
   const double v172 = v133 * v150;
   const double v173 = v151 - v152;
@@ -1542,7 +1542,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v189 = v141 * v157;
   const double v190 = v131 * v158;
   const double v191 = v169 + v170;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v192 = v171 - v172;
   const double v193 = v173 * qd_2;
   const double v194 = v174 - v175;
@@ -1563,7 +1563,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[25] = v188;
   const double v209 = v189 + v190;
   J_dot[31] = v191;
-  // shared terms; columns 1 and 2 of J_dot
+  // intermediate terms, then columns 1 and 2 of J_dot
   const double v210 = v192 * qd_1;
   const double v211 = v193 + v103;
   const double v212 = v194 * qd_1;
@@ -1586,7 +1586,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[19] = v207;
   const double v228 = -v208;
   J_dot[30] = v209;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v229 = v210 + v211;
   const double v230 = v212 + v195;
   const double v231 = v177 * v213;
@@ -1607,7 +1607,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v246 = v225 + v226;
   const double v247 = v163 - v227;
   J_dot[24] = v228;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v248 = v70 * v229;
   const double v249 = v131 * v230;
   const double v250 = v231 - v232;
@@ -1623,7 +1623,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v258 = v131 * v240;
   const double v259 = v244 + v245;
   J_dot[14] = v247;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v260 = v248 - v249;
   const double v261 = v250 * v106;
   const double v262 = v251 * v157;
@@ -1642,7 +1642,7 @@ void irb6640_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[7] = v267;
   const double v274 = v269 - v270;
   J_dot[13] = v271;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v275 = v260 + v272;
   const double v276 = v273 - v266;
   const double v277 = v268 + v274;
@@ -1680,7 +1680,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -1744,7 +1744,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v68 = v42 - v43;
   const double v69 = v37 * v34;
   const double v70 = v30 * v38;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v71 = v44 * s[4];
   const double v72 = v47 + v15;
   const double v73 = v48 - v16;
@@ -1761,7 +1761,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v84 = v65 - v66;
   J_dot[32] = v68;
   const double v85 = v69 + v70;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v86 = v71 + v45;
   const double v87 = v72 * v12;
   const double v88 = c[1] * v73;
@@ -1784,7 +1784,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v104 = -v85;
   const double v105 = v81 * v72;
   const double v106 = v77 * v79;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v107 = v86 + v14;
   const double v108 = v87 * qd_3;
   const double v109 = v88 + v49;
@@ -1810,7 +1810,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v128 = v67 - v103;
   J_dot[33] = v104;
   const double v129 = v105 + v106;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v130 = v107 + 0.32;
   const double v131 = 0.2 * v109;
   const double v132 = v110 * qd_2;
@@ -1841,7 +1841,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v129;
   const double v156 = v122 * v126;
   const double v157 = v116 * v128;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v158 = c[0] * v130;
   const double v159 = v131 * qd_4;
   const double v160 = v133 * qd_1;
@@ -1866,7 +1866,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[28] = v153;
   const double v179 = v154 + v155;
   const double v180 = v156 - v157;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v181 = v158 - v46;
   const double v182 = v108 - v159;
   const double v183 = v161 - v134;
@@ -1888,7 +1888,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v199 = -v178;
   J_dot[29] = v179;
   J_dot[35] = v180;
-  // shared terms; columns 3, 5 and 6 of J_dot
+  // intermediate terms, then columns 3, 5 and 6 of J_dot
   const double v200 = v181 * qd_0;
   const double v201 = v182 - v132;
   const double v202 = v183 + v184;
@@ -1906,7 +1906,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v210 = v196 - v197;
   J_dot[16] = v198;
   J_dot[23] = v199;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v211 = v201 - v160;
   J_dot[1] = v202;
   const double v212 = v137 - v203;
@@ -1917,7 +1917,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v216 = s[0] * v201;
   const double v217 = v208 - v209;
   const double v218 = v150 + v210;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v219 = v200 + v211;
   J_dot[3] = v212;
   const double v220 = v204 + v213;
@@ -1925,7 +1925,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v221 = v215 - v216;
   const double v222 = v175 + v217;
   J_dot[15] = v218;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v223 = -v219;
   const double v224 = -v220;
   const double v225 = v195 + v221;
@@ -1936,7 +1936,7 @@ void irb6640_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[13] = v225;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 196 operations: multiply 112, add 45, negate 29, trig 10
 void irb6640_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -2065,7 +2065,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v12 = 0.2 * s[1];
   const double v13 = 0.2 * c[1];
   const double v14 = 1.075 * s[3];
@@ -2091,7 +2091,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v32 = c[1] * s[4];
   H[150] = v21;
   H[156] = v21;
-  // shared terms; H
+  // intermediate terms, then H
   const double v33 = 0.2 - v22;
   const double v34 = v23 * c[4];
   const double v35 = s[0] * v24;
@@ -2118,7 +2118,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v55 = c[1] * v31;
   const double v56 = v31 * c[0];
   const double v57 = v26 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v58 = v33 * s[4];
   const double v59 = v33 * c[4];
   const double v60 = v37 + v16;
@@ -2141,7 +2141,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[169] = v53;
   H[170] = v53;
   const double v70 = v56 + v57;
-  // shared terms; H
+  // intermediate terms, then H
   const double v71 = v58 + v34;
   const double v72 = v36 - v59;
   const double v73 = v60 * v12;
@@ -2174,7 +2174,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v92 = v60 * s[0];
   const double v93 = v31 * v60;
   const double v94 = v26 * v65;
-  // shared terms; H
+  // intermediate terms, then H
   const double v95 = v71 + v14;
   const double v96 = v72 - v15;
   const double v97 = s[0] * v72;
@@ -2209,7 +2209,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   H[200] = v90;
   const double v123 = v91 - v92;
   const double v124 = v93 + v94;
-  // shared terms; H
+  // intermediate terms, then H
   const double v125 = v95 + 0.32;
   const double v126 = s[0] * v96;
   H[2] = v97;
@@ -2255,7 +2255,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v151 = v26 * v121;
   const double v152 = v65 * v118;
   const double v153 = v60 * v121;
-  // shared terms; H
+  // intermediate terms, then H
   const double v154 = c[0] * v125;
   H[1] = v126;
   H[4] = v127;
@@ -2310,7 +2310,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v177 = v148 + v149;
   const double v178 = v150 - v151;
   const double v179 = v152 + v153;
-  // shared terms; H
+  // intermediate terms, then H
   const double v180 = v154 - v35;
   H[7] = v155;
   const double v181 = v103 + v156;
@@ -2337,7 +2337,7 @@ void irb6640_hessian_mixed(const double q[6], double H[216]) {
   const double v191 = -v177;
   H[213] = v178;
   const double v192 = -v179;
-  // shared terms; H
+  // intermediate terms, then H
   const double v193 = -v180;
   const double v194 = -v181;
   H[28] = v182;
@@ -2387,7 +2387,7 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_0, q_3, q_4, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = s[0] * c[1];
   const double v14 = 1.075 * c[3];
   const double v15 = 1.075 * s[3];
@@ -2488,7 +2488,7 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v110 = v96 * qd_5;
   const double v111 = v98 * qd_5;
   V[5] = v100;
-  // shared terms; V
+  // intermediate terms, then V
   const double v112 = v86 - v101;
   const double v113 = v103 + v90;
   const double v114 = v104 + v78;
@@ -2505,7 +2505,7 @@ void irb6640_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v125 = v34 * v112;
   V[3] = v118;
   V[4] = v119;
-  // shared terms; V
+  // intermediate terms, then V
   const double v126 = v120 - v102;
   const double v127 = v121 + v114;
   const double v128 = v115 - v122;
@@ -2545,7 +2545,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v14 = 0.2 * c[0];
   const double v15 = 0.2 * s[1];
   const double v16 = c[1] * c[0];
@@ -2680,7 +2680,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v145 = v137 - v54;
   const double v146 = v55 - v138;
   V[5] = v139;
-  // shared terms; V
+  // intermediate terms, then V
   const double v147 = v112 * v140;
   const double v148 = v114 * v141;
   const double v149 = v119 * v140;
@@ -2694,7 +2694,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v157 = v151 - v152;
   V[3] = v153;
   V[4] = v154;
-  // shared terms; V
+  // intermediate terms, then V
   const double v158 = v155 * qd_0;
   const double v159 = v156 * qd_0;
   const double v160 = v157 * qd_0;
@@ -2707,7 +2707,7 @@ void irb6640_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v167 = v58 + v164;
   const double v168 = v66 + v165;
   V[2] = v166;
-  // shared terms; V
+  // intermediate terms, then V
   const double v169 = v33 + v167;
   const double v170 = v168 - v47;
   V[0] = v169;
@@ -2735,7 +2735,7 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_4, q_0, q_3, q_1, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v12 = s[1] * s[2];
   const double v13 = s[1] * c[2];
   const double v14 = 0.2 * s[0];
@@ -2832,7 +2832,7 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v105 = v92 * qd_5;
   const double v106 = v94 * qd_5;
   V[5] = v96;
-  // shared terms; V
+  // intermediate terms, then V
   const double v107 = v97 * qd_4;
   const double v108 = s[1] * v99;
   const double v109 = v100 * qd_1;
@@ -2847,14 +2847,14 @@ void irb6640_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v118 = v64 - v113;
   V[3] = v114;
   V[4] = v115;
-  // shared terms; V
+  // intermediate terms, then V
   const double v119 = v116 * qd_0;
   const double v120 = v117 * qd_0;
   const double v121 = v118 - v91;
   const double v122 = v119 + v109;
   const double v123 = v120 - v111;
   V[2] = v121;
-  // shared terms; V
+  // intermediate terms, then V
   const double v124 = v98 + v122;
   const double v125 = v123 - v102;
   const double v126 = v83 + v124;
@@ -2896,7 +2896,7 @@ void irb6640_acceleration_space(const double q[6], const double qd[6], const dou
   const double angle[5] = {q_0, q_3, q_4, q_1, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v14 = s[0] * c[1];
   const double v15 = 1.075 * c[3];
   const double v16 = 1.075 * s[3];
@@ -3212,7 +3212,7 @@ void irb6640_acceleration_space(const double q[6], const double qd[6], const dou
   A[3] = v311;
   A[4] = v312;
   A[5] = v313;
-  // shared terms; A
+  // intermediate terms, then A
   const double v326 = v315 - v316;
   const double v327 = v317 + v279;
   const double v328 = v319 + v320;
@@ -3261,7 +3261,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v8};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v14 = 0.2 * c[0];
   const double v15 = 0.2 * s[1];
   const double v16 = c[1] * c[0];
@@ -3604,7 +3604,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double v353 = v294 + v344;
   const double v354 = v296 + v345;
   A[5] = v346;
-  // shared terms; A
+  // intermediate terms, then A
   const double v355 = v80 + v347;
   const double v356 = v348 * qd_0;
   const double v357 = v98 + v349;
@@ -3612,7 +3612,7 @@ void irb6640_acceleration_body(const double q[6], const double qd[6], const doub
   const double v359 = v352 * qd_0;
   A[3] = v353;
   A[4] = v354;
-  // shared terms; A
+  // intermediate terms, then A
   const double v360 = v38 + v355;
   const double v361 = v356 + v337;
   const double v362 = v357 - v64;
@@ -3662,7 +3662,7 @@ void irb6640_acceleration_mixed(const double q[6], const double qd[6], const dou
   const double angle[5] = {q_3, q_4, q_0, q_1, v1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = c[2] * s[0];
   const double v13 = c[2] * c[0];
   const double v14 = c[2] * qd_1;
@@ -3954,7 +3954,7 @@ void irb6640_acceleration_mixed(const double q[6], const double qd[6], const dou
   A[3] = v288;
   A[4] = v289;
   A[5] = v290;
-  // shared terms; A
+  // intermediate terms, then A
   const double v300 = v292 * qd_0;
   const double v301 = v142 + v293;
   const double v302 = v144 + v294;

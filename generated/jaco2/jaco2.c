@@ -24,7 +24,7 @@ void jaco2_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 3 and 4 of T_0_ee
+  // intermediate terms, then columns 3 and 4 of T_0_ee
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.41 * s[4];
@@ -142,7 +142,7 @@ void jaco2_fk(const double q[6], double T_0_ee[16]) {
   const double v128 = v118 - v96;
   T_0_ee[10] = v119;
   T_0_ee[11] = v120;
-  // shared terms; columns 3 and 4 of T_0_ee
+  // intermediate terms, then columns 3 and 4 of T_0_ee
   const double v129 = c[0] * v121;
   const double v130 = s[0] * v121;
   const double v131 = -v122;
@@ -153,7 +153,7 @@ void jaco2_fk(const double q[6], double T_0_ee[16]) {
   const double v134 = -v126;
   const double v135 = -v127;
   const double v136 = -v128;
-  // shared terms; T_0_ee
+  // intermediate terms, then T_0_ee
   const double v137 = v107 + v129;
   const double v138 = v109 - v130;
   T_0_ee[2] = v131;
@@ -162,7 +162,7 @@ void jaco2_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[7] = v134;
   T_0_ee[8] = v135;
   T_0_ee[9] = v136;
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   T_0_ee[0] = v137;
   const double v141 = -v138;
   T_0_ee[4] = v139;
@@ -223,7 +223,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v14 = -s[0];
   const double v15 = -c[0];
@@ -244,7 +244,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v26 = s[0] * c[2];
   const double v27 = c[0] * s[2];
   const double v28 = c[0] * c[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[2] = v14;
   T[4] = v14;
   T[6] = v15;
@@ -269,7 +269,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v43 = 0.5 * c[5];
   const double v44 = 0.2500816549469513 * c[5];
   const double v45 = 0.04278165494695127 * c[5];
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v29;
   T[19] = v30;
   T[20] = v31;
@@ -303,7 +303,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v67 = c[3] * v40;
   const double v68 = s[3] * v40;
   const double v69 = 0.0741 * v41;
-  // shared terms; T
+  // intermediate terms, then T
   T[23] = v46;
   T[32] = v47;
   T[35] = v48;
@@ -320,7 +320,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v78 = v43 + v63;
   T[59] = v64;
   const double v79 = v64 + v69;
-  // shared terms; T
+  // intermediate terms, then T
   T[39] = v70;
   T[48] = v71;
   const double v80 = 0.5 * v72;
@@ -344,7 +344,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v94 = 0.5 * v78;
   const double v95 = v79 + v45;
   const double v96 = 0.10139082747347564 * v78;
-  // shared terms; T
+  // intermediate terms, then T
   const double v97 = v80 + v53;
   const double v98 = v54 - v81;
   const double v99 = v82 - v58;
@@ -356,7 +356,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v104 = v92 + v68;
   T[75] = v95;
   const double v105 = v95 + v96;
-  // shared terms; T
+  // intermediate terms, then T
   T[49] = v97;
   T[50] = v98;
   T[53] = v99;
@@ -379,7 +379,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v121 = s[4] * v103;
   const double v122 = c[4] * v103;
   const double v123 = 0.17561406460551018 * v104;
-  // shared terms; T
+  // intermediate terms, then T
   T[54] = v106;
   const double v124 = v85 + v107;
   const double v125 = v86 - v108;
@@ -390,7 +390,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v128 = v117 + v93;
   const double v129 = v118 - v94;
   const double v130 = v105 - v123;
-  // shared terms; T
+  // intermediate terms, then T
   const double v131 = -v124;
   const double v132 = 0.5 * v125;
   const double v133 = 0.8660254037844386 * v125;
@@ -409,7 +409,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v145 = s[4] * v128;
   const double v146 = -v129;
   T[91] = v130;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v131;
   const double v147 = v132 + v109;
   const double v148 = v110 - v133;
@@ -422,7 +422,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v153 = v121 + v144;
   const double v154 = v145 - v122;
   T[90] = v146;
-  // shared terms; T
+  // intermediate terms, then T
   T[65] = v147;
   T[66] = v148;
   T[69] = v149;
@@ -437,7 +437,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   const double v162 = v152 + v120;
   const double v163 = -v153;
   const double v164 = -v154;
-  // shared terms; T
+  // intermediate terms, then T
   T[70] = v155;
   const double v165 = v138 + v156;
   const double v166 = v139 - v157;
@@ -448,7 +448,7 @@ void jaco2_link_poses(const double q[6], double T[96]) {
   T[87] = v162;
   T[88] = v163;
   T[89] = v164;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v165;
   const double v169 = -v166;
   T[84] = v167;
@@ -474,7 +474,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v6};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -488,7 +488,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[30] = -1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.41 * s[4];
@@ -502,7 +502,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[20] = s[2];
   const double v24 = -c[2];
   J[26] = c[2];
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v25 = c[2] * c[5];
   const double v26 = c[2] * s[5];
   const double v27 = v17 * c[3];
@@ -518,7 +518,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[19] = v23;
   J[25] = v24;
   const double v37 = -c[5];
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v38 = v25 * c[3];
   const double v39 = v25 * s[3];
   const double v40 = 0.8660254037844386 * v26;
@@ -536,7 +536,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[21] = v26;
   const double v52 = -v32;
   J[33] = v37;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v53 = v14 - v38;
   const double v54 = v39 + v15;
   const double v55 = v42 * s[3];
@@ -547,7 +547,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v60 = v49 - v35;
   const double v61 = v36 + v51;
   J[27] = v52;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v62 = c[1] * v53;
   const double v63 = 0.5 * v54;
   const double v64 = s[1] * v53;
@@ -580,7 +580,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v91 = v31 * v68;
   const double v92 = v68 * s[5];
   J[34] = v78;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v93 = s[1] * v79;
   const double v94 = c[1] * v79;
   const double v95 = 0.8660254037844386 * v80;
@@ -603,7 +603,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v111 = 0.17561406460551018 * v85;
   J[22] = v80;
   const double v112 = -v84;
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v113 = v62 + v93;
   const double v114 = v64 - v94;
   const double v115 = v16 - v97;
@@ -619,7 +619,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[14] = v97;
   const double v123 = -v111;
   J[28] = v112;
-  // shared terms; columns 2, 3, 5 and 6 of J
+  // intermediate terms, then columns 2, 3, 5 and 6 of J
   const double v124 = s[0] * v113;
   const double v125 = 0.5 * v114;
   const double v126 = c[0] * v113;
@@ -643,7 +643,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[13] = v115;
   J[16] = v123;
   J[35] = v119;
-  // shared terms; columns 3 and 4 of T_0_ee; columns 2, 3 and 5 of J
+  // intermediate terms, then columns 3 and 4 of T_0_ee, then columns 2, 3 and 5 of J
   const double v143 = v125 + v95;
   const double v144 = v96 - v127;
   const double v145 = v128 - v98;
@@ -659,7 +659,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[7] = v140;
   J[8] = v141;
   J[10] = v142;
-  // shared terms; columns 3 and 4 of T_0_ee; columns 2 and 6 of J
+  // intermediate terms, then columns 3 and 4 of T_0_ee, then columns 2 and 6 of J
   const double v152 = c[0] * v143;
   const double v153 = s[0] * v143;
   const double v154 = -v144;
@@ -674,7 +674,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   const double v160 = -v145;
   J[23] = v144;
   const double v161 = -v147;
-  // shared terms; T_0_ee; columns 1 and 6 of J
+  // intermediate terms, then T_0_ee, then columns 1 and 6 of J
   const double v162 = v124 + v152;
   const double v163 = v126 - v153;
   T_0_ee[2] = v154;
@@ -686,7 +686,7 @@ void jaco2_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36])
   J[0] = v157;
   J[6] = v160;
   J[29] = v161;
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   T_0_ee[0] = v162;
   const double v166 = -v163;
   T_0_ee[4] = v164;
@@ -722,7 +722,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[30] = -1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v12 = 0.2755 * c[0];
   const double v13 = 0.41 * c[1];
   const double v14 = 0.41 * s[1];
@@ -737,7 +737,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[20] = s[0];
   const double v23 = -c[0];
   J[26] = c[0];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   J[1] = v12;
   const double v24 = v13 - 0.2755;
   const double v25 = c[0] * c[4];
@@ -756,7 +756,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[19] = v22;
   J[25] = v23;
   const double v37 = -c[4];
-  // shared terms; columns 2 and 4 of J
+  // intermediate terms, then columns 2 and 4 of J
   const double v38 = c[0] * v24;
   const double v39 = 0.0098 * v25;
   const double v40 = s[4] * v24;
@@ -780,7 +780,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[21] = v27;
   const double v56 = -v31;
   J[33] = v37;
-  // shared terms; columns 3 and 4 of J
+  // intermediate terms, then columns 3 and 4 of J
   J[2] = v38;
   const double v57 = v26 - v40;
   const double v58 = v41 + v15;
@@ -792,7 +792,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v64 = v52 - v35;
   const double v65 = v36 + v54;
   J[27] = v56;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v66 = s[0] * v57;
   const double v67 = 0.5 * v58;
   const double v68 = c[2] * v57;
@@ -812,7 +812,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v81 = s[3] * v64;
   const double v82 = -v65;
   const double v83 = 0.5 * v65;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v84 = v39 + v66;
   const double v85 = v67 + v42;
   const double v86 = v68 + v16;
@@ -825,7 +825,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v93 = v79 + v53;
   const double v94 = v55 - v81;
   J[34] = v82;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   J[3] = v84;
   const double v95 = v85 * v86;
   const double v96 = v87 - 0.0741;
@@ -848,7 +848,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v111 = -v92;
   const double v112 = 0.5 * v92;
   const double v113 = 0.8660254037844386 * v93;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v114 = 0.5 * v96;
   const double v115 = 0.8660254037844386 * v96;
   const double v116 = v71 + v100;
@@ -858,7 +858,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v120 = v109 + v80;
   J[28] = v111;
   const double v121 = v113 - v83;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v122 = v114 + v97;
   const double v123 = v99 - v115;
   const double v124 = 0.5 * v117;
@@ -866,7 +866,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v126 = 0.8660254037844386 * v117;
   const double v127 = 0.8660254037844386 * v119;
   J[35] = v121;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v128 = v122 * v60;
   const double v129 = c[3] * v122;
   const double v130 = 0.10139082747347564 + v123;
@@ -885,7 +885,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   const double v143 = v135 + v108;
   J[23] = v136;
   const double v144 = -v137;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   J[4] = v138;
   const double v145 = v139 - 0.17561406460551018;
   const double v146 = v141 * v132;
@@ -894,7 +894,7 @@ void jaco2_jacobian_space(const double q[6], double J[36]) {
   J[16] = v143;
   const double v148 = v141 * v120;
   J[29] = v144;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v149 = 0.5 * v145;
   const double v150 = v149 + v140;
   const double v151 = v150 * v116;
@@ -933,7 +933,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = -0.5;
   J[35] = -1.0;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v14 = c[0] * s[1];
   const double v15 = 0.5 * c[1];
   const double v16 = s[0] * s[1];
@@ -972,7 +972,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v48 = v31 * c[2];
   J[22] = v34;
   J[28] = v35;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v49 = v14 + v36;
   const double v50 = v16 - v37;
   const double v51 = 0.0741 + v39;
@@ -985,7 +985,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v57 = v46 * s[2];
   const double v58 = v47 * c[5];
   const double v59 = -v47;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v60 = v49 * s[2];
   const double v61 = 0.5 * v50;
   const double v62 = 0.8660254037844386 * v50;
@@ -1000,7 +1000,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v71 = v45 + v55;
   const double v72 = v48 - v57;
   J[33] = v59;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v73 = v61 - v17;
   const double v74 = v18 + v62;
   const double v75 = v38 + v64;
@@ -1015,7 +1015,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v84 = v72 * s[5];
   const double v85 = -v71;
   J[32] = v71;
-  // shared terms; columns 2 and 4 of J
+  // intermediate terms, then columns 2 and 4 of J
   const double v86 = v73 * c[2];
   const double v87 = v74 * s[5];
   const double v88 = v73 * s[2];
@@ -1034,7 +1034,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   J[21] = v74;
   J[27] = v80;
   J[31] = v85;
-  // shared terms; columns 1, 3 and 4 of J
+  // intermediate terms, then columns 1, 3 and 4 of J
   const double v101 = v60 + v86;
   const double v102 = v63 - v88;
   const double v103 = c[3] * v89;
@@ -1071,7 +1071,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v132 = -v107;
   J[26] = v107;
   J[30] = v112;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v133 = v87 - v114;
   const double v134 = s[3] * v115;
   const double v135 = c[3] * v115;
@@ -1085,7 +1085,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v143 = v129 - v130;
   J[19] = v131;
   J[25] = v132;
-  // shared terms; columns 1, 3 and 4 of J
+  // intermediate terms, then columns 1, 3 and 4 of J
   const double v144 = v133 * c[3];
   const double v145 = v103 + v134;
   const double v146 = v133 * s[3];
@@ -1106,7 +1106,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   J[14] = v143;
   J[18] = v136;
   J[24] = v139;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v159 = v113 + v144;
   const double v160 = v116 - v146;
   const double v161 = v148 + v149;
@@ -1118,7 +1118,7 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v167 = v127 * v145;
   const double v168 = v128 * v147;
   J[13] = v158;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v169 = v159 * v145;
   const double v170 = v160 * v147;
   const double v171 = -v161;
@@ -1128,13 +1128,13 @@ void jaco2_jacobian_body(const double q[6], double J[36]) {
   const double v174 = -v165;
   J[8] = v166;
   const double v175 = v167 + v168;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v176 = v169 + v170;
   J[1] = v171;
   const double v177 = v172 + v173;
   J[7] = v174;
   const double v178 = -v175;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v179 = -v176;
   const double v180 = -v177;
   J[12] = v178;
@@ -1168,7 +1168,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = -1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v12 = 0.17561406460551018 * s[1];
   const double v13 = 0.08780703230275509 * c[1];
   const double v14 = 0.41 * s[3];
@@ -1182,7 +1182,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[20] = s[0];
   const double v22 = -c[0];
   J[26] = c[0];
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v23 = v12 * s[2];
   const double v24 = 0.08780703230275509 - v13;
   const double v25 = v12 * c[2];
@@ -1198,7 +1198,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[25] = v22;
   const double v34 = -c[4];
   const double v35 = 0.5 * c[4];
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v36 = 0.0741 + v24;
   const double v37 = 0.04278165494695127 + v26;
   const double v38 = v27 * c[2];
@@ -1216,7 +1216,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[33] = v34;
   const double v49 = 0.8660254037844386 * v32;
   const double v50 = s[1] * v31;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v51 = v36 * c[2];
   const double v52 = v36 * s[2];
   const double v53 = 0.2500816549469513 + v37;
@@ -1227,7 +1227,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   const double v58 = v45 - v33;
   J[27] = v47;
   const double v59 = v35 + v49;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v60 = v23 + v51;
   const double v61 = v25 - v52;
   const double v62 = v53 * s[4];
@@ -1259,7 +1259,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   const double v88 = v48 + v71;
   J[34] = v73;
   const double v89 = v74 + v50;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v90 = c[0] * v76;
   const double v91 = v77 + v62;
   const double v92 = v63 - v78;
@@ -1277,7 +1277,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   const double v102 = 0.5 * v88;
   const double v103 = c[1] * v84;
   const double v104 = 0.8660254037844386 * v89;
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v105 = v14 - v91;
   const double v106 = v92 - v16;
   const double v107 = c[0] * v92;
@@ -1292,7 +1292,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v101;
   const double v113 = v72 - v103;
   const double v114 = v104 - v75;
-  // shared terms; columns 2, 3, 5 and 6 of J
+  // intermediate terms, then columns 2, 3, 5 and 6 of J
   const double v115 = s[0] * v105;
   const double v116 = c[0] * v106;
   J[2] = v107;
@@ -1306,7 +1306,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   const double v122 = 0.8660254037844386 * v112;
   const double v123 = 0.8660254037844386 * v113;
   J[35] = v114;
-  // shared terms; columns 2, 3 and 5 of J
+  // intermediate terms, then columns 2, 3 and 5 of J
   const double v124 = v90 + v115;
   const double v125 = -v116;
   J[4] = v117;
@@ -1316,7 +1316,7 @@ void jaco2_jacobian_mixed(const double q[6], double J[36]) {
   J[10] = v121;
   const double v127 = v99 - v122;
   const double v128 = v102 + v123;
-  // shared terms; columns 2 and 6 of J
+  // intermediate terms, then columns 2 and 6 of J
   const double v129 = -v124;
   J[1] = v125;
   const double v130 = -v126;
@@ -1357,7 +1357,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v12 = 0.2755 * s[0];
   const double v13 = 0.41 * c[1];
   const double v14 = c[0] * qd_1;
@@ -1402,7 +1402,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v51 = -v27;
   const double v52 = v14 * s[0];
   const double v53 = v22 * c[0];
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v54 = -v28;
   const double v55 = s[0] * v29;
   const double v56 = s[4] * v29;
@@ -1442,7 +1442,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v88 = v52 - v53;
   const double v89 = v46 * v34;
   const double v90 = v35 * v49;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   J_dot[1] = v54;
   const double v91 = v55 * qd_0;
   const double v92 = v31 - v56;
@@ -1467,7 +1467,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v110 = v86 - v87;
   J_dot[32] = v88;
   const double v111 = v89 + v90;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v112 = v91 + v30;
   const double v113 = c[0] * v92;
   const double v114 = v37 + v93;
@@ -1496,7 +1496,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[27] = v110;
   const double v137 = v105 * v100;
   const double v138 = -v111;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   const double v139 = -v112;
   const double v140 = v113 - v57;
   const double v141 = v114 * c[4];
@@ -1518,7 +1518,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v156 = v35 * v128;
   J_dot[21] = v135;
   J_dot[33] = v138;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   J_dot[2] = v139;
   const double v157 = v140 * qd_0;
   const double v158 = v59 + v141;
@@ -1556,7 +1556,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v189 = v64 * v152;
   const double v190 = v105 * v146;
   const double v191 = v98 * v152;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v192 = v157 + v58;
   const double v193 = 0.5 * v160;
   const double v194 = v164 - v114;
@@ -1593,7 +1593,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[28] = v208;
   const double v225 = v205 * v200;
   const double v226 = -v209;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   J_dot[3] = v210;
   const double v227 = v211 * v96;
   const double v228 = v211 * v40;
@@ -1612,7 +1612,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v239 = v221 + v222;
   J_dot[22] = v223;
   J_dot[34] = v226;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v240 = v159 - v227;
   const double v241 = v228 + v162;
   const double v242 = v165 - v230;
@@ -1649,7 +1649,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   J_dot[23] = v263;
   const double v273 = -v264;
   const double v274 = -v265;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v275 = v266 + v229;
   const double v276 = v267 + v243;
   const double v277 = v268 * v200;
@@ -1662,7 +1662,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v284 = v268 * v237;
   J_dot[29] = v273;
   J_dot[35] = v274;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   J_dot[4] = v275;
   const double v285 = v276 * v196;
   const double v286 = v276 * v149;
@@ -1672,7 +1672,7 @@ void jaco2_jacobian_space_dot(const double q[6], const double qd[6], double J_do
   const double v289 = v276 * v204;
   J_dot[16] = v282;
   const double v290 = v283 + v284;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v291 = v285 - v253;
   const double v292 = v254 - v286;
   const double v293 = v289 - v260;
@@ -1725,7 +1725,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v15 = 0.5 * s[1];
   const double v16 = c[0] * c[1];
   const double v17 = s[0] * c[1];
@@ -1787,7 +1787,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v72 = -v56;
   const double v73 = v46 * v54;
   J_dot[28] = v57;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v74 = v58 * s[2];
   const double v75 = 0.5 * v59;
   const double v76 = 0.8660254037844386 * v59;
@@ -1803,7 +1803,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v86 = 0.5 * v68;
   const double v87 = v69 * s[2];
   J_dot[22] = v72;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v88 = v75 + v18;
   const double v89 = v19 - v76;
   const double v90 = v40 + v78;
@@ -1896,7 +1896,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v175 = v138 * v134;
   const double v176 = v126 * v139;
   J_dot[33] = v143;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v177 = v103 - v145;
   const double v178 = s[3] * v146;
   const double v179 = c[3] * v146;
@@ -1950,7 +1950,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v226 = v126 * v190;
   const double v227 = v138 * v180;
   J_dot[32] = v194;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v228 = v144 + v195;
   const double v229 = v147 - v197;
   const double v230 = v148 * v196;
@@ -1978,7 +1978,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v251 = v181 * v214;
   const double v252 = v187 * v199;
   const double v253 = v226 - v227;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v254 = v228 * v196;
   const double v255 = v229 * v198;
   const double v256 = v230 + v231;
@@ -2012,7 +2012,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[25] = v250;
   const double v283 = v251 - v252;
   J_dot[31] = v253;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v284 = v254 + v255;
   const double v285 = v256 * v199;
   const double v286 = v181 * v257;
@@ -2036,7 +2036,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[18] = v281;
   const double v302 = -v282;
   const double v303 = -v283;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v304 = v284 * v131;
   const double v305 = v287 - v259;
   const double v306 = v81 * v287;
@@ -2053,7 +2053,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v316 = v300 + v301;
   J_dot[24] = v302;
   J_dot[30] = v303;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v317 = v304 - v285;
   const double v318 = v112 * v305;
   const double v319 = v306 - v260;
@@ -2067,7 +2067,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   const double v325 = v312 - v313;
   const double v326 = v314 - v315;
   J_dot[14] = v316;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v327 = v286 + v318;
   const double v328 = v319 - v288;
   const double v329 = v292 + v320;
@@ -2080,7 +2080,7 @@ void jaco2_jacobian_body_dot(const double q[6], const double qd[6], double J_dot
   J_dot[7] = v330;
   const double v335 = v331 + v325;
   J_dot[13] = v332;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v336 = -v333;
   const double v337 = -v334;
   const double v338 = -v335;
@@ -2118,7 +2118,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v12 = 0.41 * s[1];
   const double v13 = 0.17561406460551018 * s[2];
   const double v14 = 0.08780703230275509 * c[2];
@@ -2155,7 +2155,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v43 = -v26;
   const double v44 = v19 * s[0];
   const double v45 = v23 * c[0];
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v46 = 0.0741 + v28;
   const double v47 = 0.04278165494695127 + v29;
   const double v48 = v31 * c[3];
@@ -2182,7 +2182,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v67 = v44 - v45;
   const double v68 = v40 * v36;
   const double v69 = v32 * v41;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v70 = v46 * s[3];
   const double v71 = 0.2500816549469513 + v47;
   const double v72 = v46 * c[3];
@@ -2198,7 +2198,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v82 = v65 - v66;
   J_dot[32] = v67;
   const double v83 = v68 + v69;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v84 = v27 - v70;
   const double v85 = v71 * s[4];
   const double v86 = v30 + v72;
@@ -2220,7 +2220,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v101 = v80 * v77;
   const double v102 = s[2] * v78;
   const double v103 = -v83;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v104 = v84 * c[4];
   const double v105 = 0.0098 - v86;
   const double v106 = v84 * s[4];
@@ -2238,7 +2238,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[21] = v96;
   const double v118 = v98 + v64;
   J_dot[33] = v103;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v119 = v104 + v85;
   const double v120 = s[0] * v105;
   const double v121 = v87 - v106;
@@ -2315,7 +2315,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v191 = v157 * v161;
   const double v192 = 0.8660254037844386 * v164;
   const double v193 = -v165;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v194 = v166 - v120;
   const double v195 = v167 * qd_1;
   const double v196 = v168 * qd_4;
@@ -2340,7 +2340,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v214 = v135 + v190;
   const double v215 = v138 - v192;
   J_dot[34] = v193;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v216 = v194 * qd_0;
   const double v217 = v144 + v196;
   const double v218 = v197 - v170;
@@ -2380,7 +2380,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   const double v248 = v189 - v234;
   const double v249 = v191 + v235;
   const double v250 = v236 + v237;
-  // shared terms; columns 2, 3 and 6 of J_dot
+  // intermediate terms, then columns 2, 3 and 6 of J_dot
   const double v251 = v195 + v238;
   J_dot[1] = v239;
   const double v252 = v173 + v240;
@@ -2395,7 +2395,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[23] = v248;
   const double v259 = -v249;
   const double v260 = -v250;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   const double v261 = v216 - v251;
   J_dot[3] = v252;
   const double v262 = v253 - v224;
@@ -2405,7 +2405,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[15] = v258;
   J_dot[29] = v259;
   J_dot[35] = v260;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v265 = -v261;
   const double v266 = -v262;
   const double v267 = v263 - v230;
@@ -2416,7 +2416,7 @@ void jaco2_jacobian_mixed_dot(const double q[6], const double qd[6], double J_do
   J_dot[13] = v267;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 242 operations: multiply 133, add 61, negate 38, trig 10
 void jaco2_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -2545,7 +2545,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v12 = 0.41 * s[1];
   const double v13 = 0.17561406460551018 * s[2];
   const double v14 = 0.08780703230275509 * c[2];
@@ -2559,7 +2559,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[120] = c[0];
   H[150] = s[0];
   const double v22 = -s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v23 = v13 * c[3];
   const double v24 = 0.08780703230275509 - v14;
   const double v25 = 0.05069541373673782 + v15;
@@ -2574,7 +2574,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v34 = c[0] * s[4];
   H[114] = v21;
   H[156] = v22;
-  // shared terms; H
+  // intermediate terms, then H
   const double v35 = 0.0741 + v24;
   const double v36 = 0.04278165494695127 + v25;
   const double v37 = v27 * c[3];
@@ -2597,7 +2597,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[164] = v27;
   const double v53 = v34 * c[0];
   const double v54 = v28 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v55 = v35 * s[3];
   const double v56 = 0.2500816549469513 + v36;
   const double v57 = v35 * c[3];
@@ -2612,7 +2612,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[162] = v51;
   H[163] = v52;
   const double v64 = v53 + v54;
-  // shared terms; H
+  // intermediate terms, then H
   const double v65 = v23 - v55;
   const double v66 = v56 * s[4];
   const double v67 = v26 + v57;
@@ -2634,7 +2634,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v83 = s[2] * v62;
   H[199] = v64;
   const double v84 = -v64;
-  // shared terms; H
+  // intermediate terms, then H
   const double v85 = v65 * c[4];
   const double v86 = 0.0098 - v67;
   const double v87 = v65 * s[4];
@@ -2654,7 +2654,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v100 = -v81;
   H[170] = v81;
   H[200] = v84;
-  // shared terms; H
+  // intermediate terms, then H
   const double v101 = v85 + v66;
   const double v102 = s[0] * v86;
   const double v103 = v68 - v87;
@@ -2683,7 +2683,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v124 = v93 * s[0];
   const double v125 = v28 * v97;
   const double v126 = v34 * v93;
-  // shared terms; H
+  // intermediate terms, then H
   const double v127 = v12 - v101;
   const double v128 = v103 - v16;
   const double v129 = s[0] * v103;
@@ -2722,7 +2722,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v154 = v83 - v122;
   const double v155 = v123 + v124;
   const double v156 = v125 - v126;
-  // shared terms; H
+  // intermediate terms, then H
   const double v157 = c[0] * v127;
   const double v158 = s[0] * v128;
   const double v159 = -v129;
@@ -2767,7 +2767,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[205] = v155;
   const double v183 = -v155;
   H[207] = v156;
-  // shared terms; H
+  // intermediate terms, then H
   const double v184 = v157 - v102;
   H[1] = v158;
   H[2] = v159;
@@ -2816,7 +2816,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   H[175] = v180;
   const double v206 = -v180;
   H[206] = v183;
-  // shared terms; H
+  // intermediate terms, then H
   const double v207 = -v184;
   H[7] = v185;
   const double v208 = v135 + v186;
@@ -2850,7 +2850,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v226 = v34 * v203;
   const double v227 = v93 * v205;
   const double v228 = v97 * v203;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v207;
   H[22] = v208;
   H[27] = v208;
@@ -2875,7 +2875,7 @@ void jaco2_hessian_mixed(const double q[6], double H[216]) {
   const double v235 = v223 + v224;
   const double v236 = v225 - v226;
   const double v237 = v227 - v228;
-  // shared terms; H
+  // intermediate terms, then H
   H[79] = v229;
   H[88] = v230;
   H[98] = v230;
@@ -2916,7 +2916,7 @@ void jaco2_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_4, q_3, q_1, q_0, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v12 = 0.41 * s[2];
   const double v13 = 0.41 * c[2];
   const double v14 = 0.0098 * s[1];
@@ -3077,7 +3077,7 @@ void jaco2_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v169 = v160 * qd_5;
   const double v170 = v161 * qd_5;
   V[5] = v162;
-  // shared terms; V
+  // intermediate terms, then V
   const double v171 = v163 - 0.17561406460551018;
   const double v172 = v165 * v155;
   const double v173 = v166 * qd_4;
@@ -3093,7 +3093,7 @@ void jaco2_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v183 = v177 + v76;
   V[3] = v178;
   V[4] = v179;
-  // shared terms; V
+  // intermediate terms, then V
   const double v184 = v180 + v164;
   const double v185 = v184 * v135;
   const double v186 = v184 * v138;
@@ -3135,7 +3135,7 @@ void jaco2_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = 0.17561406460551018 * s[0];
   const double v16 = c[1] * s[0];
   const double v17 = 0.5 * c[0];
@@ -3330,7 +3330,7 @@ void jaco2_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v206 = v106 + v200;
   const double v207 = v107 + v201;
   V[5] = v202;
-  // shared terms; V
+  // intermediate terms, then V
   const double v208 = v203 * qd_0;
   const double v209 = v204 * qd_0;
   const double v210 = v185 - v205;
@@ -3341,14 +3341,14 @@ void jaco2_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v215 = v172 + v210;
   V[3] = v211;
   V[4] = v212;
-  // shared terms; V
+  // intermediate terms, then V
   const double v216 = v191 - v213;
   const double v217 = v195 - v214;
   const double v218 = v134 + v215;
   const double v219 = v156 + v216;
   const double v220 = v165 + v217;
   V[2] = v218;
-  // shared terms; V
+  // intermediate terms, then V
   const double v221 = v37 + v219;
   const double v222 = v220 - v46;
   V[0] = v221;
@@ -3376,7 +3376,7 @@ void jaco2_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_4, q_0, q_3, q_1, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v12 = s[1] * s[2];
   const double v13 = s[1] * c[2];
   const double v14 = 0.17561406460551018 * s[0];
@@ -3524,7 +3524,7 @@ void jaco2_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v156 = v150 * qd_5;
   const double v157 = v151 * qd_5;
   V[5] = v152;
-  // shared terms; V
+  // intermediate terms, then V
   const double v158 = v153 + v145;
   const double v159 = v147 - v154;
   const double v160 = v155 - v125;
@@ -3535,7 +3535,7 @@ void jaco2_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   V[2] = v160;
   V[3] = v161;
   V[4] = v162;
-  // shared terms; V
+  // intermediate terms, then V
   const double v165 = v117 + v163;
   const double v166 = v122 + v164;
   const double v167 = v143 + v165;
@@ -3571,7 +3571,7 @@ void jaco2_acceleration_space(const double q[6], const double qd[6], const doubl
   const double angle[5] = {q_4, q_3, q_1, q_0, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = 0.41 * s[2];
   const double v13 = 0.41 * c[2];
   const double v14 = 0.0098 * s[1];
@@ -3936,7 +3936,7 @@ void jaco2_acceleration_space(const double q[6], const double qd[6], const doubl
   A[3] = v364;
   A[4] = v365;
   A[5] = v366;
-  // shared terms; A
+  // intermediate terms, then A
   const double v373 = v367 * qdd_5;
   const double v374 = v368 * v175;
   const double v375 = v369 * v240;
@@ -4000,7 +4000,7 @@ void jaco2_acceleration_body(const double q[6], const double qd[6], const double
   const double angle[6] = {q_5, q_4, q_3, q_0, q_1, v7};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v16 = 0.17561406460551018 * s[0];
   const double v17 = c[1] * s[0];
   const double v18 = 0.5 * c[0];
@@ -4411,13 +4411,13 @@ void jaco2_acceleration_body(const double q[6], const double qd[6], const double
   const double v424 = v372 + v416;
   const double v425 = v374 + v417;
   A[5] = v418;
-  // shared terms; A
+  // intermediate terms, then A
   const double v426 = v409 - v420;
   const double v427 = v412 - v422;
   const double v428 = v414 - v423;
   A[3] = v424;
   A[4] = v425;
-  // shared terms; A
+  // intermediate terms, then A
   const double v429 = v378 + v426;
   const double v430 = v383 + v427;
   const double v431 = v388 + v428;
@@ -4462,7 +4462,7 @@ void jaco2_acceleration_mixed(const double q[6], const double qd[6], const doubl
   const double angle[5] = {q_4, q_0, q_3, q_1, v5};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = s[1] * s[2];
   const double v13 = s[1] * c[2];
   const double v14 = 0.17561406460551018 * s[0];
@@ -4804,7 +4804,7 @@ void jaco2_acceleration_mixed(const double q[6], const double qd[6], const doubl
   A[3] = v344;
   A[4] = v345;
   A[5] = v346;
-  // shared terms; A
+  // intermediate terms, then A
   const double v350 = v292 + v347;
   const double v351 = v348 - v300;
   const double v352 = v349 + v343;

@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 5, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 5): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 5): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 5): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 5): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 5): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 5): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 5): joint coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 5, 5): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
         qdd (..., 5): joint accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
         qdd (..., 5): joint accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 5): joint coordinates (rad).
         qd (..., 5): joint rates (rad/s).
         qdd (..., 5): joint accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -306,12 +306,12 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
         margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """
@@ -326,11 +326,11 @@ def ik_position(
 
     Args:
         p (..., 3): position of the tool in the base frame (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
         margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """
@@ -345,11 +345,11 @@ def ik_position_pitch(
 
     Args:
         x (..., 4): position of the tool, elevation of its axis (m, rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 5): joint coordinates, one solution a row (rad).
+        q (..., 8, 5): joint coordinates, one solution per row (rad).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
         margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """
@@ -364,11 +364,11 @@ def ik_position_direction(
 
     Args:
         x (..., 6): position of the tool, direction of its axis, of any length (m, 1).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        q (..., 4, 5): joint coordinates, one solution per row (rad).
         residual (..., 4): distance of fk(q[k]) from the target (m or rad).
         margin (..., 4): distance from the boundary of the reachable set, negative beyond (1).
     """

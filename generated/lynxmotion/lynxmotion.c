@@ -25,7 +25,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v11 = s[0] * s[1];
   const double v12 = c[0] * s[1];
   const double v13 = 0.1 * c[2];
@@ -43,7 +43,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   const double v27 = s[4] * s[0];
   T_0_ee[10] = c[4];
   const double v28 = 0.1 * c[4];
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   const double v29 = c[0] * v21;
   const double v30 = s[0] * v21;
   const double v31 = -v22;
@@ -54,7 +54,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[8] = v26;
   const double v36 = -v27;
   const double v37 = v28 + v20;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v38 = v29 - v11;
   const double v39 = v12 + v30;
   T_0_ee[2] = v31;
@@ -64,7 +64,7 @@ void lynxmotion_fk(const double q[5], double T_0_ee[16]) {
   T_0_ee[6] = v35;
   T_0_ee[9] = v36;
   const double v43 = v37 + v16;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = v38;
   const double v44 = -v39;
   const double v45 = c[1] * v40;
@@ -130,7 +130,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   T[77] = 0.0;
   T[78] = 0.0;
   T[79] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v11 = -s[0];
   T[4] = s[0];
@@ -150,7 +150,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v19 = c[2] * s[0];
   const double v20 = s[2] * c[0];
   const double v21 = c[2] * c[0];
-  // shared terms; T
+  // intermediate terms, then T
   T[1] = v11;
   T[16] = v12;
   const double v24 = -v13;
@@ -169,7 +169,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v32 = 0.1 + v17;
   T[54] = v16;
   const double v33 = 0.1 * s[3];
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v24;
   T[21] = v25;
   T[32] = v26;
@@ -192,7 +192,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v44 = s[4] * s[2];
   T[74] = c[4];
   const double v45 = 0.1 * c[4];
-  // shared terms; T
+  // intermediate terms, then T
   T[33] = v34;
   T[37] = v35;
   T[48] = v36;
@@ -211,7 +211,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   T[72] = v43;
   const double v56 = -v44;
   const double v57 = v42 + v45;
-  // shared terms; T
+  // intermediate terms, then T
   T[49] = v46;
   T[51] = v47;
   T[53] = v48;
@@ -226,7 +226,7 @@ void lynxmotion_link_poses(const double q[5], double T[80]) {
   const double v63 = v49 - v55;
   T[73] = v56;
   T[75] = v57;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v58;
   const double v64 = -v59;
   T[67] = v60;
@@ -253,7 +253,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   const double angle[5] = {q_4, q_0, q_1, v3, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -268,7 +268,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v11 = s[0] * s[1];
   const double v12 = c[0] * s[1];
   const double v13 = 0.1 * c[2];
@@ -279,13 +279,13 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[17] = s[1];
   J[18] = s[1];
   const double v17 = -c[1];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v20 = 0.1 * c[3];
   const double v21 = 0.1 * s[3];
   J[21] = v17;
   J[22] = v17;
   J[23] = v17;
-  // shared terms; column 3 of T_0_ee; column 5 of J
+  // intermediate terms, then column 3 of T_0_ee, then column 5 of J
   const double v22 = c[1] * c[4];
   const double v23 = s[4] * c[1];
   const double v24 = 0.1 * s[4];
@@ -296,7 +296,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   T_0_ee[10] = c[4];
   const double v29 = 0.1 * c[4];
   J[29] = c[4];
-  // shared terms; column 1 of T_0_ee
+  // intermediate terms, then column 1 of T_0_ee
   const double v30 = c[0] * v22;
   const double v31 = s[0] * v22;
   const double v32 = -v23;
@@ -310,7 +310,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   const double v39 = v29 * c[1];
   const double v40 = v29 * s[1];
   const double v41 = -v24;
-  // shared terms; columns 2 and 3 of T_0_ee; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 2 and 3 of T_0_ee, then columns 3, 4 and 5 of J
   const double v42 = v30 - v11;
   const double v43 = v12 + v31;
   T_0_ee[2] = v32;
@@ -328,7 +328,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   J[13] = v41;
   J[19] = v32;
   J[24] = v36;
-  // shared terms; columns 1 and 2 of T_0_ee; columns 2 and 4 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then columns 2 and 4 of J
   T_0_ee[0] = v42;
   const double v52 = -v43;
   const double v53 = c[1] * v44;
@@ -343,7 +343,7 @@ void lynxmotion_fk_jacobian_mixed(const double q[5], double T_0_ee[16], double J
   const double v59 = -v50;
   J[8] = v51;
   J[11] = v44;
-  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 3 of J
+  // intermediate terms, then columns 2 and 4 of T_0_ee, then columns 1 and 3 of J
   T_0_ee[1] = v52;
   T_0_ee[3] = v53;
   T_0_ee[7] = v54;
@@ -388,7 +388,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[0];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[1];
@@ -397,7 +397,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[17] = s[0];
   J[18] = s[0];
   const double v13 = -c[0];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   J[1] = v9;
   const double v16 = v10 + 0.1;
   const double v17 = 0.1 * s[2];
@@ -407,7 +407,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   J[21] = v13;
   J[22] = v13;
   J[23] = v13;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v20 = c[0] * v16;
   const double v21 = v17 + v16;
   const double v22 = v18 + v11;
@@ -416,7 +416,7 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   const double v24 = s[3] * c[0];
   const double v25 = s[3] * s[0];
   J[29] = c[3];
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   J[2] = v20;
   const double v26 = c[0] * v21;
   const double v27 = s[3] * v21;
@@ -426,14 +426,14 @@ void lynxmotion_jacobian_space(const double q[5], double J[30]) {
   const double v30 = -v22;
   const double v31 = -v24;
   const double v32 = -v25;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   J[3] = v26;
   const double v33 = v27 + v28;
   J[8] = v29;
   J[13] = v30;
   J[19] = v31;
   J[24] = v32;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v34 = s[0] * v33;
   const double v35 = c[0] * v33;
   J[4] = v34;
@@ -469,7 +469,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   J[27] = 0.0;
   J[28] = 0.0;
   J[29] = 1.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -486,7 +486,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   J[21] = v14;
   J[22] = v14;
   J[23] = v14;
-  // shared terms; columns 1 and 4 of J
+  // intermediate terms, then columns 1 and 4 of J
   const double v20 = 0.1 * s[3];
   const double v21 = s[3] * c[0];
   const double v22 = 0.1 * c[3];
@@ -495,12 +495,12 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   const double v24 = s[0] * c[3];
   const double v25 = s[3] * s[0];
   J[25] = c[3];
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v26 = v17 - v20;
   const double v27 = v22 + v18;
   J[15] = v21;
   const double v28 = -v25;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v29 = v26 + v9;
   const double v30 = v27 + v10;
   const double v31 = v21 * v26;
@@ -510,7 +510,7 @@ void lynxmotion_jacobian_body(const double q[5], double J[30]) {
   const double v35 = s[3] * v27;
   const double v36 = v26 * c[3];
   J[20] = v28;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v37 = s[0] * v29;
   const double v38 = v21 * v29;
   const double v39 = v30 * v23;
@@ -562,26 +562,26 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   J[26] = 0.0;
   J[27] = 0.0;
   J[28] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v9 = 0.1 * c[0];
   const double v10 = 0.1 * s[0];
   J[16] = s[1];
   J[17] = s[1];
   J[18] = s[1];
   const double v11 = -c[1];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v14 = 0.1 * c[2];
   const double v15 = 0.1 * s[2];
   J[21] = v11;
   J[22] = v11;
   J[23] = v11;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v16 = 0.1 * s[3];
   const double v17 = 0.1 * c[3];
   const double v18 = s[3] * c[1];
   const double v19 = s[3] * s[1];
   J[29] = c[3];
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v20 = v14 - v16;
   const double v21 = v17 + v15;
   const double v22 = v17 * c[1];
@@ -599,7 +599,7 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   J[13] = v24;
   J[19] = v25;
   J[24] = v26;
-  // shared terms; columns 2 and 4 of J
+  // intermediate terms, then columns 2 and 4 of J
   const double v33 = v27 * s[1];
   const double v34 = c[1] * v28;
   const double v35 = -v29;
@@ -609,7 +609,7 @@ void lynxmotion_jacobian_mixed(const double q[5], double J[30]) {
   const double v38 = -v31;
   J[8] = v32;
   J[11] = v27;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v39 = -v33;
   const double v40 = -v34;
   J[2] = v35;
@@ -650,7 +650,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[20] = 0.0;
   J_dot[25] = 0.0;
   J_dot[26] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * s[0];
   const double v10 = 0.1 * c[1];
   const double v11 = c[0] * qd_1;
@@ -683,7 +683,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[23] = v20;
   const double v35 = s[0] * v11;
   const double v36 = c[0] * v15;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v37 = -v23;
   const double v38 = s[0] * v25;
   const double v39 = v27 + v10;
@@ -701,7 +701,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v50 = v35 - v36;
   const double v51 = v26 * s[0];
   const double v52 = v33 * c[0];
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   J_dot[1] = v37;
   const double v53 = v38 * qd_0;
   const double v54 = v26 * v39;
@@ -725,7 +725,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v71 = v51 - v52;
   const double v72 = v49 * v42;
   const double v73 = v48 * v45;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v74 = v24 - v53;
   const double v75 = v55 * qd_0;
   const double v76 = v56 + v57;
@@ -743,7 +743,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v88 = v69 + v70;
   J_dot[28] = v71;
   const double v89 = v72 + v73;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   J_dot[2] = v74;
   const double v90 = v54 - v75;
   const double v91 = c[0] * v76;
@@ -761,7 +761,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   J_dot[19] = v87;
   const double v102 = -v88;
   const double v103 = -v89;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v104 = v90 - v41;
   const double v105 = v91 * qd_0;
   const double v106 = v92 * c[3];
@@ -776,7 +776,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v114 = v97 * v42;
   J_dot[24] = v102;
   J_dot[29] = v103;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   J_dot[3] = v104;
   const double v115 = v106 - v93;
   J_dot[8] = v107;
@@ -784,7 +784,7 @@ void lynxmotion_jacobian_space_dot(const double q[5], const double qd[5], double
   const double v117 = v99 - v110;
   const double v118 = v111 - v112;
   const double v119 = v113 - v114;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v120 = v105 + v115;
   const double v121 = v108 + v116;
   J_dot[13] = v117;
@@ -823,7 +823,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[24] = 0.0;
   J_dot[28] = 0.0;
   J_dot[29] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * s[0];
@@ -850,7 +850,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[23] = v20;
   const double v32 = s[0] * v13;
   const double v33 = c[0] * v16;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v34 = 0.1 * s[3];
   const double v35 = 0.1 * c[3];
   const double v36 = s[3] * s[0];
@@ -869,7 +869,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v44 = s[0] * v26;
   const double v45 = c[0] * v29;
   const double v46 = v32 - v33;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v47 = v23 - v34;
   const double v48 = v35 + v24;
   const double v49 = v42 + v43;
@@ -881,7 +881,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v55 = v40 * v36;
   const double v56 = v44 - v45;
   J_dot[27] = v46;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v57 = v47 + v9;
   const double v58 = v48 + v10;
   const double v59 = s[3] * v48;
@@ -894,7 +894,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v66 = v52 + v53;
   const double v67 = v54 + v55;
   J_dot[26] = v56;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v68 = c[0] * v57;
   const double v69 = s[3] * v58;
   const double v70 = v57 * c[3];
@@ -909,7 +909,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   J_dot[15] = v65;
   const double v79 = -v66;
   const double v80 = -v67;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v81 = v68 * qd_4;
   const double v82 = v69 + v70;
   const double v83 = v71 * qd_2;
@@ -928,7 +928,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v96 = v13 * v77;
   J_dot[20] = v79;
   J_dot[25] = v80;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v97 = v82 * qd_1;
   const double v98 = v84 * qd_1;
   const double v99 = v85 + v25;
@@ -957,7 +957,7 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v121 = s[0] * v99;
   const double v122 = v111 - v112;
   const double v123 = v113 - v49;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v124 = v114 * v36;
   const double v125 = v115 * c[3];
   const double v126 = v116 - v102;
@@ -969,14 +969,14 @@ void lynxmotion_jacobian_body_dot(const double q[5], const double qd[5], double 
   const double v131 = v117 * v36;
   const double v132 = v120 - v121;
   J_dot[12] = v123;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v133 = v124 + v125;
   J_dot[1] = v126;
   const double v134 = v127 - v128;
   J_dot[6] = v129;
   const double v135 = v130 + v131;
   const double v136 = v132 + v122;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v137 = v81 - v133;
   const double v138 = v134 - v90;
   const double v139 = v135 + v110;
@@ -1015,7 +1015,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[20] = 0.0;
   J_dot[25] = 0.0;
   J_dot[26] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v9 = 0.1 * s[0];
   const double v10 = 0.1 * c[0];
   const double v11 = c[1] * qd_1;
@@ -1038,7 +1038,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[23] = v18;
   const double v25 = s[1] * v11;
   const double v26 = c[1] * v14;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v27 = 0.1 * c[3];
   const double v28 = 0.1 * s[3];
   const double v29 = v13 + v23;
@@ -1063,7 +1063,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v47 = v34 - v35;
   const double v48 = v30 * v31;
   const double v49 = v29 * v32;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v50 = v36 + v9;
   const double v51 = v36 * s[1];
   const double v52 = v37 * qd_3;
@@ -1083,7 +1083,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v66 = v45 + v46;
   J_dot[28] = v47;
   const double v67 = v48 + v49;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v68 = v50 * s[1];
   const double v69 = v51 * qd_2;
   const double v70 = c[1] * v53;
@@ -1105,7 +1105,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[19] = v65;
   const double v86 = -v66;
   const double v87 = -v67;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v88 = v68 * qd_1;
   const double v89 = v69 + v52;
   const double v90 = v70 * qd_0;
@@ -1127,7 +1127,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v104 = -v85;
   J_dot[24] = v86;
   J_dot[29] = v87;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v105 = v88 + v89;
   const double v106 = v91 - v71;
   const double v107 = v93 + v56;
@@ -1139,7 +1139,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   const double v113 = v89 * s[1];
   const double v114 = v102 + v103;
   J_dot[13] = v104;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v115 = v105 - v90;
   const double v116 = v106 - v92;
   J_dot[2] = v107;
@@ -1148,14 +1148,14 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[7] = v110;
   const double v119 = v112 + v113;
   const double v120 = -v114;
-  // shared terms; columns 1, 2 and 3 of J_dot
+  // intermediate terms, then columns 1, 2 and 3 of J_dot
   J_dot[0] = v115;
   J_dot[1] = v116;
   const double v121 = -v117;
   const double v122 = -v118;
   const double v123 = v111 + v119;
   J_dot[12] = v120;
-  // shared terms; columns 1 and 2 of J_dot
+  // intermediate terms, then columns 1 and 2 of J_dot
   J_dot[5] = v121;
   J_dot[6] = v122;
   const double v124 = -v123;
@@ -1163,7 +1163,7 @@ void lynxmotion_jacobian_mixed_dot(const double q[5], const double qd[5], double
   J_dot[11] = v124;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 62 operations: multiply 30, add 10, negate 14, trig 8
 void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   // inputs
@@ -1271,7 +1271,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[144] = 0.0;
   H[145] = 0.0;
   H[149] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   H[80] = c[0];
@@ -1280,7 +1280,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[105] = s[0];
   H[110] = s[0];
   H[115] = s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v13 = 0.1 * c[2];
   const double v14 = 0.1 * s[2];
   const double v15 = 0.1 * s[3];
@@ -1301,7 +1301,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   const double v29 = -v20;
   const double v30 = v19 * c[0];
   const double v31 = v17 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v32 = v21 + v9;
   const double v33 = v22 + v10;
   const double v34 = v22 * s[0];
@@ -1331,7 +1331,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[122] = v29;
   H[123] = v29;
   const double v41 = v30 + v31;
-  // shared terms; H
+  // intermediate terms, then H
   const double v42 = c[0] * v32;
   const double v43 = v33 * s[0];
   H[2] = v34;
@@ -1347,7 +1347,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   const double v50 = s[0] * v34;
   const double v51 = v39 + v40;
   const double v52 = -v41;
-  // shared terms; H
+  // intermediate terms, then H
   const double v53 = -v42;
   H[1] = v43;
   H[5] = v43;
@@ -1368,7 +1368,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[146] = v52;
   H[147] = v52;
   H[148] = v52;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v53;
   H[6] = v53;
   H[25] = v54;
@@ -1382,7 +1382,7 @@ void lynxmotion_hessian_mixed(const double q[5], double H[150]) {
   H[66] = v59;
   H[67] = v59;
   H[68] = v59;
-  // shared terms; H
+  // intermediate terms, then H
   const double v62 = -v60;
   H[57] = v61;
   H[61] = v61;
@@ -1411,7 +1411,7 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = 0.1 * s[1];
   const double v10 = 0.1 * c[1];
   const double v11 = 0.1 * c[0];
@@ -1458,7 +1458,7 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double v54 = v33 - v45;
   const double v55 = v46 + v36;
   V[5] = v47;
-  // shared terms; V
+  // intermediate terms, then V
   const double v56 = s[0] * v48;
   const double v57 = v49 + v50;
   const double v58 = v51 + v52;
@@ -1466,12 +1466,12 @@ void lynxmotion_twist_space(const double q[5], const double qd[5], double V[6]) 
   const double v60 = -v53;
   V[3] = v54;
   const double v61 = -v55;
-  // shared terms; V
+  // intermediate terms, then V
   const double v62 = v56 * qd_4;
   const double v63 = v59 * qd_4;
   V[2] = v60;
   V[4] = v61;
-  // shared terms; V
+  // intermediate terms, then V
   const double v64 = v62 + v57;
   const double v65 = v58 - v63;
   V[0] = v64;
@@ -1498,7 +1498,7 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double angle[4] = {q_4, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -1536,7 +1536,7 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double v45 = v34 - v13;
   const double v46 = v35 + v18;
   V[5] = v36;
-  // shared terms; V
+  // intermediate terms, then V
   const double v47 = v37 - v38;
   const double v48 = s[0] * v39;
   const double v49 = v25 * v39;
@@ -1565,16 +1565,16 @@ void lynxmotion_twist_body(const double q[5], const double qd[5], double V[6]) {
   const double v72 = v66 * qd_1;
   V[3] = v68;
   const double v73 = -v69;
-  // shared terms; V
+  // intermediate terms, then V
   const double v74 = v61 + v70;
   const double v75 = v64 + v71;
   const double v76 = v72 + v67;
   V[4] = v73;
-  // shared terms; V
+  // intermediate terms, then V
   const double v77 = v60 + v74;
   const double v78 = v63 + v75;
   V[2] = v76;
-  // shared terms; V
+  // intermediate terms, then V
   const double v79 = v77 - v23;
   const double v80 = v24 + v78;
   V[0] = v79;
@@ -1601,7 +1601,7 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double angle[4] = {q_0, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = s[0] * qd_3;
@@ -1639,7 +1639,7 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double v45 = v25 - v35;
   const double v46 = v36 + v28;
   V[5] = v37;
-  // shared terms; V
+  // intermediate terms, then V
   const double v47 = v39 * qd_2;
   const double v48 = v40 * s[0];
   const double v49 = c[0] * v41;
@@ -1649,21 +1649,21 @@ void lynxmotion_twist_mixed(const double q[5], const double qd[5], double V[6]) 
   const double v53 = v40 * qd_1;
   V[3] = v45;
   const double v54 = -v46;
-  // shared terms; V
+  // intermediate terms, then V
   const double v55 = v48 * qd_0;
   const double v56 = v49 * qd_1;
   const double v57 = v50 * qd_0;
   const double v58 = v51 * qd_1;
   const double v59 = v53 + v44;
   V[4] = v54;
-  // shared terms; V
+  // intermediate terms, then V
   const double v60 = v55 + v56;
   const double v61 = v57 - v58;
   const double v62 = v59 - v34;
   const double v63 = v47 + v60;
   const double v64 = v61 - v52;
   V[2] = v62;
-  // shared terms; V
+  // intermediate terms, then V
   const double v65 = v38 + v63;
   const double v66 = v64 - v43;
   const double v67 = -v65;
@@ -1697,7 +1697,7 @@ void lynxmotion_acceleration_space(const double q[5], const double qd[5], const 
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.1 * s[1];
   const double v10 = 0.1 * c[1];
   const double v11 = 0.1 * c[0];
@@ -1877,7 +1877,7 @@ void lynxmotion_acceleration_space(const double q[5], const double qd[5], const 
   A[3] = v178;
   A[4] = v179;
   A[5] = v180;
-  // shared terms; A
+  // intermediate terms, then A
   const double v187 = v181 * qd_4;
   const double v188 = v183 * qd_4;
   const double v189 = v185 * qd_4;
@@ -1918,7 +1918,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double angle[4] = {q_4, q_1, v1, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.1 * c[1];
   const double v10 = 0.1 * s[1];
   const double v11 = 0.1 * c[0];
@@ -2096,7 +2096,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double v185 = v128 + v170;
   const double v186 = v171 - v131;
   A[5] = v172;
-  // shared terms; A
+  // intermediate terms, then A
   const double v187 = v173 - v31;
   const double v188 = v174 + v175;
   const double v189 = v176 * qd_1;
@@ -2107,7 +2107,7 @@ void lynxmotion_acceleration_body(const double q[5], const double qd[5], const d
   const double v194 = v184 + v169;
   A[3] = v185;
   A[4] = v186;
-  // shared terms; A
+  // intermediate terms, then A
   const double v195 = v112 - v188;
   const double v196 = v191 - v120;
   const double v197 = v193 + v150;
@@ -2157,7 +2157,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
   const double angle[4] = {q_0, q_1, v2, v6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = c[0] * qd_3;
   const double v10 = c[0] * qd_1;
   const double v11 = c[0] * qd_2;
@@ -2328,7 +2328,7 @@ void lynxmotion_acceleration_mixed(const double q[5], const double qd[5], const 
   A[3] = v165;
   A[4] = v166;
   A[5] = v167;
-  // shared terms; A
+  // intermediate terms, then A
   const double v178 = v169 * qd_0;
   const double v179 = v170 * qd_1;
   const double v180 = v84 + v171;
@@ -2585,7 +2585,7 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v210 = sqrt(v209);
   // q
   q[0] = v60;
-  // q; margin
+  // q, then margin
   q[4] = v113;
   margin[0] = v124;
   // q
@@ -2836,7 +2836,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   chasles_cos_sin(1, angle, c, s);
   // constant entries of q
   q[4] = 0.0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 1e-150 + s[0];
   const double v8 = choice_1 * c[0];
   const double v9 = fabs(c[0]);
@@ -2862,7 +2862,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v41 = v37 * v37;
   q[0] = v39;
   const double v42 = sqrt(v40);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v43 = v41 + v38;
   const double v44 = v42 - v9;
   const double v45 = 0.04 - v43;
@@ -2879,7 +2879,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v56 = v52 ? v49 : v53;
   const double v57 = 50.0 * v54;
   margin[0] = v55;
-  // shared terms; q
+  // intermediate terms, then q
   const double v58 = 0.1 * v56;
   const double v59 = v52 ? v57 : 0.0;
   const double v60 = v58 + 0.1;
@@ -2891,7 +2891,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v66 = v37 * v63;
   const double v67 = v31 * v63;
   q[2] = v65;
-  // shared terms; q
+  // intermediate terms, then q
   const double v68 = v62 - v66;
   const double v69 = v64 + v67;
   const double v70 = v68 * v68;
@@ -2912,7 +2912,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v84 = v27 - v77;
   const double v85 = v78 - v79;
   const double v86 = v81 + v82;
-  // shared terms; q
+  // intermediate terms, then q
   const double v87 = v84 - v65;
   const double v88 = 0.1 * v85;
   const double v89 = 0.1 * v86;
@@ -2933,7 +2933,7 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v103 = v100 - x_0;
   const double v104 = v101 + x_1;
   const double v105 = v102 - x_2;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v106 = v103 * v103;
   const double v107 = v104 * v104;
   const double v108 = v105 * v105;

@@ -26,7 +26,7 @@ void panda_fk(const double q[7], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v16 = c[1] * s[2];
   const double v17 = c[1] * c[2];
   const double v18 = s[1] * s[4];
@@ -137,7 +137,7 @@ void panda_fk(const double q[7], double T_0_ee[16]) {
   const double v123 = v113 + v91;
   const double v124 = v114 - v92;
   T_0_ee[10] = v115;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v125 = s[6] * v117;
   const double v126 = c[6] * v117;
   const double v127 = -v118;
@@ -150,7 +150,7 @@ void panda_fk(const double q[7], double T_0_ee[16]) {
   T_0_ee[8] = v123;
   T_0_ee[9] = v124;
   const double v134 = s[2] * v119;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v135 = v125 - v103;
   const double v136 = v104 + v126;
   T_0_ee[2] = v127;
@@ -159,7 +159,7 @@ void panda_fk(const double q[7], double T_0_ee[16]) {
   const double v139 = v131 - v111;
   T_0_ee[6] = v132;
   const double v140 = v134 - v116;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = v135;
   T_0_ee[1] = v136;
   const double v141 = c[1] * v137;
@@ -167,7 +167,7 @@ void panda_fk(const double q[7], double T_0_ee[16]) {
   T_0_ee[5] = v139;
   const double v142 = s[1] * v137;
   const double v143 = 0.333 - v140;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v144 = v141 - v129;
   const double v145 = v133 + v142;
   T_0_ee[11] = v143;
@@ -234,7 +234,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   T[109] = 0.0;
   T[110] = 0.0;
   T[111] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v16 = -s[0];
   T[4] = s[0];
@@ -256,7 +256,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v29 = 0.316 * c[1];
   const double v30 = c[1] * s[3];
   const double v31 = c[1] * c[3];
-  // shared terms; T
+  // intermediate terms, then T
   T[1] = v16;
   T[16] = v17;
   const double v32 = -v18;
@@ -286,7 +286,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v49 = 0.0825 * v27;
   const double v50 = s[4] * v28;
   const double v51 = v28 * c[4];
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v32;
   T[21] = v33;
   const double v52 = v34 - v23;
@@ -301,7 +301,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v57 = v47 + v31;
   T[58] = v48;
   const double v58 = v41 - v49;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = v52;
   const double v59 = -v53;
   T[36] = v54;
@@ -328,7 +328,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v74 = 0.0825 * v56;
   const double v75 = s[5] * v57;
   const double v76 = c[5] * v57;
-  // shared terms; T
+  // intermediate terms, then T
   T[33] = v59;
   const double v77 = v42 + v60;
   const double v78 = v43 - v61;
@@ -340,7 +340,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v83 = v50 + v71;
   const double v84 = v51 - v72;
   const double v85 = v58 + v73;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = v77;
   T[49] = v78;
   T[51] = v79;
@@ -369,7 +369,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v101 = -v84;
   const double v102 = c[6] * v84;
   const double v103 = s[6] * v84;
-  // shared terms; T
+  // intermediate terms, then T
   const double v104 = v86 - v67;
   const double v105 = v87 + v68;
   const double v106 = v79 + v88;
@@ -381,7 +381,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v111 = v76 - v100;
   T[90] = v101;
   T[91] = v94;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v104;
   const double v112 = -v105;
   const double v113 = v106 - v89;
@@ -404,7 +404,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v125 = c[6] * v110;
   const double v126 = -v111;
   const double v127 = 0.088 * v110;
-  // shared terms; T
+  // intermediate terms, then T
   T[65] = v112;
   T[67] = v113;
   T[71] = v114;
@@ -419,7 +419,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v133 = v125 - v103;
   T[106] = v126;
   const double v134 = v94 + v127;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v128;
   T[81] = v129;
   T[84] = v130;
@@ -435,7 +435,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v143 = 0.7071067811865476 * v132;
   const double v144 = 0.7071067811865476 * v133;
   T[107] = v134;
-  // shared terms; T
+  // intermediate terms, then T
   const double v145 = v135 - v120;
   const double v146 = v121 + v136;
   T[98] = v137;
@@ -446,7 +446,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   const double v150 = v114 + v142;
   const double v151 = v143 + v144;
   const double v152 = v144 - v143;
-  // shared terms; T
+  // intermediate terms, then T
   const double v153 = 0.7071067811865476 * v145;
   const double v154 = 0.7071067811865476 * v146;
   T[99] = v147;
@@ -455,7 +455,7 @@ void panda_link_poses(const double q[7], double T[112]) {
   T[103] = v150;
   T[104] = v151;
   T[105] = v152;
-  // shared terms; T
+  // intermediate terms, then T
   const double v157 = v153 + v154;
   const double v158 = v154 - v153;
   const double v159 = v155 + v156;
@@ -483,7 +483,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double angle[7] = {q_5, q_0, q_1, q_3, q_2, q_4, v1};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -496,7 +496,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v16 = c[1] * s[2];
   const double v17 = c[1] * c[2];
   const double v18 = s[1] * s[4];
@@ -516,7 +516,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double v32 = -s[1];
   J[29] = c[1];
   J[37] = c[2];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v33 = v16 * s[3];
   const double v34 = v17 * c[4];
   const double v35 = v17 * s[4];
@@ -535,7 +535,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[23] = v16;
   J[30] = v26;
   const double v47 = -v28;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v48 = v34 - v18;
   const double v49 = v35 + v19;
   const double v50 = v37 * c[5];
@@ -546,7 +546,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double v55 = v29 - v44;
   const double v56 = v45 + v31;
   J[38] = v47;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v57 = v48 * c[3];
   const double v58 = s[5] * v49;
   const double v59 = v48 * s[3];
@@ -568,7 +568,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[24] = v49;
   const double v75 = -v53;
   J[39] = v56;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v76 = v33 + v57;
   const double v77 = v36 - v59;
   const double v78 = v61 * c[3];
@@ -578,7 +578,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double v82 = v43 + v70;
   const double v83 = v46 - v72;
   J[31] = v75;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v84 = v76 * c[5];
   const double v85 = s[0] * v77;
   const double v86 = s[5] * v76;
@@ -600,7 +600,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[25] = v77;
   J[32] = v81;
   const double v102 = -v83;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v103 = v84 - v58;
   const double v104 = v86 + v60;
   const double v105 = v88 + 0.0825;
@@ -618,7 +618,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[18] = v100;
   const double v117 = v74 - v101;
   J[40] = v102;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v118 = c[0] * v103;
   const double v119 = c[6] * v104;
   const double v120 = s[6] * v104;
@@ -644,7 +644,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[19] = v117;
   J[26] = v104;
   const double v140 = -v108;
-  // shared terms; column 3 of T_0_ee; columns 4, 5, 6 and 7 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 4, 5, 6 and 7 of J
   const double v141 = v118 + v85;
   const double v142 = v87 - v121;
   const double v143 = v122 - v63;
@@ -663,7 +663,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[17] = v139;
   J[33] = v140;
   J[41] = v131;
-  // shared terms; columns 1 and 2 of T_0_ee; columns 5 and 6 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then columns 5 and 6 of J
   const double v152 = s[6] * v141;
   const double v153 = c[6] * v141;
   const double v154 = -v142;
@@ -684,7 +684,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double v165 = v25 * v144;
   J[12] = v151;
   const double v166 = s[2] * v144;
-  // shared terms; column 3 of T_0_ee; columns 3 and 7 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 3 and 7 of J
   const double v167 = v152 - v119;
   const double v168 = v120 + v153;
   T_0_ee[2] = v154;
@@ -698,7 +698,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[16] = v166;
   J[27] = v154;
   J[34] = v159;
-  // shared terms; columns 1 and 2 of T_0_ee; column 3 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then column 3 of J
   T_0_ee[0] = v167;
   T_0_ee[1] = v168;
   const double v175 = c[1] * v169;
@@ -711,7 +711,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   const double v180 = s[1] * v172;
   J[9] = v174;
   const double v181 = -v169;
-  // shared terms; column 4 of T_0_ee; columns 2 and 3 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 2 and 3 of J
   const double v182 = v175 - v156;
   const double v183 = v160 + v176;
   T_0_ee[11] = v177;
@@ -719,7 +719,7 @@ void panda_fk_jacobian_mixed(const double q[7], double T_0_ee[16], double J[42])
   J[2] = v179;
   const double v185 = -v180;
   J[15] = v181;
-  // shared terms; column 4 of T_0_ee; columns 1 and 2 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 1 and 2 of J
   T_0_ee[3] = v182;
   T_0_ee[7] = v183;
   const double v186 = -v183;
@@ -755,7 +755,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v13 = 0.333 * c[0];
   const double v14 = 0.333 * s[1];
   const double v15 = 0.333 * c[1];
@@ -775,7 +775,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v29 = -s[0];
   J[29] = c[0];
   J[37] = c[1];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v30 = -v13;
   const double v31 = v14 * s[0];
   const double v32 = v15 + 0.316;
@@ -799,7 +799,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   J[23] = v18;
   J[30] = v23;
   const double v49 = -v27;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   J[1] = v30;
   const double v50 = -v31;
   const double v51 = v33 - v17;
@@ -817,7 +817,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v61 = v26 - v45;
   const double v62 = v47 + v28;
   J[38] = v49;
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   J[2] = v50;
   const double v63 = v32 * v51;
   const double v64 = v52 * v18;
@@ -842,7 +842,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v82 = -v59;
   J[39] = v62;
   const double v83 = c[5] * v62;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v84 = v63 + v64;
   const double v85 = v36 + v65;
   const double v86 = v66 - v53;
@@ -855,7 +855,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v93 = v46 + v79;
   const double v94 = v48 - v81;
   J[31] = v82;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   J[3] = v84;
   const double v95 = v35 * v85;
   const double v96 = v86 + 0.0825;
@@ -876,7 +876,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v107 = c[5] * v91;
   const double v108 = -v94;
   const double v109 = s[5] * v93;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v110 = v96 * v54;
   const double v111 = v98 - v68;
   const double v112 = v96 * c[4];
@@ -891,7 +891,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v121 = v105 + v80;
   J[40] = v108;
   const double v122 = v83 - v109;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v123 = v95 - v110;
   const double v124 = v97 * v111;
   const double v125 = v112 - v56;
@@ -906,7 +906,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   const double v133 = -v118;
   const double v134 = s[5] * v117;
   const double v135 = -v122;
-  // shared terms; columns 5, 6 and 7 of J
+  // intermediate terms, then columns 5, 6 and 7 of J
   J[4] = v123;
   const double v136 = v125 * v88;
   const double v137 = c[5] * v125;
@@ -921,7 +921,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   J[33] = v133;
   const double v144 = v107 - v134;
   J[41] = v135;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   const double v145 = v124 + v136;
   const double v146 = v137 - v113;
   const double v147 = v126 * v138;
@@ -936,7 +936,7 @@ void panda_jacobian_space(const double q[7], double J[42]) {
   J[19] = v150;
   J[27] = v151;
   J[34] = v152;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v154 = v153 * v114;
   const double v155 = v153 * v118;
   const double v156 = v153 * v94;
@@ -978,7 +978,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[34] = 0.0;
   J[40] = 0.0;
   J[41] = 1.0;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v16 = 0.088 * c[2];
   const double v17 = 0.107 * s[2];
   const double v18 = 0.088 * s[2];
@@ -1008,7 +1008,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[33] = s[6];
   const double v42 = -v20;
   J[39] = v24;
-  // shared terms; columns 4, 5 and 6 of J
+  // intermediate terms, then columns 4, 5 and 6 of J
   const double v43 = s[1] * v25;
   const double v44 = v25 * c[1];
   const double v45 = v28 * s[4];
@@ -1030,7 +1030,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[26] = v41;
   J[32] = v35;
   J[38] = v42;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v58 = v43 + v26;
   const double v59 = v44 - v27;
   const double v60 = v47 - 0.0825;
@@ -1047,7 +1047,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   const double v70 = v56 * c[3];
   const double v71 = v57 * c[5];
   J[37] = v57;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v72 = v58 * c[3];
   const double v73 = v59 * c[4];
   const double v74 = v59 * s[4];
@@ -1063,7 +1063,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   const double v83 = v70 - v40;
   const double v84 = -v58;
   const double v85 = -v65;
-  // shared terms; columns 2 and 4 of J
+  // intermediate terms, then columns 2 and 4 of J
   const double v86 = v73 - v45;
   const double v87 = v46 + v74;
   const double v88 = v76 - v61;
@@ -1077,7 +1077,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[24] = v84;
   J[31] = v85;
   J[36] = v82;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v96 = v86 * s[3];
   const double v97 = v87 * s[5];
   const double v98 = v86 * c[3];
@@ -1098,7 +1098,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   const double v113 = v56 * v89;
   J[23] = v87;
   J[30] = v91;
-  // shared terms; columns 1, 2 and 4 of J
+  // intermediate terms, then columns 1, 2 and 4 of J
   const double v114 = v72 + v96;
   const double v115 = v98 - v75;
   const double v116 = c[3] * v99;
@@ -1131,7 +1131,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[22] = v114;
   J[29] = v121;
   J[35] = v127;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v140 = v97 + v129;
   const double v141 = c[5] * v130;
   const double v142 = s[0] * v131;
@@ -1174,7 +1174,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   J[16] = v162;
   J[21] = v163;
   J[28] = v164;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v177 = v166 - v142;
   const double v178 = v143 + v168;
   const double v179 = v169 - v170;
@@ -1189,7 +1189,7 @@ void panda_jacobian_body(const double q[7], double J[42]) {
   const double v186 = v138 * v177;
   const double v187 = v139 * v178;
   J[15] = v181;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v188 = v182 - v183;
   const double v189 = v184 - v185;
   const double v190 = v186 - v187;
@@ -1221,7 +1221,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   J[28] = 0.0;
   J[35] = 1.0;
   J[36] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v13 = 0.088 * c[3];
   const double v14 = 0.107 * s[3];
   const double v15 = 0.088 * s[3];
@@ -1241,7 +1241,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v29 = -s[0];
   J[29] = c[0];
   J[37] = c[5];
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v30 = v13 + v14;
   const double v31 = v15 - v16;
   const double v32 = v17 * c[1];
@@ -1260,7 +1260,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   J[23] = v18;
   J[30] = v22;
   const double v44 = -v26;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v45 = s[2] * v30;
   const double v46 = v30 * c[2];
   const double v47 = v31 + 0.384;
@@ -1271,7 +1271,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v52 = v27 - v41;
   const double v53 = v42 + v28;
   J[38] = v44;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v54 = c[1] * v45;
   const double v55 = v46 - 0.0825;
   const double v56 = v47 * s[4];
@@ -1292,7 +1292,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v70 = -v51;
   J[39] = v53;
   const double v71 = c[3] * v53;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v72 = v55 * c[4];
   const double v73 = v55 * s[4];
   const double v74 = v33 + v59;
@@ -1302,7 +1302,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v78 = v40 - v67;
   const double v79 = v43 + v69;
   J[31] = v70;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v80 = v72 - v56;
   const double v81 = v73 + v58;
   const double v82 = s[2] * v74;
@@ -1319,7 +1319,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v91 = c[3] * v77;
   const double v92 = -v78;
   const double v93 = s[3] * v79;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v94 = v80 + 0.0825;
   const double v95 = v81 + 0.316;
   const double v96 = v18 * v80;
@@ -1336,7 +1336,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v106 = v68 - v89;
   J[40] = v92;
   const double v107 = v71 - v93;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v108 = v94 * s[1];
   const double v109 = c[1] * v94;
   const double v110 = s[5] * v95;
@@ -1354,7 +1354,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v120 = -v102;
   const double v121 = s[3] * v103;
   const double v122 = -v107;
-  // shared terms; columns 4, 5, 6 and 7 of J
+  // intermediate terms, then columns 4, 5, 6 and 7 of J
   const double v123 = v54 + v108;
   const double v124 = v109 - v57;
   J[3] = v112;
@@ -1368,7 +1368,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   J[33] = v120;
   const double v129 = v91 - v121;
   J[41] = v122;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v130 = c[0] * v123;
   const double v131 = c[5] * v124;
   const double v132 = s[5] * v124;
@@ -1383,7 +1383,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v138 = s[5] * v123;
   const double v139 = -v128;
   const double v140 = -v129;
-  // shared terms; columns 3 and 7 of J
+  // intermediate terms, then columns 3 and 7 of J
   const double v141 = v131 + v110;
   const double v142 = v132 - v111;
   const double v143 = v133 + v134;
@@ -1391,7 +1391,7 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   J[16] = v138;
   J[27] = v139;
   J[34] = v140;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v145 = s[0] * v141;
   const double v146 = c[0] * v142;
   const double v147 = -v143;
@@ -1399,14 +1399,14 @@ void panda_jacobian_mixed(const double q[7], double J[42]) {
   const double v149 = s[0] * v142;
   J[9] = v144;
   const double v150 = -v141;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v151 = v130 + v145;
   const double v152 = -v146;
   J[2] = v147;
   const double v153 = v148 - v135;
   const double v154 = -v149;
   J[15] = v150;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v155 = -v151;
   J[1] = v152;
   J[7] = v153;
@@ -1444,7 +1444,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   J_dot[28] = 0.0;
   J_dot[35] = 0.0;
   J_dot[36] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v13 = 0.333 * s[0];
   const double v14 = 0.333 * s[1];
   const double v15 = 0.333 * c[1];
@@ -1531,7 +1531,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   J_dot[29] = v62;
   const double v94 = v63 + v64;
   const double v95 = v65 + v66;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v96 = v67 + v68;
   const double v97 = v69 * c[1];
   const double v98 = v38 * v72;
@@ -1571,7 +1571,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v129 = -v95;
   const double v130 = v88 * v71;
   const double v131 = v86 * v76;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v132 = -v96;
   const double v133 = v97 - v70;
   const double v134 = v98 + v99;
@@ -1597,7 +1597,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v153 = v127 + v128;
   J_dot[37] = v129;
   const double v154 = v130 + v131;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   J_dot[2] = v132;
   const double v155 = v133 * v71;
   const double v156 = v134 * v41;
@@ -1636,7 +1636,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v186 = -v154;
   const double v187 = v147 * v139;
   const double v188 = v137 * v148;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v189 = v155 - v156;
   const double v190 = v157 * v22;
   const double v191 = v157 * v76;
@@ -1664,7 +1664,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v213 = v184 - v185;
   J_dot[38] = v186;
   const double v214 = v187 - v188;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v215 = v189 - v135;
   const double v216 = v101 + v190;
   const double v217 = v158 + v191;
@@ -1694,7 +1694,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   J_dot[39] = v214;
   const double v239 = v209 * v198;
   const double v240 = v196 * v210;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   J_dot[3] = v215;
   const double v241 = v216 * v137;
   const double v242 = v217 * v77;
@@ -1724,7 +1724,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v264 = v235 - v236;
   const double v265 = v237 + v238;
   const double v266 = v239 + v240;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v267 = v241 - v242;
   const double v268 = v194 + v244;
   const double v269 = v220 + v245;
@@ -1746,7 +1746,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v283 = -v266;
   const double v284 = v251 * v260;
   const double v285 = v259 * v252;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v286 = v267 + v243;
   const double v287 = v268 * v196;
   const double v288 = v269 * v142;
@@ -1770,7 +1770,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v306 = v281 - v282;
   J_dot[40] = v283;
   const double v307 = v284 - v285;
-  // shared terms; columns 5 and 7 of J_dot
+  // intermediate terms, then columns 5 and 7 of J_dot
   J_dot[4] = v286;
   const double v308 = v287 - v288;
   const double v309 = v289 - v290;
@@ -1789,7 +1789,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   J_dot[27] = v305;
   J_dot[34] = v306;
   J_dot[41] = v307;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v320 = v308 + v309;
   const double v321 = v272 + v310;
   const double v322 = v250 + v311;
@@ -1814,7 +1814,7 @@ void panda_jacobian_space_dot(const double q[7], const double qd[7], double J_do
   const double v338 = v330 - v331;
   const double v339 = v326 * v251;
   const double v340 = v321 * v259;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v341 = v332 - v333;
   const double v342 = v335 + v336;
   const double v343 = v339 + v340;
@@ -1859,7 +1859,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   J_dot[34] = 0.0;
   J_dot[40] = 0.0;
   J_dot[41] = 0.0;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v17 = c[0] * s[1];
   const double v18 = s[0] * c[2];
   const double v19 = s[2] * s[0];
@@ -1923,7 +1923,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   J_dot[33] = v47;
   const double v76 = v42 * v39;
   const double v77 = v31 * v45;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v78 = v48 * c[3];
   const double v79 = v49 * c[4];
   const double v80 = v29 + v50;
@@ -1955,7 +1955,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v105 = v72 + v73;
   const double v106 = v74 - v75;
   const double v107 = v76 + v77;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v108 = v78 - v27;
   const double v109 = v80 * c[1];
   const double v110 = v81 * s[3];
@@ -1989,7 +1989,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v135 = v81 * v97;
   const double v136 = v95 * v91;
   J_dot[39] = v107;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v137 = v108 * s[4];
   const double v138 = v109 - v51;
   const double v139 = v53 + v111;
@@ -2049,7 +2049,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v188 = v150 * v146;
   const double v189 = v139 * v151;
   J_dot[38] = v159;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v190 = v161 - v110;
   const double v191 = c[3] * v163;
   const double v192 = s[4] * v164;
@@ -2100,7 +2100,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v235 = v202 * v200;
   const double v236 = v194 * v204;
   J_dot[37] = v207;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v237 = v208 - v162;
   const double v238 = c[4] * v209;
   const double v239 = v165 + v210;
@@ -2153,7 +2153,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v284 = v237 * v256;
   const double v285 = v251 * v249;
   J_dot[36] = v261;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v286 = v237 * v262;
   const double v287 = v239 * v263;
   const double v288 = v264 * qd_2;
@@ -2184,7 +2184,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v310 = v280 - v281;
   const double v311 = v282 - v283;
   const double v312 = v284 - v285;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v313 = v286 - v287;
   const double v314 = v288 + v243;
   const double v315 = v289 - v290;
@@ -2199,7 +2199,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   J_dot[21] = v310;
   J_dot[28] = v311;
   J_dot[35] = v312;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v324 = v313 * qd_1;
   const double v325 = v315 * qd_1;
   const double v326 = v292 * v317;
@@ -2239,7 +2239,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v358 = v343 - v344;
   const double v359 = v345 - v346;
   J_dot[16] = v347;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v360 = v160 * v348;
   const double v361 = v237 * v349;
   const double v362 = v350 * v172;
@@ -2264,7 +2264,7 @@ void panda_jacobian_body_dot(const double q[7], const double qd[7], double J_dot
   const double v379 = v370 - v371;
   const double v380 = v372 - v373;
   J_dot[15] = v374;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v381 = v375 + v376;
   const double v382 = v377 + v378;
   const double v383 = v379 + v380;
@@ -2302,7 +2302,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   J_dot[28] = 0.0;
   J_dot[35] = 0.0;
   J_dot[36] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v13 = 0.088 * c[3];
   const double v14 = 0.107 * s[3];
   const double v15 = 0.088 * s[3];
@@ -2367,7 +2367,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   J_dot[29] = v55;
   const double v73 = v56 + v57;
   const double v74 = v58 + v59;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v75 = v60 - 0.0825;
   const double v76 = v61 * s[5];
   const double v77 = v62 * s[2];
@@ -2397,7 +2397,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v99 = -v74;
   const double v100 = v70 * v67;
   const double v101 = v71 * v64;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v102 = v75 * c[5];
   const double v103 = v75 * s[5];
   const double v104 = v38 + v81;
@@ -2413,7 +2413,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v114 = v97 + v98;
   J_dot[37] = v99;
   const double v115 = v100 + v101;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v116 = v102 - v76;
   const double v117 = v103 + v78;
   const double v118 = s[4] * v104;
@@ -2439,7 +2439,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v136 = -v115;
   const double v137 = v112 * v105;
   const double v138 = v108 * v110;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v139 = v116 + 0.0825;
   const double v140 = v117 + 0.316;
   const double v141 = v18 * v116;
@@ -2462,7 +2462,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v158 = v133 - v134;
   J_dot[38] = v136;
   const double v159 = v137 - v138;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v160 = c[2] * v139;
   const double v161 = s[1] * v140;
   const double v162 = v139 * s[2];
@@ -2490,7 +2490,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   J_dot[39] = v159;
   const double v182 = v155 * v143;
   const double v183 = v149 * v154;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v184 = v160 - v77;
   const double v185 = v79 + v162;
   const double v186 = v163 * qd_3;
@@ -2555,7 +2555,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v243 = -v212;
   const double v244 = v195 * v211;
   const double v245 = v203 * v209;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v246 = v213 + v161;
   const double v247 = v215 - v216;
   const double v248 = v187 + v217;
@@ -2578,7 +2578,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v265 = v241 - v242;
   J_dot[40] = v243;
   const double v266 = v244 - v245;
-  // shared terms; columns 6 and 7 of J_dot
+  // intermediate terms, then columns 6 and 7 of J_dot
   const double v267 = c[0] * v246;
   const double v268 = v247 * qd_2;
   const double v269 = v186 + v248;
@@ -2607,7 +2607,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   J_dot[27] = v264;
   J_dot[34] = v265;
   J_dot[41] = v266;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v289 = v267 - v214;
   const double v290 = v268 + v269;
   const double v291 = v270 * qd_1;
@@ -2651,7 +2651,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v327 = v310 - v311;
   const double v328 = v235 + v312;
   J_dot[18] = v313;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v329 = v314 + v315;
   const double v330 = v316 + v293;
   const double v331 = v294 + v317;
@@ -2663,7 +2663,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   const double v335 = v325 + v326;
   const double v336 = v309 + v327;
   J_dot[17] = v328;
-  // shared terms; columns 1, 2 and 3 of J_dot
+  // intermediate terms, then columns 1, 2 and 3 of J_dot
   const double v337 = -v329;
   J_dot[1] = v330;
   J_dot[2] = v331;
@@ -2677,7 +2677,7 @@ void panda_jacobian_mixed_dot(const double q[7], const double qd[7], double J_do
   J_dot[15] = v338;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 405 operations: multiply 244, add 111, negate 38, trig 12
 void panda_hessian_mixed(const double q[7], double H[294]) {
   // inputs
@@ -2832,7 +2832,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   H[286] = 0.0;
   H[287] = 0.0;
   H[293] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v13 = 0.088 * c[3];
   const double v14 = 0.107 * s[3];
   const double v15 = 0.088 * s[3];
@@ -2877,7 +2877,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v49 = v26 * v22;
   const double v50 = c[0] * v26;
   const double v51 = v18 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v52 = v31 * c[4];
   const double v53 = v32 + 0.384;
   const double v54 = s[4] * v31;
@@ -2891,7 +2891,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v61 = -v46;
   const double v62 = -v48;
   const double v63 = v50 + v51;
-  // shared terms; H
+  // intermediate terms, then H
   const double v64 = v52 - 0.0825;
   const double v65 = v53 * s[5];
   const double v66 = v54 * s[2];
@@ -2926,7 +2926,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v91 = c[0] * v60;
   const double v92 = v26 * v56;
   const double v93 = v18 * v60;
-  // shared terms; H
+  // intermediate terms, then H
   const double v94 = v64 * c[5];
   const double v95 = v64 * s[5];
   const double v96 = v35 + v70;
@@ -2942,7 +2942,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   H[260] = v89;
   const double v104 = v90 - v91;
   const double v105 = v92 + v93;
-  // shared terms; H
+  // intermediate terms, then H
   const double v106 = v94 - v65;
   const double v107 = v95 + v67;
   const double v108 = s[4] * v96;
@@ -2980,7 +2980,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v136 = v18 * v101;
   const double v137 = v60 * v97;
   const double v138 = v56 * v101;
-  // shared terms; H
+  // intermediate terms, then H
   const double v139 = v106 + 0.0825;
   const double v140 = v107 + 0.316;
   const double v141 = v18 * v106;
@@ -3014,7 +3014,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v167 = v133 + v134;
   const double v168 = v135 - v136;
   const double v169 = v137 + v138;
-  // shared terms; H
+  // intermediate terms, then H
   const double v170 = c[2] * v139;
   const double v171 = s[1] * v140;
   const double v172 = v139 * s[2];
@@ -3077,7 +3077,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v216 = v60 * v143;
   const double v217 = v101 * v143;
   const double v218 = v97 * v154;
-  // shared terms; H
+  // intermediate terms, then H
   const double v219 = v170 - v66;
   const double v220 = v68 + v172;
   const double v221 = -v174;
@@ -3137,7 +3137,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v267 = v213 + v214;
   const double v268 = v215 - v216;
   const double v269 = v217 + v218;
-  // shared terms; H
+  // intermediate terms, then H
   const double v270 = c[1] * v219;
   const double v271 = s[0] * v220;
   const double v272 = s[1] * v219;
@@ -3227,7 +3227,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v333 = v101 * v259;
   const double v334 = v154 * v259;
   const double v335 = v143 * v264;
-  // shared terms; H
+  // intermediate terms, then H
   const double v336 = v270 + v171;
   const double v337 = v272 - v173;
   const double v338 = v273 - v274;
@@ -3293,7 +3293,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v371 = v330 + v331;
   const double v372 = v332 - v333;
   const double v373 = v334 + v335;
-  // shared terms; H
+  // intermediate terms, then H
   const double v374 = c[0] * v336;
   const double v375 = s[0] * v337;
   const double v376 = -v338;
@@ -3350,7 +3350,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   const double v389 = -v371;
   H[291] = v372;
   const double v390 = -v373;
-  // shared terms; H
+  // intermediate terms, then H
   const double v391 = v374 - v271;
   H[1] = v375;
   H[2] = v376;
@@ -3375,7 +3375,7 @@ void panda_hessian_mixed(const double q[7], double H[294]) {
   H[134] = v386;
   H[290] = v389;
   H[292] = v390;
-  // shared terms; H
+  // intermediate terms, then H
   const double v402 = -v391;
   H[8] = v392;
   H[16] = v393;
@@ -3416,7 +3416,7 @@ void panda_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double angle[6] = {q_5, q_1, q_2, q_3, q_4, q_0};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = 0.333 * s[1];
   const double v14 = 0.333 * c[1];
   const double v15 = c[5] * s[1];
@@ -3594,7 +3594,7 @@ void panda_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double v187 = v174 * qd_6;
   const double v188 = v176 * qd_6;
   V[5] = v177;
-  // shared terms; V
+  // intermediate terms, then V
   const double v189 = v178 - 0.088;
   const double v190 = v180 * qd_5;
   const double v191 = v182 * qd_5;
@@ -3609,7 +3609,7 @@ void panda_twist_space(const double q[7], const double qd[7], double V[6]) {
   const double v200 = v189 * v107;
   V[3] = v193;
   V[4] = v194;
-  // shared terms; V
+  // intermediate terms, then V
   const double v201 = v195 - v179;
   const double v202 = v184 + v198;
   const double v203 = v172 + v200;
@@ -3649,7 +3649,7 @@ void panda_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double angle[7] = {q_5, q_3, q_4, q_2, q_0, q_1, v1};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v17 = 0.088 * c[0];
   const double v18 = 0.107 * s[0];
   const double v19 = 0.088 * s[0];
@@ -3855,7 +3855,7 @@ void panda_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double v219 = v207 - v92;
   const double v220 = v208 - v93;
   V[5] = v209;
-  // shared terms; V
+  // intermediate terms, then V
   const double v221 = v210 - v211;
   const double v222 = v213 - v214;
   const double v223 = v216 - v217;
@@ -3871,7 +3871,7 @@ void panda_twist_body(const double q[7], const double qd[7], double V[6]) {
   const double v233 = v228 + v218;
   V[3] = v229;
   V[4] = v230;
-  // shared terms; V
+  // intermediate terms, then V
   const double v234 = v184 + v231;
   const double v235 = v191 + v232;
   const double v236 = v196 + v233;
@@ -3910,7 +3910,7 @@ void panda_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double angle[6] = {q_0, q_1, q_3, q_2, q_5, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = c[0] * s[1];
   const double v14 = c[0] * c[1];
   const double v15 = s[0] * s[3];
@@ -4070,7 +4070,7 @@ void panda_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double v169 = v154 * qd_6;
   const double v170 = v156 * qd_6;
   V[5] = v157;
-  // shared terms; V
+  // intermediate terms, then V
   const double v171 = v159 + v160;
   const double v172 = v162 + v131;
   const double v173 = v163 - v132;
@@ -4087,7 +4087,7 @@ void panda_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double v184 = v172 * qd_1;
   V[3] = v176;
   V[4] = v177;
-  // shared terms; V
+  // intermediate terms, then V
   const double v185 = v161 + v179;
   const double v186 = v180 * qd_1;
   const double v187 = v182 - v167;
@@ -4105,7 +4105,7 @@ void panda_twist_mixed(const double q[7], const double qd[7], double V[6]) {
   const double v199 = v145 - v196;
   const double v200 = v151 + v197;
   V[2] = v198;
-  // shared terms; V
+  // intermediate terms, then V
   const double v201 = v199 - v148;
   const double v202 = v150 + v200;
   const double v203 = v158 + v201;
@@ -4142,7 +4142,7 @@ void panda_acceleration_space(const double q[7], const double qd[7], const doubl
   const double angle[6] = {q_5, q_1, q_2, q_3, q_4, q_0};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = 0.333 * s[1];
   const double v14 = 0.333 * c[1];
   const double v15 = c[5] * s[1];
@@ -4590,7 +4590,7 @@ void panda_acceleration_space(const double q[7], const double qd[7], const doubl
   A[3] = v445;
   A[4] = v446;
   A[5] = v447;
-  // shared terms; A
+  // intermediate terms, then A
   const double v457 = v449 + v433;
   const double v458 = v452 + v438;
   const double v459 = v441 - v455;
@@ -4641,7 +4641,7 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
   const double angle[7] = {q_5, q_3, q_4, q_2, q_0, q_1, v1};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v18 = 0.088 * c[0];
   const double v19 = 0.107 * s[0];
   const double v20 = 0.088 * s[0];
@@ -5117,7 +5117,7 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
   const double v490 = v455 + v481;
   const double v491 = v457 + v482;
   A[5] = v483;
-  // shared terms; A
+  // intermediate terms, then A
   const double v492 = v89 + v484;
   const double v493 = v485 + v463;
   const double v494 = v486 - v109;
@@ -5126,7 +5126,7 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
   const double v497 = v489 + v471;
   A[3] = v490;
   A[4] = v491;
-  // shared terms; A
+  // intermediate terms, then A
   const double v498 = v53 + v492;
   const double v499 = v418 + v493;
   const double v500 = v74 + v494;
@@ -5177,7 +5177,7 @@ void panda_acceleration_mixed(const double q[7], const double qd[7], const doubl
   const double angle[6] = {q_0, q_1, q_3, q_2, q_5, q_4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = c[0] * s[1];
   const double v14 = c[0] * c[1];
   const double v15 = s[0] * s[3];
@@ -5597,7 +5597,7 @@ void panda_acceleration_mixed(const double q[7], const double qd[7], const doubl
   A[3] = v412;
   A[4] = v413;
   A[5] = v414;
-  // shared terms; A
+  // intermediate terms, then A
   const double v429 = v329 + v415;
   const double v430 = v417 * qd_2;
   const double v431 = v418 * qd_1;
@@ -5688,7 +5688,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   chasles_cos_sin(2, angle, c, s);
   // q
   q[6] = q7_0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v23 = v13 * c[0];
   const double v24 = v14 * s[0];
   const double v25 = v15 * c[0];
@@ -5751,7 +5751,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   const double v86 = v81 + v82;
   const double v87 = v83 - v84;
   q[3] = v85;
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v88 = 0.0825 - v86;
   const double v89 = v87 - 0.384;
   const double v90 = v88 * v88;
@@ -5774,7 +5774,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   const double v107 = fmin(v70, v105);
   const double v108 = choice_1 * v106;
   margin[0] = v107;
-  // shared terms; q
+  // intermediate terms, then q
   const double v109 = v56 * v108;
   const double v110 = v49 * v108;
   const double v111 = v109 + v92;
@@ -5809,7 +5809,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   q[5] = v130;
   const double v140 = v131 + v132;
   const double v141 = v133 - v134;
-  // shared terms; q
+  // intermediate terms, then q
   const double v142 = v88 * v135;
   const double v143 = v80 * v137;
   const double v144 = v80 * v139;
@@ -5849,7 +5849,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   q[4] = v171;
   const double v178 = v79 * v172;
   const double v179 = v80 * v172;
-  // shared terms; q
+  // intermediate terms, then q
   const double v180 = v173 + v143;
   const double v181 = v175 + v144;
   const double v182 = v145 - v176;
@@ -5889,7 +5889,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   const double v216 = -v211;
   const double v217 = v187 + v215;
   q[2] = v216;
-  // shared terms; q
+  // intermediate terms, then q
   const double v218 = sqrt(v217);
   const double v219 = v209 / v218;
   const double v220 = v182 / v218;
@@ -5917,7 +5917,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   const double v241 = 0.333 - v235;
   const double v242 = v237 + v230;
   const double v243 = v238 - v231;
-  // shared terms; q
+  // intermediate terms, then q
   const double v244 = v214 + v240;
   const double v245 = v241 - T_11;
   const double v246 = v154 * v242;
@@ -5973,7 +5973,7 @@ static void panda_ik_branch(const double T[16], const double q7[1], const double
   const double v295 = v286 - v257;
   const double v296 = v258 + v287;
   const double v297 = v288 * v288;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v298 = v289 * v289;
   const double v299 = v290 * v290;
   const double v300 = v154 * v291;

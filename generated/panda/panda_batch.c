@@ -5,8 +5,8 @@
 
 #include "panda.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
- * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
+ * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
@@ -89,7 +89,7 @@ extern "C" {
 #define CHASLES_RUN_BASELINE(kernel)
 #endif
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -113,7 +113,7 @@ void panda_fk_batch(size_t n, const double *q, double *T_0_ee)
   panda_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -137,7 +137,7 @@ void panda_link_poses_batch(size_t n, const double *q, double *T)
   panda_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -161,7 +161,7 @@ void panda_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, do
   panda_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -185,7 +185,7 @@ void panda_jacobian_space_batch(size_t n, const double *q, double *J)
   panda_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -209,7 +209,7 @@ void panda_jacobian_body_batch(size_t n, const double *q, double *J)
   panda_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -233,7 +233,7 @@ void panda_jacobian_mixed_batch(size_t n, const double *q, double *J)
   panda_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -257,7 +257,7 @@ void panda_jacobian_space_dot_batch(size_t n, const double *q, const double *qd,
   panda_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -281,7 +281,7 @@ void panda_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, 
   panda_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -305,7 +305,7 @@ void panda_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd,
   panda_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -329,7 +329,7 @@ void panda_hessian_mixed_batch(size_t n, const double *q, double *H)
   panda_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -353,7 +353,7 @@ void panda_twist_space_batch(size_t n, const double *q, const double *qd, double
   panda_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -377,7 +377,7 @@ void panda_twist_body_batch(size_t n, const double *q, const double *qd, double 
   panda_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -401,7 +401,7 @@ void panda_twist_mixed_batch(size_t n, const double *q, const double *qd, double
   panda_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -425,7 +425,7 @@ void panda_acceleration_space_batch(size_t n, const double *q, const double *qd,
   panda_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -449,7 +449,7 @@ void panda_acceleration_body_batch(size_t n, const double *q, const double *qd, 
   panda_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -473,7 +473,7 @@ void panda_acceleration_mixed_batch(size_t n, const double *q, const double *qd,
   panda_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void panda_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

@@ -29,7 +29,7 @@ void photo_robot_fk(const double q[8], double T_w_ee[16]) {
   T_w_ee[13] = 0.0;
   T_w_ee[14] = 0.0;
   T_w_ee[15] = 1.0;
-  // shared terms; column 4 of T_w_ee
+  // intermediate terms, then column 4 of T_w_ee
   const double v16 = s[2] * s[3];
   const double v17 = c[2] * s[3];
   const double v18 = v13 * c[4];
@@ -87,7 +87,7 @@ void photo_robot_fk(const double q[8], double T_w_ee[16]) {
   const double v69 = s[0] * v56;
   const double v70 = -v57;
   T_w_ee[11] = v58;
-  // shared terms; columns 3 and 4 of T_w_ee
+  // intermediate terms, then columns 3 and 4 of T_w_ee
   const double v71 = v59 + v37;
   const double v72 = v62 - v39;
   T_w_ee[3] = v63;
@@ -96,7 +96,7 @@ void photo_robot_fk(const double q[8], double T_w_ee[16]) {
   const double v75 = v68 - v46;
   const double v76 = v47 + v69;
   T_w_ee[10] = v70;
-  // shared terms; columns 1, 2 and 3 of T_w_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_w_ee
   const double v77 = c[0] * v71;
   const double v78 = s[0] * v71;
   T_w_ee[2] = v72;
@@ -105,7 +105,7 @@ void photo_robot_fk(const double q[8], double T_w_ee[16]) {
   T_w_ee[6] = v74;
   T_w_ee[8] = v75;
   T_w_ee[9] = v76;
-  // shared terms; columns 1 and 2 of T_w_ee
+  // intermediate terms, then columns 1 and 2 of T_w_ee
   const double v81 = v77 - v60;
   const double v82 = v61 + v78;
   const double v83 = v79 + v65;
@@ -206,7 +206,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   T[141] = 0.0;
   T[142] = 0.0;
   T[143] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[19] = v12;
   T[32] = c[0];
   const double v16 = -s[0];
@@ -230,7 +230,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v26 = c[2] * s[0];
   const double v27 = s[2] * c[0];
   const double v28 = c[2] * c[0];
-  // shared terms; T
+  // intermediate terms, then T
   T[34] = v16;
   T[48] = v17;
   T[50] = v18;
@@ -261,7 +261,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v42 = 0.963 * c[5];
   const double v43 = c[3] * c[5];
   const double v44 = s[3] * c[5];
-  // shared terms; T
+  // intermediate terms, then T
   const double v45 = v12 + v29;
   T[55] = v30;
   T[59] = v31;
@@ -292,7 +292,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v64 = c[3] * v40;
   const double v65 = s[4] * v41;
   const double v66 = c[4] * v41;
-  // shared terms; T
+  // intermediate terms, then T
   T[51] = v45;
   const double v67 = v46 + v29;
   T[71] = v47;
@@ -313,7 +313,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v73 = v48 - v42;
   const double v74 = v43 - v63;
   const double v75 = v44 + v64;
-  // shared terms; T
+  // intermediate terms, then T
   T[67] = v67;
   T[83] = v67;
   T[96] = v68;
@@ -341,7 +341,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v88 = c[4] * v74;
   const double v89 = s[4] * v74;
   T[139] = v73;
-  // shared terms; T
+  // intermediate terms, then T
   T[98] = v76;
   T[99] = v77;
   const double v90 = v78 + v59;
@@ -355,7 +355,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   const double v94 = v88 - v65;
   const double v95 = v66 + v89;
   T[138] = v83;
-  // shared terms; T
+  // intermediate terms, then T
   T[112] = v90;
   T[114] = v91;
   T[116] = v92;
@@ -368,7 +368,7 @@ void photo_robot_link_poses(const double q[8], double T[144]) {
   T[134] = v93;
   T[136] = v94;
   T[137] = v95;
-  // shared terms; T
+  // intermediate terms, then T
   const double v100 = v96 - v84;
   const double v101 = v85 + v97;
   const double v102 = v98 + v86;
@@ -399,7 +399,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   const double angle[6] = {q_7, q_6, q_5, q_1, q_2, v5};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // constant entries of T_w_ee; constant entries of J
+  // constant entries of T_w_ee, then constant entries of J
   T_w_ee[12] = 0.0;
   T_w_ee[13] = 0.0;
   T_w_ee[14] = 0.0;
@@ -428,7 +428,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   J[42] = 0.0;
   J[43] = 0.0;
   J[44] = 0.0;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v16 = s[2] * s[3];
   const double v17 = c[2] * s[3];
   const double v18 = v13 * c[4];
@@ -443,7 +443,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   const double v27 = -s[3];
   J[34] = c[3];
   J[36] = c[3];
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v28 = c[3] * c[5];
   const double v29 = c[3] * s[5];
   const double v30 = v18 + v19;
@@ -462,7 +462,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   J[26] = v27;
   J[28] = v27;
   const double v40 = -c[5];
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v41 = c[2] * v28;
   const double v42 = c[1] * v29;
   const double v43 = s[2] * v28;
@@ -484,7 +484,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   const double v58 = -v33;
   J[45] = v40;
   const double v59 = -v36;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   const double v60 = v41 + v16;
   const double v61 = v17 - v43;
   const double v62 = c[3] * v45;
@@ -502,7 +502,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   J[29] = v57;
   J[37] = v58;
   J[46] = v59;
-  // shared terms; column 4 of T_w_ee; columns 2, 3, 5, 7 and 8 of J
+  // intermediate terms, then column 4 of T_w_ee, then columns 2, 3, 5, 7 and 8 of J
   const double v74 = s[1] * v60;
   const double v75 = s[0] * v61;
   const double v76 = c[0] * v61;
@@ -527,7 +527,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   const double v89 = -v61;
   J[38] = v64;
   J[47] = v67;
-  // shared terms; columns 3 and 4 of T_w_ee; columns 2, 3 and 7 of J
+  // intermediate terms, then columns 3 and 4 of T_w_ee, then columns 2, 3 and 7 of J
   const double v90 = v74 + v42;
   const double v91 = v77 - v44;
   T_w_ee[3] = v78;
@@ -540,7 +540,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   J[2] = v87;
   J[10] = v88;
   J[30] = v89;
-  // shared terms; columns 1, 2 and 3 of T_w_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_w_ee
   const double v96 = c[0] * v90;
   const double v97 = s[0] * v90;
   T_w_ee[2] = v91;
@@ -551,7 +551,7 @@ void photo_robot_fk_jacobian_mixed(const double q[8], double T_w_ee[16], double 
   T_w_ee[9] = v95;
   const double v100 = -v91;
   const double v101 = -v93;
-  // shared terms; column 8 of J
+  // intermediate terms, then column 8 of J
   const double v102 = v96 - v75;
   const double v103 = v76 + v97;
   const double v104 = v98 + v80;
@@ -603,7 +603,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[42] = 0.0;
   J[43] = 0.0;
   J[44] = 0.0;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v14 = 0.3 * c[0];
   const double v15 = c[0] * c[1];
   const double v16 = v10 * s[1];
@@ -622,7 +622,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   const double v30 = -s[0];
   J[34] = c[0];
   J[36] = c[0];
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v31 = -v14;
   J[3] = v15;
   const double v32 = v16 - v17;
@@ -646,7 +646,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[28] = v30;
   const double v45 = -c[4];
   const double v46 = s[3] * c[4];
-  // shared terms; columns 3 and 6 of J
+  // intermediate terms, then columns 3 and 6 of J
   J[2] = v31;
   const double v47 = 0.3 - v32;
   const double v48 = v33 * v18;
@@ -668,7 +668,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[45] = v45;
   const double v63 = -v43;
   const double v64 = c[3] * v42;
-  // shared terms; columns 5, 6 and 7 of J
+  // intermediate terms, then columns 5, 6 and 7 of J
   const double v65 = c[0] * v47;
   const double v66 = v47 * s[4];
   const double v67 = v49 * c[4];
@@ -686,7 +686,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[37] = v61;
   J[46] = v63;
   const double v76 = v46 + v64;
-  // shared terms; columns 7 and 8 of J
+  // intermediate terms, then columns 7 and 8 of J
   const double v77 = -v65;
   const double v78 = v66 - v67;
   const double v79 = v69 + v70;
@@ -698,7 +698,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[38] = v74;
   const double v85 = c[3] * v73;
   J[47] = v76;
-  // shared terms; columns 5 and 7 of J
+  // intermediate terms, then columns 5 and 7 of J
   J[4] = v77;
   const double v86 = s[0] * v78;
   const double v87 = c[2] * v78;
@@ -711,7 +711,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   J[30] = v83;
   const double v93 = v84 - v60;
   const double v94 = v85 - v62;
-  // shared terms; columns 6 and 8 of J
+  // intermediate terms, then columns 6 and 8 of J
   const double v95 = v48 + v86;
   const double v96 = v87 - v36;
   const double v97 = v68 * v88;
@@ -733,7 +733,7 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   const double v111 = v75 * v99;
   J[31] = v103;
   J[39] = v104;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v112 = v105 + v97;
   const double v113 = v106 - v98;
   const double v114 = v108 + v101;
@@ -744,13 +744,13 @@ void photo_robot_jacobian_space(const double q[8], double J[48]) {
   const double v119 = v74 * v113;
   J[22] = v115;
   const double v120 = v43 * v113;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   J[6] = v116;
   const double v121 = v117 + v107;
   J[14] = v118;
   const double v122 = v109 - v119;
   const double v123 = v120 + v111;
-  // shared terms; column 8 of J
+  // intermediate terms, then column 8 of J
   const double v124 = -v121;
   const double v125 = -v122;
   const double v126 = -v123;
@@ -797,7 +797,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   J[43] = 0.0;
   J[46] = 0.0;
   J[47] = -1.0;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   const double v15 = s[1] * c[2];
   const double v16 = s[0] * s[2];
   const double v17 = c[1] * c[2];
@@ -815,7 +815,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   J[30] = s[2];
   const double v29 = -c[2];
   J[45] = s[1];
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v30 = c[0] * v15;
   const double v31 = s[5] * v17;
   const double v32 = s[0] * v15;
@@ -838,7 +838,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   const double v49 = -v25;
   J[38] = v29;
   const double v50 = -v27;
-  // shared terms; columns 3, 5 and 6 of J
+  // intermediate terms, then columns 3, 5 and 6 of J
   const double v51 = v30 + v16;
   const double v52 = v32 - v18;
   const double v53 = v33 - v34;
@@ -852,7 +852,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   J[37] = v49;
   J[42] = v50;
   J[44] = v50;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v60 = c[5] * v51;
   const double v61 = s[3] * v52;
   const double v62 = v53 * v52;
@@ -873,7 +873,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   const double v76 = -v52;
   const double v77 = -v56;
   const double v78 = -v58;
-  // shared terms; columns 2, 3 and 5 of J
+  // intermediate terms, then columns 2, 3 and 5 of J
   const double v79 = v60 + v31;
   const double v80 = -v62;
   const double v81 = v63 - v35;
@@ -891,7 +891,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   J[34] = v77;
   J[36] = v77;
   J[41] = v78;
-  // shared terms; columns 1, 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 1, 2, 3, 4 and 5 of J
   const double v91 = v79 * c[3];
   J[1] = v80;
   const double v92 = v81 * v53;
@@ -912,7 +912,7 @@ void photo_robot_jacobian_body(const double q[8], double J[48]) {
   J[19] = v90;
   const double v101 = -v81;
   const double v102 = -v85;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v103 = v91 + v61;
   const double v104 = v92 - v93;
   const double v105 = v94 + v95;
@@ -972,7 +972,7 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   J[42] = 0.0;
   J[43] = 0.0;
   J[44] = 0.0;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v13 = v10 * c[0];
   const double v14 = 0.333 * s[0];
   const double v15 = v10 * s[0];
@@ -987,7 +987,7 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   J[36] = c[1];
   const double v23 = c[2] * c[1];
   const double v24 = s[2] * c[1];
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v25 = v13 + v14;
   const double v26 = 0.963 * s[4];
   const double v27 = 0.963 * c[4];
@@ -1005,7 +1005,7 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   const double v34 = s[2] * s[4];
   const double v35 = s[3] * c[4];
   const double v36 = c[2] * s[4];
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v37 = v25 - v26;
   const double v38 = v27 + v28;
   const double v39 = v27 * c[1];
@@ -1022,7 +1022,7 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   J[45] = v33;
   const double v49 = -v34;
   const double v50 = c[3] * v36;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   const double v51 = v37 * s[1];
   const double v52 = c[1] * v38;
   const double v53 = -v39;
@@ -1038,7 +1038,7 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   const double v61 = v47 - v24;
   J[46] = v49;
   const double v62 = v35 + v50;
-  // shared terms; columns 2, 3, 5, 7 and 8 of J
+  // intermediate terms, then columns 2, 3, 5, 7 and 8 of J
   const double v63 = -v51;
   const double v64 = -v52;
   J[4] = v53;
@@ -1051,14 +1051,14 @@ void photo_robot_jacobian_mixed(const double q[8], double J[48]) {
   J[38] = v60;
   const double v68 = c[3] * v61;
   J[47] = v62;
-  // shared terms; columns 2, 3 and 7 of J
+  // intermediate terms, then columns 2, 3 and 7 of J
   J[1] = v63;
   J[2] = v64;
   J[10] = v65;
   J[30] = v66;
   const double v69 = v67 - v44;
   const double v70 = v68 - v48;
-  // shared terms; column 8 of J
+  // intermediate terms, then column 8 of J
   const double v71 = -v69;
   const double v72 = -v70;
   J[31] = v71;
@@ -1109,7 +1109,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[41] = 0.0;
   J_dot[42] = 0.0;
   J_dot[43] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v15 = 0.3 * s[0];
   const double v16 = c[0] * qd_2;
   const double v17 = s[0] * c[1];
@@ -1133,7 +1133,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   const double v35 = c[0] * qd_0;
   const double v36 = c[0] * qd_1;
   const double v37 = s[0] * qd_1;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v38 = v15 * qd_1;
   const double v39 = v16 * s[1];
   const double v40 = v17 * qd_1;
@@ -1209,7 +1209,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   const double v105 = v70 - v71;
   const double v106 = v61 * v44;
   const double v107 = v47 * v64;
-  // shared terms; columns 3, 4 and 5 of J_dot
+  // intermediate terms, then columns 3, 4 and 5 of J_dot
   const double v108 = -v72;
   const double v109 = v16 * v73;
   const double v110 = s[0] * v74;
@@ -1241,7 +1241,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   const double v133 = v103 + v104;
   J_dot[44] = v105;
   const double v134 = v106 + v107;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   J_dot[3] = v108;
   const double v135 = v110 * qd_1;
   const double v136 = v112 + v75;
@@ -1270,7 +1270,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[45] = v134;
   const double v157 = v116 * v130;
   const double v158 = v128 * v120;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v159 = v109 + v135;
   const double v160 = v136 * v44;
   const double v161 = v113 - v137;
@@ -1295,7 +1295,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[37] = v154;
   const double v180 = v155 + v156;
   const double v181 = v157 - v158;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v182 = v159 - v111;
   const double v183 = v161 * c[4];
   const double v184 = v78 - v162;
@@ -1322,7 +1322,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[46] = v181;
   const double v205 = v174 * v169;
   const double v206 = v166 * v176;
-  // shared terms; columns 5 and 7 of J_dot
+  // intermediate terms, then columns 5 and 7 of J_dot
   J_dot[4] = v182;
   const double v207 = v160 - v183;
   const double v208 = v184 * qd_1;
@@ -1347,7 +1347,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[38] = v202;
   const double v224 = v203 - v204;
   const double v225 = v205 + v206;
-  // shared terms; column 8 of J_dot
+  // intermediate terms, then column 8 of J_dot
   const double v226 = v77 + v208;
   const double v227 = v185 - v209;
   const double v228 = v210 + v187;
@@ -1360,7 +1360,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[31] = v223;
   const double v235 = -v224;
   J_dot[47] = v225;
-  // shared terms; column 8 of J_dot
+  // intermediate terms, then column 8 of J_dot
   const double v236 = v207 - v226;
   const double v237 = v116 * v227;
   const double v238 = v80 * v228;
@@ -1381,7 +1381,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   const double v253 = v233 * v120;
   const double v254 = v229 * v130;
   J_dot[39] = v235;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   J_dot[5] = v236;
   const double v255 = v237 + v238;
   const double v256 = v239 + v188;
@@ -1397,7 +1397,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[21] = v250;
   const double v265 = v251 + v252;
   const double v266 = v253 + v254;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v267 = v255 - v256;
   const double v268 = v166 * v257;
   const double v269 = v122 * v258;
@@ -1422,7 +1422,7 @@ void photo_robot_jacobian_space_dot(const double q[8], const double qd[8], doubl
   J_dot[22] = v277;
   const double v286 = v278 - v279;
   const double v287 = v280 + v281;
-  // shared terms; column 8 of J_dot
+  // intermediate terms, then column 8 of J_dot
   const double v288 = v282 - v283;
   const double v289 = v284 + v285;
   const double v290 = v286 - v287;
@@ -1479,7 +1479,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   J_dot[43] = 0.0;
   J_dot[46] = 0.0;
   J_dot[47] = 0.0;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v15 = s[1] * s[2];
   const double v16 = s[0] * c[2];
   const double v17 = c[1] * s[2];
@@ -1530,7 +1530,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   J_dot[38] = v33;
   const double v61 = v27 * v17;
   const double v62 = v22 * v28;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v63 = v34 - v16;
   const double v64 = v18 + v36;
   const double v65 = v37 - v38;
@@ -1581,7 +1581,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   const double v108 = v72 * v64;
   const double v109 = v68 * v73;
   J_dot[45] = v77;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v110 = v78 + v35;
   const double v111 = v80 - v81;
   const double v112 = v42 + v82;
@@ -1635,7 +1635,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   const double v159 = v120 * v64;
   const double v160 = v114 * v73;
   J_dot[44] = v130;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v161 = v131 + v79;
   const double v162 = v132 + v133;
   const double v163 = v134 - v135;
@@ -1660,7 +1660,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   const double v179 = v121 * v133;
   const double v180 = v113 * v143;
   const double v181 = v159 + v160;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v182 = v161 * v111;
   const double v183 = v112 * v162;
   const double v184 = v163 * qd_2;
@@ -1692,7 +1692,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   J_dot[34] = v178;
   const double v209 = v179 + v180;
   J_dot[42] = v181;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v210 = v182 + v183;
   const double v211 = v185 - v115;
   const double v212 = v113 * v186;
@@ -1710,7 +1710,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   J_dot[26] = v207;
   J_dot[33] = v208;
   J_dot[41] = v209;
-  // shared terms; columns 1, 2 and 4 of J_dot
+  // intermediate terms, then columns 1, 2 and 4 of J_dot
   J_dot[0] = v210;
   const double v224 = v184 + v211;
   const double v225 = v20 * v211;
@@ -1724,7 +1724,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   const double v230 = v211 * v73;
   const double v231 = -v222;
   J_dot[25] = v223;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v232 = v66 * v224;
   const double v233 = v225 - v188;
   const double v234 = v66 * v226;
@@ -1734,7 +1734,7 @@ void photo_robot_jacobian_body_dot(const double q[8], const double qd[8], double
   const double v237 = v121 * v224;
   const double v238 = v229 - v230;
   J_dot[19] = v231;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v239 = v232 - v212;
   const double v240 = v233 + v213;
   const double v241 = v216 - v234;
@@ -1800,7 +1800,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   J_dot[41] = 0.0;
   J_dot[42] = 0.0;
   J_dot[43] = 0.0;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v13 = v10 * c[1];
   const double v14 = 0.333 * s[1];
   const double v15 = s[0] * c[1];
@@ -1876,7 +1876,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   const double v81 = v54 - v55;
   const double v82 = v41 * v45;
   const double v83 = v37 * v52;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v84 = c[0] * v56;
   const double v85 = v57 * qd_4;
   const double v86 = v58 * s[0];
@@ -1905,7 +1905,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   const double v108 = v79 + v29;
   J_dot[44] = v81;
   const double v109 = v82 + v83;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   const double v110 = v84 * qd_1;
   const double v111 = v32 - v85;
   const double v112 = v86 * qd_2;
@@ -1936,7 +1936,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   J_dot[45] = v109;
   const double v134 = v100 * v107;
   const double v135 = v106 * v101;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v136 = v111 - v112;
   const double v137 = v113 - v87;
   J_dot[4] = v115;
@@ -1955,7 +1955,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   const double v147 = v132 - v80;
   const double v148 = v133 + v106;
   const double v149 = v134 - v135;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v150 = v110 + v136;
   const double v151 = v137 + v114;
   const double v152 = v138 - v118;
@@ -1970,7 +1970,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   J_dot[46] = v149;
   const double v161 = v148 * v145;
   const double v162 = v144 * v147;
-  // shared terms; columns 2, 3 and 7 of J_dot
+  // intermediate terms, then columns 2, 3 and 7 of J_dot
   const double v163 = -v150;
   J_dot[2] = v151;
   J_dot[9] = v152;
@@ -1981,7 +1981,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   J_dot[38] = v158;
   const double v166 = v159 - v160;
   const double v167 = v161 + v162;
-  // shared terms; columns 2, 3 and 8 of J_dot
+  // intermediate terms, then columns 2, 3 and 8 of J_dot
   J_dot[1] = v163;
   J_dot[18] = v164;
   J_dot[31] = v165;
@@ -1991,7 +1991,7 @@ void photo_robot_jacobian_mixed_dot(const double q[8], const double qd[8], doubl
   J_dot[39] = v168;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 132 operations: multiply 72, add 28, negate 22, trig 10
 void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   // inputs
@@ -2324,7 +2324,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   H[377] = 0.0;
   H[379] = 0.0;
   H[383] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v13 = v10 * c[1];
   const double v14 = 0.333 * s[1];
   const double v15 = v10 * s[1];
@@ -2361,7 +2361,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   H[273] = v24;
   H[289] = v24;
   const double v42 = c[0] * s[4];
-  // shared terms; H
+  // intermediate terms, then H
   const double v43 = v27 - v28;
   const double v44 = v29 + v30;
   H[11] = v31;
@@ -2392,7 +2392,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   const double v63 = s[3] * v42;
   const double v64 = v42 * c[0];
   const double v65 = v36 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v66 = c[0] * v43;
   const double v67 = v44 * s[0];
   H[12] = v45;
@@ -2422,7 +2422,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   const double v79 = -v60;
   const double v80 = v62 + v26;
   const double v81 = v64 + v65;
-  // shared terms; H
+  // intermediate terms, then H
   const double v82 = -v66;
   H[10] = v67;
   H[17] = v67;
@@ -2457,7 +2457,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   const double v101 = v74 * s[0];
   const double v102 = v42 * v74;
   const double v103 = v36 * v78;
-  // shared terms; H
+  // intermediate terms, then H
   H[9] = v82;
   H[18] = v82;
   H[73] = v83;
@@ -2480,7 +2480,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   H[316] = v97;
   const double v109 = v100 - v101;
   const double v110 = v102 + v103;
-  // shared terms; H
+  // intermediate terms, then H
   H[146] = v104;
   H[245] = v105;
   H[249] = v106;
@@ -2499,7 +2499,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   const double v120 = v42 * v106;
   const double v121 = v78 * v106;
   const double v122 = v74 * v108;
-  // shared terms; H
+  // intermediate terms, then H
   const double v123 = v92 + v111;
   const double v124 = v112 - v93;
   H[313] = v113;
@@ -2509,7 +2509,7 @@ void photo_robot_hessian_mixed(const double q[8], double H[384]) {
   const double v127 = v117 + v118;
   const double v128 = v119 - v120;
   const double v129 = v121 + v122;
-  // shared terms; H
+  // intermediate terms, then H
   const double v130 = -v123;
   const double v131 = -v124;
   H[317] = v125;
@@ -2552,7 +2552,7 @@ void photo_robot_twist_space(const double q[8], const double qd[8], double V[6])
   const double angle[5] = {q_1, q_2, q_5, q_6, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v14 = v10 * s[0];
   const double v15 = v11 * s[1];
   const double v16 = 0.333 * c[1];
@@ -2671,7 +2671,7 @@ void photo_robot_twist_space(const double q[8], const double qd[8], double V[6])
   const double v130 = v117 * qd_7;
   const double v131 = v120 * qd_7;
   V[5] = v121;
-  // shared terms; V
+  // intermediate terms, then V
   const double v132 = v122 * qd_5;
   const double v133 = v39 * v123;
   const double v134 = s[3] * v123;
@@ -2691,7 +2691,7 @@ void photo_robot_twist_space(const double q[8], const double qd[8], double V[6])
   const double v148 = v129 - v139;
   const double v149 = -v141;
   V[4] = v142;
-  // shared terms; V
+  // intermediate terms, then V
   const double v150 = v144 * qd_6;
   const double v151 = v84 * v145;
   const double v152 = v147 * qd_6;
@@ -2699,7 +2699,7 @@ void photo_robot_twist_space(const double q[8], const double qd[8], double V[6])
   const double v154 = v148 * qd_6;
   const double v155 = v49 * v145;
   V[3] = v149;
-  // shared terms; V
+  // intermediate terms, then V
   const double v156 = v143 - v150;
   const double v157 = v151 + v135;
   const double v158 = v146 - v152;
@@ -2743,7 +2743,7 @@ void photo_robot_twist_body(const double q[8], const double qd[8], double V[6]) 
   const double angle[6] = {q_5, q_6, q_7, q_2, q_1, v1};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = s[1] * c[2];
   const double v16 = s[0] * s[2];
   const double v17 = c[1] * c[2];
@@ -2868,7 +2868,7 @@ void photo_robot_twist_body(const double q[8], const double qd[8], double V[6]) 
   const double v136 = v50 + v130;
   const double v137 = v51 + v131;
   V[5] = v132;
-  // shared terms; V
+  // intermediate terms, then V
   const double v138 = v124 + v133;
   const double v139 = v127 + v134;
   const double v140 = v135 - v62;
@@ -2879,7 +2879,7 @@ void photo_robot_twist_body(const double q[8], const double qd[8], double V[6]) 
   V[2] = v140;
   V[3] = v141;
   const double v145 = -v142;
-  // shared terms; V
+  // intermediate terms, then V
   const double v146 = v143 - v87;
   const double v147 = v144 - v91;
   V[4] = v145;
@@ -2913,7 +2913,7 @@ void photo_robot_twist_mixed(const double q[8], const double qd[8], double V[6])
   const double angle[5] = {q_1, q_2, q_6, q_5, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = c[0] * c[1];
   const double v14 = v10 * c[1];
   const double v15 = 0.333 * s[1];
@@ -3000,7 +3000,7 @@ void photo_robot_twist_mixed(const double q[8], const double qd[8], double V[6])
   const double v95 = v88 * qd_7;
   const double v96 = v91 * qd_7;
   V[5] = v92;
-  // shared terms; V
+  // intermediate terms, then V
   const double v97 = v28 + v93;
   const double v98 = v94 - v65;
   const double v99 = v95 + v89;
@@ -3052,7 +3052,7 @@ void photo_robot_acceleration_space(const double q[8], const double qd[8], const
   const double angle[5] = {q_1, q_2, q_5, q_6, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v15 = v10 * s[0];
   const double v16 = v11 * s[1];
   const double v17 = 0.333 * c[1];
@@ -3419,7 +3419,7 @@ void photo_robot_acceleration_space(const double q[8], const double qd[8], const
   A[3] = v356;
   A[4] = v357;
   A[5] = v358;
-  // shared terms; A
+  // intermediate terms, then A
   const double v380 = v338 - v359;
   const double v381 = v360 * qd_6;
   const double v382 = v362 - v363;
@@ -3486,7 +3486,7 @@ void photo_robot_acceleration_body(const double q[8], const double qd[8], const 
   const double angle[6] = {q_5, q_6, q_7, q_2, q_1, v1};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v15 = s[1] * c[2];
   const double v16 = s[0] * s[2];
   const double v17 = c[1] * c[2];
@@ -3811,13 +3811,13 @@ void photo_robot_acceleration_body(const double q[8], const double qd[8], const 
   const double v336 = v296 + v330;
   const double v337 = v331 - v299;
   A[5] = v332;
-  // shared terms; A
+  // intermediate terms, then A
   const double v338 = v284 + v333;
   const double v339 = v289 + v334;
   const double v340 = v335 - v294;
   A[3] = v336;
   A[4] = v337;
-  // shared terms; A
+  // intermediate terms, then A
   const double v341 = v324 + v338;
   const double v342 = v326 + v339;
   const double v343 = v328 + v340;
@@ -3867,7 +3867,7 @@ void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const
   const double angle[5] = {q_1, q_2, q_5, q_6, v4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = c[0] * c[1];
   const double v14 = v10 * c[1];
   const double v15 = 0.333 * s[1];

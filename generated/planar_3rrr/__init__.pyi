@@ -19,8 +19,8 @@ def fk(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -36,8 +36,8 @@ def link_poses(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 3, 4, 4): link poses (1, m).
@@ -53,8 +53,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -71,8 +71,8 @@ def jacobian_space(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): space Jacobian (m, 1).
@@ -88,8 +88,8 @@ def jacobian_body(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): body Jacobian (m, 1).
@@ -105,8 +105,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): mixed Jacobian (m, 1).
@@ -123,8 +123,8 @@ def jacobian_space_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -141,8 +141,8 @@ def jacobian_body_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -159,8 +159,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -170,14 +170,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 3, 3): Hessian (m, 1).
@@ -194,8 +194,8 @@ def twist_space(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -212,8 +212,8 @@ def twist_body(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -230,8 +230,8 @@ def twist_mixed(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -249,8 +249,8 @@ def acceleration_space(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -268,8 +268,8 @@ def acceleration_body(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -287,8 +287,8 @@ def acceleration_mixed(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -304,8 +304,8 @@ def chain(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 3): main chain (rad or m).
@@ -315,14 +315,14 @@ def chain_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
+    """Derivative of the main-chain joints with respect to the actuated coordinates.
 
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta_D_q (..., 3, 3): derivative (1, m, 1/m).
@@ -339,8 +339,8 @@ def chain_rates(
     Args:
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetad (..., 3): rates of the main chain (rad or m/s).
@@ -358,8 +358,8 @@ def chain_accelerations(
         q (..., 3): actuator coordinates (rad).
         qd (..., 3): actuator rates (rad/s).
         qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetadd (..., 3): accelerations of the main chain (rad or m/s^2).
@@ -375,8 +375,8 @@ def passive(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive (..., 3): passive joints (rad or m).
@@ -386,14 +386,14 @@ def passive_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the passive joints by the actuated coordinates.
+    """Derivative of the passive joints with respect to the actuated coordinates.
 
     passive_D_q[:, k] = d passive / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive_D_q (..., 3, 3): derivative (1, m, 1/m).
@@ -409,8 +409,8 @@ def configuration(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 9): full configuration (rad or m).
@@ -420,14 +420,14 @@ def configuration_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the full configuration by the actuated coordinates.
+    """Derivative of the full configuration with respect to the actuated coordinates.
 
     configuration_D_q[:, k] = d configuration / d q_k
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z_D_q (..., 9, 3): derivative (1, m, 1/m).
@@ -443,8 +443,8 @@ def margin(
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 1): margin (1).
@@ -454,15 +454,15 @@ def configuration_near(
     q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+    """All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
 
-    constraint(z) = 0; NaN where the seed is too far away
+    constraint(z) = 0; NaN if the seed is too far from q
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        seed (..., 9): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        seed (..., 9): nearby configuration; strut swings are ignored ((rad or m)).
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 9): full configuration ((rad or m)).
@@ -472,15 +472,15 @@ def fk_near(
     q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+    """Pose of the tool and configuration, from a nearby configuration by at most eight Newton steps.
 
-    (fk(q), z) on the branch of the seed; NaN where it is too far away
+    (fk(q), z) on the branch of the seed; NaN if the seed is too far from q
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        seed (..., 9): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        seed (..., 9): nearby configuration; strut swings are ignored ((rad or m)).
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -497,8 +497,8 @@ def actuators(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 3): actuated coordinates (rad).
@@ -508,14 +508,14 @@ def actuators_D_chain(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the actuated coordinates by the main chain's joints.
+    """Derivative of the actuated coordinates with respect to the main-chain joints.
 
     actuators_D_chain[:, k] = d actuators / d theta_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q_D_theta (..., 3, 3): derivative (1, m, 1/m).
@@ -532,8 +532,8 @@ def actuator_rates(
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qd (..., 3): actuator rates (rad/s).
@@ -551,8 +551,8 @@ def actuator_accelerations(
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
         thetadd (..., 3): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qdd (..., 3): actuator accelerations (rad/s^2).
@@ -568,8 +568,8 @@ def actuator_margin(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 3): margins (1).
@@ -585,11 +585,11 @@ def actuators_all(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 3): one branch a row (rad).
+        q (..., 8, 3): one branch per row (rad).
         margin (..., 8, 3): margins of each branch (1).
     """
 
@@ -603,8 +603,8 @@ def constraint(
 
     Args:
         z (..., 9): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 6): residuals (m or 1).
@@ -614,14 +614,14 @@ def constraint_D_z(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the loops' equations by the full configuration.
+    """Derivative of the closure equations with respect to the full configuration.
 
     constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
 
     Args:
         z (..., 9): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z (..., 6, 9): constraint Jacobian (1, m, 1/m).
@@ -638,8 +638,8 @@ def constraint_D_z_dot(
     Args:
         z (..., 9): full configuration ((rad or m)).
         zd (..., 9): rates of the full configuration ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z_dot (..., 6, 9): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
@@ -649,14 +649,14 @@ def chain_fk(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+    """Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 
     T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -666,14 +666,14 @@ def chain_link_poses(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of every link's frame in the base frame, in order from the base, from the main chain's joints.
+    """Pose of every link's frame in the base frame, in order from the base, from the main-chain joints.
 
     T[k] is the pose of link k of: platform_x, platform_y, platform
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 3, 4, 4): link poses (1, m).
@@ -683,14 +683,14 @@ def chain_fk_jacobian_mixed(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and mixed Jacobian in one call, from the main chain's joints.
+    """Pose of the tool and mixed Jacobian in one call, from the main-chain joints.
 
     (fk(theta), jacobian_mixed(theta))
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -701,14 +701,14 @@ def chain_jacobian_space(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_space(theta, thetad)
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): space Jacobian (m, 1).
@@ -718,14 +718,14 @@ def chain_jacobian_body(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_body(theta, thetad)
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): body Jacobian (m, 1).
@@ -735,14 +735,14 @@ def chain_jacobian_mixed(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_mixed(theta, thetad)
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 3): mixed Jacobian (m, 1).
@@ -752,15 +752,15 @@ def chain_jacobian_space_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_space at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_space at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -770,15 +770,15 @@ def chain_jacobian_body_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_body at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_body at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -788,15 +788,15 @@ def chain_jacobian_mixed_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_mixed at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_mixed at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
@@ -806,14 +806,14 @@ def chain_hessian_mixed(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates, from the main chain's joints.
+    """Derivative of jacobian_mixed with respect to the joint coordinates, from the main-chain joints.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d theta_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 3, 3): Hessian (m, 1).
@@ -823,15 +823,15 @@ def chain_twist_space(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main chain's joints.
+    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
 
     V = jacobian_space(theta) thetad
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -841,15 +841,15 @@ def chain_twist_body(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in tool axes, from the main chain's joints.
+    """Twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 
     V = jacobian_body(theta) thetad
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -859,15 +859,15 @@ def chain_twist_mixed(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in base axes, from the main chain's joints.
+    """Twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 
     V = jacobian_mixed(theta) thetad
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -877,7 +877,7 @@ def chain_acceleration_space(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_space at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_space at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_space(theta) thetadd + jacobian_space_dot(theta, thetad) thetad
 
@@ -885,8 +885,8 @@ def chain_acceleration_space(
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
         thetadd (..., 3): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -896,7 +896,7 @@ def chain_acceleration_body(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_body at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_body at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_body(theta) thetadd + jacobian_body_dot(theta, thetad) thetad
 
@@ -904,8 +904,8 @@ def chain_acceleration_body(
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
         thetadd (..., 3): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -915,7 +915,7 @@ def chain_acceleration_mixed(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_mixed at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_mixed at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_mixed(theta) thetadd + jacobian_mixed_dot(theta, thetad) thetad
 
@@ -923,8 +923,8 @@ def chain_acceleration_mixed(
         theta (..., 3): joints of the main chain (rad or m).
         thetad (..., 3): joint rates of the main chain (rad or m/s).
         thetadd (..., 3): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -934,33 +934,33 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Distance between the ends of each rod or cylinder less its length.
+    """Distance between the ends of each rod or cylinder, minus its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        residual (..., 3): excess of distance over length (m).
+        residual (..., 3): distance minus length (m).
     """
 
 def rods_D_chain(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the rods' residuals by the main chain's joints.
+    """Derivative of the rod residuals with respect to the main-chain joints.
 
     rods_D_chain[:, k] = d rods / d theta_k
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_theta (..., 3, 3): derivative (1, m).
@@ -977,11 +977,11 @@ def velocity_relation(
     Args:
         theta (..., 3): joints of the main chain (rad or m).
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        J_x (..., 3, 3): rods along their directions (1, m).
+        J_x (..., 3, 3): rod lines (1, m).
         J_q (..., 3, 3): actuators (1, m).
     """
 
@@ -989,14 +989,14 @@ def assembly_polynomial(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Coefficients of the polynomial whose zeros are the platform's angles in all modes.
+    """Coefficients of the polynomial whose zeros are the platform angles of all assembly modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         coefficients (..., 7): trigonometric coefficients (1).
@@ -1006,15 +1006,15 @@ def assembly_position(
     q: ArrayLike, phi: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of the platform in the assembly mode of an angle.
+    """Platform pose at an angle phi that solves the assembly polynomial.
 
     rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
 
     Args:
         q (..., 3): actuator coordinates (rad).
         phi (...): angle of the platform (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 3): pose of the platform (m, rad).
@@ -1024,15 +1024,15 @@ def assembly_mirror(
     q: ArrayLike, phi: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of the platform in the assembly mode of an angle, mirrored in the line of two centres.
+    """Platform pose at an angle phi that solves the assembly polynomial, mirrored about the line of two centers.
 
     rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
 
     Args:
         q (..., 3): actuator coordinates (rad).
         phi (...): angle of the platform (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 3): pose of the platform (m, rad).
@@ -1042,14 +1042,14 @@ def closure(
     w: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least equations of the loops, zero where the loops are closed, and their derivative.
+    """Reduced closure equations, zero where the loops are closed, and their derivative.
 
     |b - a| - l of each strut; the equations of constraint(z) for other loops
 
     Args:
         w (..., 6): configuration without the swings of struts ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 3): residuals (m or 1).
@@ -1067,8 +1067,8 @@ def closure_D_w_dot(
     Args:
         w (..., 6): configuration without the swings of struts ((rad or m)).
         wd (..., 6): rates of the configuration without the swings of struts ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_w_dot (..., 3, 6): rate of the derivative (1/s, m/s, 1/(m s)).
@@ -1078,17 +1078,17 @@ def modes(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Every assembly mode of the platform, up to 6, in the order of phi.
+    """Every assembly mode of the platform, up to 6, sorted by phi.
 
     |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite
 
     Args:
         q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 6, 3): joints of the main chain, one mode a row (m, rad).
-        margin (..., 6): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
-        unsure (..., 1): 0 where no mode is missing for certain (1).
+        theta (..., 6, 3): main-chain joints, one mode per row (m, rad).
+        margin (..., 6): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
+        unsure (..., 1): 0 if certainly no mode is missing (1).
     """

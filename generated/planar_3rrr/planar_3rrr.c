@@ -5,7 +5,7 @@
 #include "planar_3rrr_loops.h"
 
 // Pose of the tool (ee) in the base frame (0).
-// 3 operations: negate 1, trig 2, behind about 3200 of the iteration
+// 3 operations: negate 1, trig 2, after about 3200 operations of the loop iteration
 void planar_3rrr_fk(const double q[3], double T_0_ee[16]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -31,7 +31,7 @@ void planar_3rrr_fk(const double q[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
@@ -41,7 +41,7 @@ void planar_3rrr_fk(const double q[3], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 3 operations: negate 1, trig 2, behind about 3200 of the iteration
+// 3 operations: negate 1, trig 2, after about 3200 operations of the loop iteration
 void planar_3rrr_link_poses(const double q[3], double T[48]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -99,7 +99,7 @@ void planar_3rrr_link_poses(const double q[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = c[0];
   const double v3 = -s[0];
   T[36] = s[0];
@@ -109,7 +109,7 @@ void planar_3rrr_link_poses(const double q[3], double T[48]) {
 }
 
 // Pose of the tool and mixed Jacobian in one call.
-// 3 operations: negate 1, trig 2, behind about 3335 of the iteration
+// 3 operations: negate 1, trig 2, after about 3335 operations of the loop iteration
 void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -134,7 +134,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
   const double angle[1] = {w_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // T_0_ee; J
+  // T_0_ee, then J
   T_0_ee[2] = 0.0;
   T_0_ee[3] = w_0;
   T_0_ee[6] = 0.0;
@@ -165,7 +165,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
   J[15] = w_q_6;
   J[16] = w_q_7;
   J[17] = w_q_8;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
@@ -176,7 +176,7 @@ void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double 
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
 // axes.
-// 12 operations: multiply 6, add 6, behind about 3335 of the iteration
+// 12 operations: multiply 6, add 6, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -232,7 +232,7 @@ void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-// 20 operations: multiply 12, add 6, trig 2, behind about 3335 of the iteration
+// 20 operations: multiply 12, add 6, trig 2, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -268,7 +268,7 @@ void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
   J[15] = w_q_6;
   J[16] = w_q_7;
   J[17] = w_q_8;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = c[0] * w_q_0;
   const double v4 = s[0] * w_q_3;
   const double v5 = c[0] * w_q_1;
@@ -296,7 +296,7 @@ void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-// 0 operations, behind about 3335 of the iteration
+// 0 operations, after about 3335 operations of the loop iteration
 void planar_3rrr_jacobian_mixed(const double q[3], double J[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -336,7 +336,7 @@ void planar_3rrr_jacobian_mixed(const double q[3], double J[18]) {
 }
 
 // Time derivative of jacobian_space at joint rates qd.
-// 24 operations: multiply 12, add 12, behind about 3479 of the iteration
+// 24 operations: multiply 12, add 12, after about 3479 operations of the loop iteration
 void planar_3rrr_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -413,7 +413,7 @@ void planar_3rrr_jacobian_space_dot(const double q[3], const double qd[3], doubl
 }
 
 // Time derivative of jacobian_body at joint rates qd.
-// 46 operations: multiply 26, add 18, trig 2, behind about 3479 of the iteration
+// 46 operations: multiply 26, add 18, trig 2, after about 3479 operations of the loop iteration
 void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -460,7 +460,7 @@ void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double
   J_dot[15] = w_q_dot_6;
   J_dot[16] = w_q_dot_7;
   J_dot[17] = w_q_dot_8;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = c[0] * wd_2;
   const double v4 = s[0] * wd_2;
   const double v5 = c[0] * w_q_dot_0;
@@ -514,7 +514,7 @@ void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double
 }
 
 // Time derivative of jacobian_mixed at joint rates qd.
-// 0 operations, behind about 3479 of the iteration
+// 0 operations, after about 3479 operations of the loop iteration
 void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -557,8 +557,8 @@ void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], doubl
   J_dot[17] = w_q_dot_8;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
-// 0 operations, behind about 3659 of the iteration
+// Derivative of jacobian_mixed with respect to the joint coordinates.
+// 0 operations, after about 3659 operations of the loop iteration
 void planar_3rrr_hessian_mixed(const double q[3], double H[54]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -654,7 +654,7 @@ void planar_3rrr_hessian_mixed(const double q[3], double H[54]) {
 }
 
 // Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-// 4 operations: multiply 2, add 2, behind about 3263 of the iteration
+// 4 operations: multiply 2, add 2, after about 3263 operations of the loop iteration
 void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -684,7 +684,7 @@ void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6])
 }
 
 // Twist (v, omega) of the tool's origin, in tool axes.
-// 8 operations: multiply 4, add 2, trig 2, behind about 3263 of the iteration
+// 8 operations: multiply 4, add 2, trig 2, after about 3263 operations of the loop iteration
 void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -706,7 +706,7 @@ void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]) 
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = wd_2;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = c[0] * wd_0;
   const double v4 = s[0] * wd_1;
   const double v5 = c[0] * wd_1;
@@ -718,7 +718,7 @@ void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]) 
 }
 
 // Twist (v, omega) of the tool's origin, in base axes.
-// 0 operations, behind about 3263 of the iteration
+// 0 operations, after about 3263 operations of the loop iteration
 void planar_3rrr_twist_mixed(const double q[3], const double qd[3], double V[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -740,7 +740,7 @@ void planar_3rrr_twist_mixed(const double q[3], const double qd[3], double V[6])
 }
 
 // Time derivative of twist_space at rates qd and accelerations qdd.
-// 8 operations: multiply 4, add 4, behind about 3335 of the iteration
+// 8 operations: multiply 4, add 4, after about 3335 operations of the loop iteration
 void planar_3rrr_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -779,7 +779,7 @@ void planar_3rrr_acceleration_space(const double q[3], const double qd[3], const
 }
 
 // Time derivative of twist_body at rates qd and accelerations qdd.
-// 18 operations: multiply 10, add 6, trig 2, behind about 3335 of the iteration
+// 18 operations: multiply 10, add 6, trig 2, after about 3335 operations of the loop iteration
 void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -806,7 +806,7 @@ void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const 
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = wdd_2;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = c[0] * wdd_0;
   const double v4 = s[0] * wdd_1;
   const double v5 = c[0] * wd_2;
@@ -828,7 +828,7 @@ void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const 
 }
 
 // Time derivative of twist_mixed at rates qd and accelerations qdd.
-// 0 operations, behind about 3335 of the iteration
+// 0 operations, after about 3335 operations of the loop iteration
 void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -852,7 +852,7 @@ void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const
 }
 
 // Joints of the main chain, swings between -pi and pi.
-// 0 operations, behind about 3200 of the iteration
+// 0 operations, after about 3200 operations of the loop iteration
 void planar_3rrr_chain(const double q[3], double theta[3]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -867,8 +867,8 @@ void planar_3rrr_chain(const double q[3], double theta[3]) {
   theta[2] = w_2;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
-// 0 operations, behind about 3335 of the iteration
+// Derivative of the main-chain joints with respect to the actuated coordinates.
+// 0 operations, after about 3335 operations of the loop iteration
 void planar_3rrr_chain_D_q(const double q[3], double theta_D_q[9]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -899,7 +899,7 @@ void planar_3rrr_chain_D_q(const double q[3], double theta_D_q[9]) {
 }
 
 // Joint rates of the main chain.
-// 0 operations, behind about 3263 of the iteration
+// 0 operations, after about 3263 operations of the loop iteration
 void planar_3rrr_chain_rates(const double q[3], const double qd[3], double thetad[3]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -918,7 +918,7 @@ void planar_3rrr_chain_rates(const double q[3], const double qd[3], double theta
 }
 
 // Joint accelerations of the main chain.
-// 0 operations, behind about 3335 of the iteration
+// 0 operations, after about 3335 operations of the loop iteration
 void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -939,7 +939,7 @@ void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], cons
 }
 
 // Passive joints that are not in the main chain, swings between -pi and pi.
-// 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration
+// 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration
 void planar_3rrr_passive(const double q[3], double passive[3]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -963,7 +963,7 @@ void planar_3rrr_passive(const double q[3], double passive[3]) {
   const double angle[6] = {w_3, w_4, w_5, v3, v6, v12};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v14 = c[0] * v2;
   const double v17 = v4 * s[0];
   const double v18 = v4 * c[0];
@@ -1007,15 +1007,15 @@ void planar_3rrr_passive(const double q[3], double passive[3]) {
   const double v60 = v56 - v35;
   const double v61 = v58 - 0.17;
   passive[2] = v59;
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v62 = atan2(v55, v60);
   const double v63 = atan2(v57, v61);
   passive[0] = v62;
   passive[1] = v63;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
-// 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration
+// Derivative of the passive joints with respect to the actuated coordinates.
+// 252 operations: multiply 130, add 104, trig 12, other 6, after about 3335 operations of the loop iteration
 void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1051,7 +1051,7 @@ void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
   const double angle[6] = {w_3, w_4, w_5, v2, v4, v9};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; columns 1 and 2 of passive_D_q
+  // intermediate terms, then columns 1 and 2 of passive_D_q
   const double v20 = c[0] * w_q_3;
   const double v21 = v10 * c[0];
   const double v22 = s[0] * v11;
@@ -1281,7 +1281,7 @@ void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
   passive_D_q[6] = v231;
   passive_D_q[7] = v232;
   const double v246 = v233 - v222;
-  // shared terms; column 3 of passive_D_q
+  // intermediate terms, then column 3 of passive_D_q
   const double v247 = v234 - v235;
   const double v248 = v236 - v237;
   const double v249 = v238 - v239;
@@ -1299,7 +1299,7 @@ void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
 }
 
 // All joints, swings and cylinder lengths, swings between -pi and pi.
-// 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration
+// 63 operations: multiply 22, add 26, trig 15, after about 3200 operations of the loop iteration
 void planar_3rrr_configuration(const double q[3], double z[9]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1330,7 +1330,7 @@ void planar_3rrr_configuration(const double q[3], double z[9]) {
   z[3] = w_3;
   z[4] = w_4;
   z[5] = w_5;
-  // shared terms; z
+  // intermediate terms, then z
   const double v14 = c[0] * v2;
   const double v17 = v4 * s[0];
   const double v18 = v4 * c[0];
@@ -1374,15 +1374,15 @@ void planar_3rrr_configuration(const double q[3], double z[9]) {
   const double v60 = v56 - v35;
   const double v61 = v58 - 0.17;
   z[8] = v59;
-  // shared terms; z
+  // intermediate terms, then z
   const double v62 = atan2(v55, v60);
   const double v63 = atan2(v57, v61);
   z[6] = v62;
   z[7] = v63;
 }
 
-// Derivative of the full configuration by the actuated coordinates.
-// 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration
+// Derivative of the full configuration with respect to the actuated coordinates.
+// 252 operations: multiply 130, add 104, trig 12, other 6, after about 3335 operations of the loop iteration
 void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1437,7 +1437,7 @@ void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
   z_D_q[15] = 0.0;
   z_D_q[16] = 0.0;
   z_D_q[17] = 1.0;
-  // shared terms; columns 1 and 2 of z_D_q
+  // intermediate terms, then columns 1 and 2 of z_D_q
   const double v20 = c[0] * w_q_3;
   const double v21 = v10 * c[0];
   const double v22 = s[0] * v11;
@@ -1667,7 +1667,7 @@ void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
   z_D_q[24] = v231;
   z_D_q[25] = v232;
   const double v246 = v233 - v222;
-  // shared terms; column 3 of z_D_q
+  // intermediate terms, then column 3 of z_D_q
   const double v247 = v234 - v235;
   const double v248 = v236 - v237;
   const double v249 = v238 - v239;
@@ -1685,7 +1685,7 @@ void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
 }
 
 // Square of the determinant of the loops' equations, 1 at the reference.
-// 0 operations, behind about 3230 of the iteration
+// 0 operations, after about 3230 operations of the loop iteration
 void planar_3rrr_margin(const double q[3], double margin[1]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1694,9 +1694,9 @@ void planar_3rrr_margin(const double q[3], double margin[1]) {
   planar_3rrr_loops_margin(&loops, margin);
 }
 
-// All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of
-// Newton's iteration.
-// 63 operations: multiply 22, add 26, trig 15, behind about 800 of the iteration
+// All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton
+// steps.
+// 63 operations: multiply 22, add 26, trig 15, after about 800 operations of the loop iteration
 void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1727,7 +1727,7 @@ void planar_3rrr_configuration_near(const double q[3], const double seed[9], dou
   z[3] = w_3;
   z[4] = w_4;
   z[5] = w_5;
-  // shared terms; z
+  // intermediate terms, then z
   const double v14 = c[0] * v2;
   const double v17 = v4 * s[0];
   const double v18 = v4 * c[0];
@@ -1771,16 +1771,15 @@ void planar_3rrr_configuration_near(const double q[3], const double seed[9], dou
   const double v60 = v56 - v35;
   const double v61 = v58 - 0.17;
   z[8] = v59;
-  // shared terms; z
+  // intermediate terms, then z
   const double v62 = atan2(v55, v60);
   const double v63 = atan2(v57, v61);
   z[6] = v62;
   z[7] = v63;
 }
 
-// Pose of the tool and configuration, from a configuration nearby, in at most eight steps of
-// Newton's iteration.
-// 66 operations: multiply 22, add 26, negate 1, trig 17, behind about 800 of the iteration
+// Pose of the tool and configuration, from a nearby configuration by at most eight Newton steps.
+// 66 operations: multiply 22, add 26, negate 1, trig 17, after about 800 operations of the loop iteration
 void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[16], double z[9]) {
   planar_3rrr_loops_closed loops;
   double w[6];
@@ -1804,7 +1803,7 @@ void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[
   const double angle[7] = {w_2, w_3, w_4, w_5, v5, v8, v14};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // T_0_ee; z
+  // T_0_ee, then z
   T_0_ee[2] = 0.0;
   T_0_ee[3] = w_0;
   T_0_ee[6] = 0.0;
@@ -1823,7 +1822,7 @@ void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[
   z[3] = w_3;
   z[4] = w_4;
   z[5] = w_5;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   const double v16 = c[1] * v4;
   const double v19 = v6 * s[1];
   const double v20 = v6 * c[1];
@@ -1840,7 +1839,7 @@ void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[
   const double v34 = -s[0];
   T_0_ee[4] = s[0];
   T_0_ee[5] = c[0];
-  // shared terms; column 2 of T_0_ee
+  // intermediate terms, then column 2 of T_0_ee
   const double v35 = 0.11258330249197702 * s[4];
   const double v36 = 0.065 * c[4];
   const double v37 = 0.065 * s[4];
@@ -1853,7 +1852,7 @@ void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[
   const double v44 = v31 + v32;
   const double v45 = 0.13 * s[6];
   T_0_ee[1] = v34;
-  // shared terms; z
+  // intermediate terms, then z
   const double v46 = v16 - v35;
   const double v47 = v37 + v20;
   const double v48 = v39 + v23;
@@ -1874,7 +1873,7 @@ void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[
   const double v63 = v59 - v38;
   const double v64 = v61 - 0.17;
   z[8] = v62;
-  // shared terms; z
+  // intermediate terms, then z
   const double v65 = atan2(v58, v63);
   const double v66 = atan2(v60, v64);
   z[6] = v65;
@@ -1897,7 +1896,7 @@ void planar_3rrr_actuators(const double theta[3], double q[3]) {
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -1991,15 +1990,15 @@ void planar_3rrr_actuators(const double theta[3], double q[3]) {
   const double v97 = atan2(v91, v95);
   const double v98 = v94 + v88;
   q[2] = v96;
-  // shared terms; q
+  // intermediate terms, then q
   q[0] = v98;
   const double v99 = 3.141592653589793 - v97;
-  // shared terms; q
+  // intermediate terms, then q
   const double v100 = v99 + v88;
   q[1] = v100;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 123 operations: multiply 39, add 57, trig 2, other 25
 void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   // inputs
@@ -2015,7 +2014,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; columns 1 and 2 of q_D_theta
+  // intermediate terms, then columns 1 and 2 of q_D_theta
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -2130,7 +2129,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   q_D_theta[6] = v109;
   q_D_theta[7] = v110;
   const double v118 = v111 / v61;
-  // shared terms; columns 1 and 2 of q_D_theta
+  // intermediate terms, then columns 1 and 2 of q_D_theta
   q_D_theta[0] = v112;
   q_D_theta[1] = v113;
   const double v119 = v114 / v64;
@@ -2138,7 +2137,7 @@ void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]) {
   q_D_theta[4] = v116;
   const double v120 = v117 / v66;
   const double v121 = v86 - v118;
-  // shared terms; column 3 of q_D_theta
+  // intermediate terms, then column 3 of q_D_theta
   const double v122 = v86 + v119;
   const double v123 = v86 + v120;
   q_D_theta[8] = v121;
@@ -2166,7 +2165,7 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -2314,7 +2313,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -2598,7 +2597,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   qdd[0] = v284;
   const double v287 = v285 - v270;
   qdd[2] = v286;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v288 = v198 + v287;
   qdd[1] = v288;
 }
@@ -2619,7 +2618,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]) {
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -2679,7 +2678,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; column 3 of margin
+  // intermediate terms, then column 3 of margin
   const double v7 = 0.065 * s[0];
   const double v8 = 0.11258330249197702 * c[0];
   const double v9 = 0.11258330249197702 * s[0];
@@ -2742,7 +2741,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   margin[17] = v50;
   margin[20] = v50;
   margin[23] = v50;
-  // shared terms; columns 1 and 2 of margin
+  // intermediate terms, then columns 1 and 2 of margin
   const double v61 = v51 / v30;
   const double v62 = 0.5 * v52;
   const double v63 = 0.5 * v53;
@@ -2767,7 +2766,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   margin[19] = v60;
   margin[21] = v59;
   margin[22] = v60;
-  // shared terms; column 3 of q
+  // intermediate terms, then column 3 of q
   const double v69 = v61 * v20;
   const double v70 = v62 / v30;
   const double v71 = v61 * v19;
@@ -2827,7 +2826,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[17] = v115;
   q[20] = v114;
   q[23] = v115;
-  // shared terms; column 1 of q
+  // intermediate terms, then column 1 of q
   q[0] = v118;
   const double v120 = 3.141592653589793 - v116;
   q[3] = v118;
@@ -2838,7 +2837,7 @@ void planar_3rrr_actuators_all(const double theta[3], double q[24], double margi
   q[15] = v119;
   q[18] = v119;
   q[21] = v119;
-  // shared terms; column 2 of q
+  // intermediate terms, then column 2 of q
   const double v122 = v120 + v99;
   const double v123 = v99 + v121;
   q[1] = v122;
@@ -2876,7 +2875,7 @@ void planar_3rrr_constraint(const double z[9], double residual[6]) {
   const double angle[7] = {z_3, z_2, z_4, z_5, v1, v6, v9};
   double c[7], s[7];
   chasles_cos_sin(7, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v22 = 0.17 * c[0];
   const double v23 = 0.11258330249197702 * c[1];
   const double v24 = 0.065 * s[1];
@@ -2926,7 +2925,7 @@ void planar_3rrr_constraint(const double z[9], double residual[6]) {
   residual[3] = v61;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 53 operations: multiply 18, add 13, negate 8, trig 14
 void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   // inputs
@@ -2982,7 +2981,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   residual_D_z[49] = 0.0;
   residual_D_z[51] = 0.0;
   residual_D_z[52] = 0.0;
-  // shared terms; column 3 of residual_D_z
+  // intermediate terms, then column 3 of residual_D_z
   const double v18 = 0.11258330249197702 * s[0];
   const double v19 = 0.065 * c[0];
   const double v20 = 0.17 * s[1];
@@ -3007,7 +3006,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v38 = 0.13 * s[6];
   residual_D_z[47] = v28;
   const double v39 = 0.13 * c[6];
-  // shared terms; columns 3, 7, 8 and 9 of residual_D_z
+  // intermediate terms, then columns 3, 7, 8 and 9 of residual_D_z
   const double v40 = -v30;
   const double v41 = v31 + v20;
   const double v42 = -v31;
@@ -3024,7 +3023,7 @@ void planar_3rrr_constraint_D_z(const double z[9], double residual_D_z[54]) {
   const double v49 = -v38;
   const double v50 = v39 + v29;
   residual_D_z[53] = v39;
-  // shared terms; columns 3, 4, 5, 6, 7, 8 and 9 of residual_D_z
+  // intermediate terms, then columns 3, 4, 5, 6, 7, 8 and 9 of residual_D_z
   residual_D_z[2] = v40;
   const double v51 = -v41;
   residual_D_z[6] = v42;
@@ -3105,7 +3104,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[49] = 0.0;
   residual_D_z_dot[51] = 0.0;
   residual_D_z_dot[52] = 0.0;
-  // shared terms; column 3 of residual_D_z_dot
+  // intermediate terms, then column 3 of residual_D_z_dot
   const double v18 = c[0] * zd_2;
   const double v19 = s[0] * zd_2;
   const double v20 = c[1] * zd_3;
@@ -3150,7 +3149,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   const double v59 = v43 + v44;
   residual_D_z_dot[47] = v46;
   const double v60 = v47 + v48;
-  // shared terms; column 3 of residual_D_z_dot
+  // intermediate terms, then column 3 of residual_D_z_dot
   const double v61 = -v50;
   const double v62 = 0.13 * v51;
   const double v63 = -v52;
@@ -3162,7 +3161,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[38] = v58;
   const double v68 = 0.13 * v59;
   const double v69 = 0.13 * v60;
-  // shared terms; column 3 of residual_D_z_dot
+  // intermediate terms, then column 3 of residual_D_z_dot
   residual_D_z_dot[2] = v61;
   const double v70 = v62 + v30;
   const double v71 = -v62;
@@ -3178,7 +3177,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   const double v79 = -v68;
   const double v80 = v69 + v49;
   const double v81 = -v69;
-  // shared terms; columns 7, 8 and 9 of residual_D_z_dot
+  // intermediate terms, then columns 7, 8 and 9 of residual_D_z_dot
   const double v82 = -v70;
   residual_D_z_dot[6] = v71;
   const double v83 = -v72;
@@ -3200,7 +3199,7 @@ void planar_3rrr_constraint_D_z_dot(const double z[9], const double zd[9], doubl
   residual_D_z_dot[50] = v87;
 }
 
-// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 // 3 operations: negate 1, trig 2
 void planar_3rrr_chain_fk(const double theta[3], double T_0_ee[16]) {
   // inputs
@@ -3224,7 +3223,7 @@ void planar_3rrr_chain_fk(const double theta[3], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
@@ -3233,8 +3232,7 @@ void planar_3rrr_chain_fk(const double theta[3], double T_0_ee[16]) {
   T_0_ee[1] = v3;
 }
 
-// Pose of every link's frame in the base frame, in order from the base, from the main chain's
-// joints.
+// Pose of every link's frame in the base frame, in order from the base, from the main-chain joints.
 // 3 operations: negate 1, trig 2
 void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
   // inputs
@@ -3290,7 +3288,7 @@ void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
   T[45] = 0.0;
   T[46] = 0.0;
   T[47] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = c[0];
   const double v3 = -s[0];
   T[36] = s[0];
@@ -3299,7 +3297,7 @@ void planar_3rrr_chain_link_poses(const double theta[3], double T[48]) {
   T[33] = v3;
 }
 
-// Pose of the tool and mixed Jacobian in one call, from the main chain's joints.
+// Pose of the tool and mixed Jacobian in one call, from the main-chain joints.
 // 3 operations: negate 1, trig 2
 void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16], double J[18]) {
   // inputs
@@ -3310,7 +3308,7 @@ void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16
   const double angle[1] = {theta_2};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // T_0_ee; J
+  // T_0_ee, then J
   T_0_ee[2] = 0.0;
   T_0_ee[3] = theta_0;
   T_0_ee[6] = 0.0;
@@ -3341,7 +3339,7 @@ void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[0];
   const double v3 = -s[0];
   T_0_ee[4] = s[0];
@@ -3351,7 +3349,7 @@ void planar_3rrr_chain_fk_jacobian_mixed(const double theta[3], double T_0_ee[16
 }
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes, from the main chain's joints.
+// axes, from the main-chain joints.
 // 1 operations: negate 1
 void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   // inputs
@@ -3381,7 +3379,7 @@ void planar_3rrr_chain_jacobian_space(const double theta[3], double J[18]) {
   J[5] = v1;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain
 // joints.
 // 3 operations: negate 1, trig 2
 void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
@@ -3406,7 +3404,7 @@ void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
   J[15] = 0.0;
   J[16] = 0.0;
   J[17] = 1.0;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   J[0] = c[0];
   J[1] = s[0];
   const double v3 = -s[0];
@@ -3415,7 +3413,7 @@ void planar_3rrr_chain_jacobian_body(const double theta[3], double J[18]) {
   J[3] = v3;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain
 // joints.
 // 0 operations
 void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
@@ -3441,7 +3439,7 @@ void planar_3rrr_chain_jacobian_mixed(const double theta[3], double J[18]) {
   J[17] = 1.0;
 }
 
-// Time derivative of jacobian_space at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_space at joint rates qd, from the main-chain joints.
 // 1 operations: negate 1
 void planar_3rrr_chain_jacobian_space_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
   (void)theta;
@@ -3472,7 +3470,7 @@ void planar_3rrr_chain_jacobian_space_dot(const double theta[3], const double th
   J_dot[5] = v1;
 }
 
-// Time derivative of jacobian_body at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_body at joint rates qd, from the main-chain joints.
 // 6 operations: multiply 2, negate 2, trig 2
 void planar_3rrr_chain_jacobian_body_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
   // inputs
@@ -3497,7 +3495,7 @@ void planar_3rrr_chain_jacobian_body_dot(const double theta[3], const double the
   J_dot[15] = 0.0;
   J_dot[16] = 0.0;
   J_dot[17] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v3 = s[0] * thetad_2;
   const double v4 = c[0] * thetad_2;
   const double v5 = -v3;
@@ -3509,7 +3507,7 @@ void planar_3rrr_chain_jacobian_body_dot(const double theta[3], const double the
   J_dot[4] = v5;
 }
 
-// Time derivative of jacobian_mixed at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_mixed at joint rates qd, from the main-chain joints.
 // 0 operations
 void planar_3rrr_chain_jacobian_mixed_dot(const double theta[3], const double thetad[3], double J_dot[18]) {
   (void)theta;
@@ -3535,7 +3533,7 @@ void planar_3rrr_chain_jacobian_mixed_dot(const double theta[3], const double th
   J_dot[17] = 0.0;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates, from the main chain's joints.
+// Derivative of jacobian_mixed with respect to the joint coordinates, from the main-chain joints.
 // 0 operations
 void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]) {
   (void)theta;
@@ -3596,8 +3594,8 @@ void planar_3rrr_chain_hessian_mixed(const double theta[3], double H[54]) {
   H[53] = 0.0;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main
-// chain's joints.
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-
+// chain joints.
 // 4 operations: multiply 2, add 2
 void planar_3rrr_chain_twist_space(const double theta[3], const double thetad[3], double V[6]) {
   // inputs
@@ -3621,7 +3619,7 @@ void planar_3rrr_chain_twist_space(const double theta[3], const double thetad[3]
   V[1] = v4;
 }
 
-// Twist (v, omega) of the tool's origin, in tool axes, from the main chain's joints.
+// Twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 // 8 operations: multiply 4, add 2, trig 2
 void planar_3rrr_chain_twist_body(const double theta[3], const double thetad[3], double V[6]) {
   // inputs
@@ -3638,7 +3636,7 @@ void planar_3rrr_chain_twist_body(const double theta[3], const double thetad[3],
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = thetad_2;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = c[0] * thetad_0;
   const double v4 = s[0] * thetad_1;
   const double v5 = c[0] * thetad_1;
@@ -3649,7 +3647,7 @@ void planar_3rrr_chain_twist_body(const double theta[3], const double thetad[3],
   V[1] = v8;
 }
 
-// Twist (v, omega) of the tool's origin, in base axes, from the main chain's joints.
+// Twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 // 0 operations
 void planar_3rrr_chain_twist_mixed(const double theta[3], const double thetad[3], double V[6]) {
   (void)theta;
@@ -3666,7 +3664,7 @@ void planar_3rrr_chain_twist_mixed(const double theta[3], const double thetad[3]
   V[5] = thetad_2;
 }
 
-// Time derivative of twist_space at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_space at rates qd and accelerations qdd, from the main-chain joints.
 // 8 operations: multiply 4, add 4
 void planar_3rrr_chain_acceleration_space(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
   // inputs
@@ -3697,7 +3695,7 @@ void planar_3rrr_chain_acceleration_space(const double theta[3], const double th
   A[1] = v8;
 }
 
-// Time derivative of twist_body at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_body at rates qd and accelerations qdd, from the main-chain joints.
 // 18 operations: multiply 10, add 6, trig 2
 void planar_3rrr_chain_acceleration_body(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
   // inputs
@@ -3717,7 +3715,7 @@ void planar_3rrr_chain_acceleration_body(const double theta[3], const double the
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = thetadd_2;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = c[0] * thetadd_0;
   const double v4 = s[0] * thetadd_1;
   const double v5 = c[0] * thetad_2;
@@ -3738,7 +3736,7 @@ void planar_3rrr_chain_acceleration_body(const double theta[3], const double the
   A[1] = v18;
 }
 
-// Time derivative of twist_mixed at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_mixed at rates qd and accelerations qdd, from the main-chain joints.
 // 0 operations
 void planar_3rrr_chain_acceleration_mixed(const double theta[3], const double thetad[3], const double thetadd[3], double A[6]) {
   (void)theta;
@@ -3756,7 +3754,7 @@ void planar_3rrr_chain_acceleration_mixed(const double theta[3], const double th
   A[5] = thetadd_2;
 }
 
-// Distance between the ends of each rod or cylinder less its length.
+// Distance between the ends of each rod or cylinder, minus its length.
 // 56 operations: multiply 18, add 27, trig 8, other 3
 void planar_3rrr_rods(const double theta[3], const double q[3], double residual[3]) {
   // inputs
@@ -3770,7 +3768,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -3825,7 +3823,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
   residual[1] = v56;
 }
 
-// Derivative of the rods' residuals by the main chain's joints.
+// Derivative of the rod residuals with respect to the main-chain joints.
 // 81 operations: multiply 39, add 27, negate 1, trig 8, other 6
 void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double residual_D_theta[9]) {
   // inputs
@@ -3839,7 +3837,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
   const double angle[4] = {theta_2, q_0, q_1, q_2};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; columns 1 and 2 of residual_D_theta
+  // intermediate terms, then columns 1 and 2 of residual_D_theta
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -3946,7 +3944,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   J_q[5] = 0.0;
   J_q[6] = 0.0;
   J_q[7] = 0.0;
-  // shared terms; columns 1 and 2 of J_x
+  // intermediate terms, then columns 1 and 2 of J_x
   const double v9 = 0.065 * s[0];
   const double v10 = 0.11258330249197702 * c[0];
   const double v11 = 0.17 * c[1];
@@ -4023,7 +4021,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v80 = 0.5 / v67;
   const double v81 = 0.5 / v68;
   const double v82 = v73 * v66;
-  // shared terms; columns 1 and 2 of J_x; column 3 of J_q
+  // intermediate terms, then columns 1 and 2 of J_x, then column 3 of J_q
   J_x[0] = v74;
   J_x[1] = v75;
   const double v83 = v75 * v21;
@@ -4036,7 +4034,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   const double v88 = v80 * v71;
   const double v89 = v81 * v72;
   J_q[8] = v82;
-  // shared terms; column 3 of J_x; columns 1 and 2 of J_q
+  // intermediate terms, then column 3 of J_x, then columns 1 and 2 of J_q
   const double v90 = v83 - v84;
   const double v91 = v85 - v86;
   J_x[8] = v87;
@@ -4047,7 +4045,7 @@ void planar_3rrr_velocity_relation(const double theta[3], const double q[3], dou
   J_x[5] = v91;
 }
 
-// Coefficients of the polynomial whose zeros are the platform's angles in all modes.
+// Coefficients of the polynomial whose zeros are the platform angles of all assembly modes.
 // 242 operations: multiply 130, add 103, negate 3, trig 6
 void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) {
   // inputs
@@ -4058,7 +4056,7 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double angle[3] = {q_2, q_0, q_1};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; coefficients
+  // intermediate terms, then coefficients
   const double v7 = 0.17 * c[0];
   const double v8 = 0.17 * c[1];
   const double v9 = 0.17 * s[0];
@@ -4282,25 +4280,25 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   const double v227 = v219 - v162;
   coefficients[5] = v220;
   const double v228 = -v221;
-  // shared terms; coefficients
+  // intermediate terms, then coefficients
   const double v229 = v222 - v168;
   const double v230 = v223 - v213;
   const double v231 = v224 - v225;
   const double v232 = 3237.1282973906777 * v226;
   const double v233 = v227 - v124;
   coefficients[6] = v228;
-  // shared terms; coefficients
+  // intermediate terms, then coefficients
   const double v234 = 3237.1282973906777 * v229;
   const double v235 = v230 - v214;
   const double v236 = v231 - v137;
   coefficients[3] = v232;
   const double v237 = 3237.1282973906777 * v233;
-  // shared terms; coefficients
+  // intermediate terms, then coefficients
   coefficients[0] = v234;
   const double v238 = v235 - v134;
   const double v239 = 3237.1282973906777 * v236;
   const double v240 = -v237;
-  // shared terms; coefficients
+  // intermediate terms, then coefficients
   const double v241 = 3237.1282973906777 * v238;
   const double v242 = -v239;
   coefficients[4] = v240;
@@ -4309,7 +4307,7 @@ void planar_3rrr_assembly_polynomial(const double q[3], double coefficients[7]) 
   coefficients[2] = v242;
 }
 
-// Pose of the platform in the assembly mode of an angle.
+// Platform pose at an angle phi that solves the assembly polynomial.
 // 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_assembly_position(const double q[3], const double phi[1], double theta[3]) {
   // inputs
@@ -4323,7 +4321,7 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
   chasles_cos_sin(4, angle, c, s);
   // theta
   theta[2] = phi_0;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -4405,7 +4403,8 @@ void planar_3rrr_assembly_position(const double q[3], const double phi[1], doubl
   theta[1] = v85;
 }
 
-// Pose of the platform in the assembly mode of an angle, mirrored in the line of two centres.
+// Platform pose at an angle phi that solves the assembly polynomial, mirrored about the line of two
+// centers.
 // 85 operations: multiply 31, add 29, negate 4, trig 8, other 13
 void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double theta[3]) {
   // inputs
@@ -4419,7 +4418,7 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   chasles_cos_sin(4, angle, c, s);
   // theta
   theta[2] = phi_0;
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v9 = 0.11258330249197702 * c[0];
   const double v10 = 0.195 * s[0];
   const double v11 = 0.17 * c[1];
@@ -4501,7 +4500,7 @@ void planar_3rrr_assembly_mirror(const double q[3], const double phi[1], double 
   theta[1] = v85;
 }
 
-// Least equations of the loops, zero where the loops are closed, and their derivative.
+// Reduced closure equations, zero where the loops are closed, and their derivative.
 // 104 operations: multiply 48, add 36, negate 6, trig 8, other 6
 void planar_3rrr_closure(const double w[6], double residual[3], double residual_D_w[18]) {
   // inputs
@@ -4527,7 +4526,7 @@ void planar_3rrr_closure(const double w[6], double residual[3], double residual_
   residual_D_w[11] = 0.0;
   residual_D_w[15] = 0.0;
   residual_D_w[16] = 0.0;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v13 = 0.17 * c[0];
   const double v14 = 0.11258330249197702 * c[1];
   const double v15 = 0.065 * s[1];
@@ -4607,7 +4606,7 @@ void planar_3rrr_closure(const double w[6], double residual[3], double residual_
   const double v88 = v82 * v48;
   const double v89 = v82 * v73;
   const double v90 = v82 * v74;
-  // shared terms; residual; columns 3 and 6 of residual_D_w
+  // intermediate terms, then residual, then columns 3 and 6 of residual_D_w
   residual[0] = v83;
   residual[1] = v84;
   const double v91 = v54 * v85;
@@ -4622,7 +4621,7 @@ void planar_3rrr_closure(const double w[6], double residual[3], double residual_
   const double v100 = -v88;
   residual_D_w[14] = v89;
   residual_D_w[17] = v90;
-  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_w
+  // intermediate terms, then columns 1, 2, 3, 4 and 5 of residual_D_w
   const double v101 = -v91;
   const double v102 = -v92;
   residual_D_w[2] = v93;
@@ -4672,7 +4671,7 @@ void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double r
   residual_D_w_dot[11] = 0.0;
   residual_D_w_dot[15] = 0.0;
   residual_D_w_dot[16] = 0.0;
-  // shared terms; columns 3 and 6 of residual_D_w_dot
+  // intermediate terms, then columns 3 and 6 of residual_D_w_dot
   const double v13 = 0.17 * c[0];
   const double v14 = 0.11258330249197702 * c[1];
   const double v15 = 0.065 * s[1];
@@ -4890,7 +4889,7 @@ void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double r
   const double v227 = -v215;
   residual_D_w_dot[14] = v216;
   residual_D_w_dot[17] = v217;
-  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_w_dot
+  // intermediate terms, then columns 1, 2, 3, 4 and 5 of residual_D_w_dot
   residual_D_w_dot[0] = v218;
   const double v228 = -v219;
   residual_D_w_dot[2] = v220;

@@ -5,8 +5,8 @@
 
 #include "planar_3rrr.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
- * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
+ * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
@@ -89,7 +89,7 @@ extern "C" {
 #define CHASLES_RUN_BASELINE(kernel)
 #endif
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -106,7 +106,7 @@ void planar_3rrr_fk_batch(size_t n, const double *q, double *T_0_ee)
   planar_3rrr_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -123,7 +123,7 @@ void planar_3rrr_link_poses_batch(size_t n, const double *q, double *T)
   planar_3rrr_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -140,7 +140,7 @@ void planar_3rrr_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_
   planar_3rrr_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -157,7 +157,7 @@ void planar_3rrr_jacobian_space_batch(size_t n, const double *q, double *J)
   planar_3rrr_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -174,7 +174,7 @@ void planar_3rrr_jacobian_body_batch(size_t n, const double *q, double *J)
   planar_3rrr_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -191,7 +191,7 @@ void planar_3rrr_jacobian_mixed_batch(size_t n, const double *q, double *J)
   planar_3rrr_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -208,7 +208,7 @@ void planar_3rrr_jacobian_space_dot_batch(size_t n, const double *q, const doubl
   planar_3rrr_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -225,7 +225,7 @@ void planar_3rrr_jacobian_body_dot_batch(size_t n, const double *q, const double
   planar_3rrr_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -242,7 +242,7 @@ void planar_3rrr_jacobian_mixed_dot_batch(size_t n, const double *q, const doubl
   planar_3rrr_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -259,7 +259,7 @@ void planar_3rrr_hessian_mixed_batch(size_t n, const double *q, double *H)
   planar_3rrr_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -276,7 +276,7 @@ void planar_3rrr_twist_space_batch(size_t n, const double *q, const double *qd, 
   planar_3rrr_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -293,7 +293,7 @@ void planar_3rrr_twist_body_batch(size_t n, const double *q, const double *qd, d
   planar_3rrr_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -310,7 +310,7 @@ void planar_3rrr_twist_mixed_batch(size_t n, const double *q, const double *qd, 
   planar_3rrr_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -327,7 +327,7 @@ void planar_3rrr_acceleration_space_batch(size_t n, const double *q, const doubl
   planar_3rrr_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -344,7 +344,7 @@ void planar_3rrr_acceleration_body_batch(size_t n, const double *q, const double
   planar_3rrr_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -361,7 +361,7 @@ void planar_3rrr_acceleration_mixed_batch(size_t n, const double *q, const doubl
   planar_3rrr_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -378,7 +378,7 @@ void planar_3rrr_chain_batch(size_t n, const double *q, double *theta)
   planar_3rrr_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -395,7 +395,7 @@ void planar_3rrr_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
   planar_3rrr_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -412,7 +412,7 @@ void planar_3rrr_chain_rates_batch(size_t n, const double *q, const double *qd, 
   planar_3rrr_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -429,7 +429,7 @@ void planar_3rrr_chain_accelerations_batch(size_t n, const double *q, const doub
   planar_3rrr_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_passive_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -446,7 +446,7 @@ void planar_3rrr_passive_batch(size_t n, const double *q, double *passive)
   planar_3rrr_passive_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_passive_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -463,7 +463,7 @@ void planar_3rrr_passive_D_q_batch(size_t n, const double *q, double *passive_D_
   planar_3rrr_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -480,7 +480,7 @@ void planar_3rrr_configuration_batch(size_t n, const double *q, double *z)
   planar_3rrr_configuration_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -497,7 +497,7 @@ void planar_3rrr_configuration_D_q_batch(size_t n, const double *q, double *z_D_
   planar_3rrr_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -514,7 +514,7 @@ void planar_3rrr_margin_batch(size_t n, const double *q, double *margin)
   planar_3rrr_margin_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -531,7 +531,7 @@ void planar_3rrr_configuration_near_batch(size_t n, const double *q, const doubl
   planar_3rrr_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -548,7 +548,7 @@ void planar_3rrr_fk_near_batch(size_t n, const double *q, const double *seed, do
   planar_3rrr_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -572,7 +572,7 @@ void planar_3rrr_actuators_batch(size_t n, const double *theta, double *q)
   planar_3rrr_actuators_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuators_D_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -596,7 +596,7 @@ void planar_3rrr_actuators_D_chain_batch(size_t n, const double *theta, double *
   planar_3rrr_actuators_D_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuator_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -620,7 +620,7 @@ void planar_3rrr_actuator_rates_batch(size_t n, const double *theta, const doubl
   planar_3rrr_actuator_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuator_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -644,7 +644,7 @@ void planar_3rrr_actuator_accelerations_batch(size_t n, const double *theta, con
   planar_3rrr_actuator_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuator_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -668,7 +668,7 @@ void planar_3rrr_actuator_margin_batch(size_t n, const double *theta, double *ma
   planar_3rrr_actuator_margin_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -692,7 +692,7 @@ void planar_3rrr_actuators_all_batch(size_t n, const double *theta, double *q, d
   planar_3rrr_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -716,7 +716,7 @@ void planar_3rrr_constraint_batch(size_t n, const double *z, double *residual)
   planar_3rrr_constraint_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_constraint_D_z_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -740,7 +740,7 @@ void planar_3rrr_constraint_D_z_batch(size_t n, const double *z, double *residua
   planar_3rrr_constraint_D_z_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_constraint_D_z_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -764,7 +764,7 @@ void planar_3rrr_constraint_D_z_dot_batch(size_t n, const double *z, const doubl
   planar_3rrr_constraint_D_z_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -788,7 +788,7 @@ void planar_3rrr_chain_fk_batch(size_t n, const double *theta, double *T_0_ee)
   planar_3rrr_chain_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -812,7 +812,7 @@ void planar_3rrr_chain_link_poses_batch(size_t n, const double *theta, double *T
   planar_3rrr_chain_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -836,7 +836,7 @@ void planar_3rrr_chain_fk_jacobian_mixed_batch(size_t n, const double *theta, do
   planar_3rrr_chain_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -860,7 +860,7 @@ void planar_3rrr_chain_jacobian_space_batch(size_t n, const double *theta, doubl
   planar_3rrr_chain_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -884,7 +884,7 @@ void planar_3rrr_chain_jacobian_body_batch(size_t n, const double *theta, double
   planar_3rrr_chain_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -908,7 +908,7 @@ void planar_3rrr_chain_jacobian_mixed_batch(size_t n, const double *theta, doubl
   planar_3rrr_chain_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -932,7 +932,7 @@ void planar_3rrr_chain_jacobian_space_dot_batch(size_t n, const double *theta, c
   planar_3rrr_chain_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -956,7 +956,7 @@ void planar_3rrr_chain_jacobian_body_dot_batch(size_t n, const double *theta, co
   planar_3rrr_chain_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -980,7 +980,7 @@ void planar_3rrr_chain_jacobian_mixed_dot_batch(size_t n, const double *theta, c
   planar_3rrr_chain_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1004,7 +1004,7 @@ void planar_3rrr_chain_hessian_mixed_batch(size_t n, const double *theta, double
   planar_3rrr_chain_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1028,7 +1028,7 @@ void planar_3rrr_chain_twist_space_batch(size_t n, const double *theta, const do
   planar_3rrr_chain_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1052,7 +1052,7 @@ void planar_3rrr_chain_twist_body_batch(size_t n, const double *theta, const dou
   planar_3rrr_chain_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1076,7 +1076,7 @@ void planar_3rrr_chain_twist_mixed_batch(size_t n, const double *theta, const do
   planar_3rrr_chain_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1100,7 +1100,7 @@ void planar_3rrr_chain_acceleration_space_batch(size_t n, const double *theta, c
   planar_3rrr_chain_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1124,7 +1124,7 @@ void planar_3rrr_chain_acceleration_body_batch(size_t n, const double *theta, co
   planar_3rrr_chain_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_chain_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1148,7 +1148,7 @@ void planar_3rrr_chain_acceleration_mixed_batch(size_t n, const double *theta, c
   planar_3rrr_chain_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_rods_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1172,7 +1172,7 @@ void planar_3rrr_rods_batch(size_t n, const double *theta, const double *q, doub
   planar_3rrr_rods_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_rods_D_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1196,7 +1196,7 @@ void planar_3rrr_rods_D_chain_batch(size_t n, const double *theta, const double 
   planar_3rrr_rods_D_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_velocity_relation_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1220,7 +1220,7 @@ void planar_3rrr_velocity_relation_batch(size_t n, const double *theta, const do
   planar_3rrr_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_assembly_polynomial_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1244,7 +1244,7 @@ void planar_3rrr_assembly_polynomial_batch(size_t n, const double *q, double *co
   planar_3rrr_assembly_polynomial_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_assembly_position_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1268,7 +1268,7 @@ void planar_3rrr_assembly_position_batch(size_t n, const double *q, const double
   planar_3rrr_assembly_position_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_assembly_mirror_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1292,7 +1292,7 @@ void planar_3rrr_assembly_mirror_batch(size_t n, const double *q, const double *
   planar_3rrr_assembly_mirror_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_closure_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1316,7 +1316,7 @@ void planar_3rrr_closure_batch(size_t n, const double *w, double *residual, doub
   planar_3rrr_closure_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_closure_D_w_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1340,7 +1340,7 @@ void planar_3rrr_closure_D_w_dot_batch(size_t n, const double *w, const double *
   planar_3rrr_closure_D_w_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void planar_3rrr_modes_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

@@ -25,7 +25,7 @@ void puma560_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.4318 * c[4];
@@ -82,7 +82,7 @@ void puma560_fk(const double q[6], double T_0_ee[16]) {
   const double v67 = s[0] * v53;
   T_0_ee[10] = v54;
   const double v68 = v55 + 0.67183;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v69 = v56 - v35;
   const double v70 = v37 + v59;
   const double v71 = v60 + v17;
@@ -92,7 +92,7 @@ void puma560_fk(const double q[6], double T_0_ee[16]) {
   const double v75 = v66 - v44;
   const double v76 = v45 + v67;
   T_0_ee[11] = v68;
-  // shared terms; columns 1 and 4 of T_0_ee
+  // intermediate terms, then columns 1 and 4 of T_0_ee
   const double v77 = c[0] * v69;
   const double v78 = s[0] * v69;
   const double v79 = -v70;
@@ -103,7 +103,7 @@ void puma560_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[7] = v74;
   T_0_ee[8] = v75;
   const double v83 = -v76;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v84 = v77 - v57;
   const double v85 = v58 + v78;
   T_0_ee[2] = v79;
@@ -111,7 +111,7 @@ void puma560_fk(const double q[6], double T_0_ee[16]) {
   const double v87 = v63 - v81;
   T_0_ee[6] = v82;
   T_0_ee[9] = v83;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = v84;
   const double v88 = -v85;
   T_0_ee[4] = v86;
@@ -171,7 +171,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   T[2] = s[0];
   T[4] = s[0];
@@ -192,7 +192,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v24 = s[0] * c[2];
   const double v25 = c[0] * s[2];
   const double v26 = c[0] * c[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[6] = v14;
   T[16] = v15;
   const double v27 = -v16;
@@ -216,7 +216,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v39 = 0.4318 * c[5];
   const double v40 = s[3] * c[5];
   const double v41 = c[3] * c[5];
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v27;
   T[19] = v28;
   T[21] = v29;
@@ -249,7 +249,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v62 = s[3] * v37;
   const double v63 = s[4] * v38;
   const double v64 = c[4] * v38;
-  // shared terms; T
+  // intermediate terms, then T
   T[34] = v42;
   const double v65 = v43 + v44;
   T[38] = v45;
@@ -265,7 +265,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v72 = v60 + v40;
   T[73] = v61;
   const double v73 = v41 - v62;
-  // shared terms; T
+  // intermediate terms, then T
   T[35] = v65;
   T[39] = v66;
   T[48] = v67;
@@ -292,7 +292,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v87 = s[4] * v72;
   T[90] = v73;
   T[91] = v71;
-  // shared terms; T
+  // intermediate terms, then T
   T[51] = v74;
   T[54] = v75;
   T[55] = v76;
@@ -307,7 +307,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   T[87] = v76;
   const double v92 = v86 - v63;
   const double v93 = v64 + v87;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v88;
   const double v94 = -v89;
   T[68] = v90;
@@ -318,7 +318,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v99 = s[4] * v90;
   T[88] = v92;
   const double v100 = -v93;
-  // shared terms; T
+  // intermediate terms, then T
   T[66] = v94;
   T[70] = v95;
   const double v101 = v96 - v82;
@@ -328,7 +328,7 @@ void puma560_link_poses(const double q[6], double T[96]) {
   const double v104 = v85 - v99;
   T[86] = v95;
   T[89] = v100;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v101;
   const double v105 = -v102;
   T[84] = v103;
@@ -353,7 +353,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double angle[6] = {q_5, q_4, q_0, q_3, q_1, v4};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -373,7 +373,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v14 = s[2] * s[3];
   const double v15 = s[2] * c[3];
   const double v16 = 0.4318 * c[4];
@@ -385,7 +385,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[19] = s[2];
   J[20] = s[2];
   const double v22 = -c[2];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v23 = c[2] * c[5];
   const double v24 = c[2] * s[5];
   const double v25 = 0.0203 * c[5];
@@ -401,7 +401,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[25] = v22;
   J[26] = v22;
   J[33] = c[5];
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v35 = v23 * c[3];
   const double v36 = s[1] * v24;
   const double v37 = v23 * s[3];
@@ -419,7 +419,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v49 = -v24;
   const double v50 = -v28;
   J[34] = v31;
-  // shared terms; columns 3 and 4 of J
+  // intermediate terms, then columns 3 and 4 of J
   const double v51 = v35 - v14;
   const double v52 = v37 + v15;
   const double v53 = v39 + v16;
@@ -433,7 +433,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[14] = v39;
   J[21] = v49;
   J[27] = v50;
-  // shared terms; column 3 of T_0_ee; columns 2, 5 and 6 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 2, 5 and 6 of J
   const double v61 = c[1] * v51;
   const double v62 = s[0] * v52;
   const double v63 = c[0] * v52;
@@ -456,7 +456,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[22] = v52;
   const double v78 = -v55;
   J[35] = v57;
-  // shared terms; column 4 of T_0_ee; columns 3 and 5 of J
+  // intermediate terms, then column 4 of T_0_ee, then columns 3 and 5 of J
   const double v79 = v61 - v36;
   const double v80 = v38 + v64;
   const double v81 = v65 + v17;
@@ -471,7 +471,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   const double v88 = -v76;
   J[8] = v77;
   J[28] = v78;
-  // shared terms; columns 1 and 4 of T_0_ee; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 4 of T_0_ee, then columns 1 and 2 of J
   const double v89 = c[0] * v79;
   const double v90 = s[0] * v79;
   const double v91 = -v80;
@@ -486,7 +486,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[1] = v87;
   J[6] = v81;
   J[7] = v88;
-  // shared terms; columns 2 and 3 of T_0_ee; columns 1 and 6 of J
+  // intermediate terms, then columns 2 and 3 of T_0_ee, then columns 1 and 6 of J
   const double v97 = v89 - v62;
   const double v98 = v63 + v90;
   T_0_ee[2] = v91;
@@ -497,7 +497,7 @@ void puma560_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36
   J[0] = v96;
   J[23] = v91;
   J[29] = v94;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = v97;
   const double v101 = -v98;
   T_0_ee[4] = v99;
@@ -532,7 +532,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v12 = 0.67183 * c[0];
   const double v13 = 0.4318 * s[1];
   const double v14 = 0.4318 * c[1];
@@ -546,7 +546,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   J[19] = s[0];
   J[20] = s[0];
   const double v22 = -c[0];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   J[1] = v12;
   const double v23 = v13 + 0.67183;
   const double v24 = v14 * c[4];
@@ -565,7 +565,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   J[26] = v22;
   J[33] = c[4];
   const double v35 = c[3] * c[4];
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v36 = c[0] * v23;
   const double v37 = v23 * s[4];
   const double v38 = 0.15005 * v25;
@@ -587,7 +587,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   const double v53 = c[3] * v29;
   J[34] = v33;
   const double v54 = s[3] * v32;
-  // shared terms; columns 3 and 4 of J
+  // intermediate terms, then columns 3 and 4 of J
   J[2] = v36;
   const double v55 = v24 + v37;
   const double v56 = v39 - v16;
@@ -601,7 +601,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   J[21] = v50;
   J[27] = v52;
   const double v62 = v35 - v54;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v63 = v55 + 0.0203;
   const double v64 = v57 - 0.4318;
   const double v65 = c[3] * v56;
@@ -611,7 +611,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   const double v68 = -v60;
   const double v69 = s[3] * v59;
   J[35] = v62;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v70 = s[0] * v63;
   const double v71 = v63 * c[2];
   const double v72 = v56 * v64;
@@ -625,7 +625,7 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   const double v80 = v51 + v67;
   J[28] = v68;
   const double v81 = v53 + v69;
-  // shared terms; columns 4 and 6 of J
+  // intermediate terms, then columns 4 and 6 of J
   const double v82 = v70 - v38;
   const double v83 = v15 - v71;
   const double v84 = v75 + v18;
@@ -643,26 +643,26 @@ void puma560_jacobian_space(const double q[6], double J[36]) {
   const double v95 = v61 * v84;
   J[23] = v86;
   J[29] = v87;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v96 = v88 + v72;
   const double v97 = v89 + v73;
   J[9] = v91;
   const double v98 = v92 + v77;
   const double v99 = v94 - v79;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v100 = -v96;
   const double v101 = v58 * v97;
   const double v102 = -v98;
   const double v103 = v60 * v97;
   J[16] = v99;
   const double v104 = v33 * v97;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v100;
   const double v105 = v101 + v90;
   J[10] = v102;
   const double v106 = v103 - v93;
   const double v107 = v104 + v95;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v108 = -v105;
   J[11] = v106;
   const double v109 = -v107;
@@ -701,7 +701,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v14 = s[1] * c[2];
   const double v15 = c[3] * c[1];
   const double v16 = s[1] * s[2];
@@ -719,7 +719,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   const double v28 = -s[1];
   const double v29 = -c[1];
   J[33] = c[3];
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v30 = v15 * s[2];
   const double v31 = c[2] * v15;
   const double v32 = s[5] * v17;
@@ -744,7 +744,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   J[28] = v29;
   J[31] = v26;
   J[32] = v26;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v49 = v14 + v30;
   const double v50 = v31 - v16;
   const double v51 = v33 - v34;
@@ -754,7 +754,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   const double v55 = v43 + v44;
   const double v56 = v46 - v47;
   J[27] = v48;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v57 = c[0] * v49;
   const double v58 = c[5] * v50;
   const double v59 = v51 + v18;
@@ -772,7 +772,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   const double v71 = -v49;
   const double v72 = -v53;
   J[30] = v56;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v73 = v58 - v32;
   const double v74 = c[0] * v59;
   const double v75 = s[0] * v59;
@@ -788,7 +788,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   J[20] = v71;
   J[25] = v72;
   J[26] = v72;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v84 = s[0] * v73;
   const double v85 = v74 + v19;
   const double v86 = c[0] * v73;
@@ -807,7 +807,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   J[14] = v83;
   J[18] = v76;
   const double v99 = -v78;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v100 = v57 + v84;
   const double v101 = v86 - v60;
   const double v102 = v88 - v89;
@@ -820,7 +820,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   const double v109 = v80 * v85;
   J[13] = v98;
   J[24] = v99;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v110 = v100 * v85;
   const double v111 = v101 * v87;
   J[1] = v102;
@@ -830,7 +830,7 @@ void puma560_jacobian_body(const double q[6], double J[36]) {
   const double v114 = -v106;
   const double v115 = -v107;
   const double v116 = v108 + v109;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v117 = v110 - v111;
   const double v118 = v112 - v113;
   J[7] = v114;
@@ -873,7 +873,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2 and 3 of J
+  // intermediate terms, then columns 2 and 3 of J
   const double v12 = 0.4318 * c[1];
   const double v13 = 0.15005 * c[0];
   const double v14 = 0.4318 * s[1];
@@ -885,7 +885,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v18 = -c[0];
   const double v19 = c[0] * c[2];
   const double v20 = c[0] * s[2];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v21 = 0.0203 * c[4];
   const double v22 = 0.4318 * s[4];
   const double v23 = 0.4318 * c[4];
@@ -900,7 +900,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v29 = s[4] * s[2];
   const double v30 = c[3] * c[4];
   const double v31 = s[4] * c[2];
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v32 = v21 - v22;
   const double v33 = v23 + v24;
   const double v34 = -v25;
@@ -913,7 +913,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v41 = v28 * c[2];
   J[34] = v29;
   const double v42 = s[3] * v31;
-  // shared terms; columns 3 and 4 of J
+  // intermediate terms, then columns 3 and 4 of J
   const double v43 = v32 + v12;
   const double v44 = v33 + v14;
   const double v45 = c[0] * v33;
@@ -926,7 +926,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v49 = v19 - v39;
   const double v50 = v41 + v20;
   const double v51 = v30 - v42;
-  // shared terms; columns 2, 5 and 6 of J
+  // intermediate terms, then columns 2, 5 and 6 of J
   const double v52 = s[0] * v43;
   const double v53 = c[0] * v44;
   const double v54 = -v45;
@@ -939,7 +939,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v59 = -v49;
   const double v60 = s[3] * v50;
   J[35] = v51;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v61 = v52 - v13;
   const double v62 = -v53;
   J[2] = v54;
@@ -949,7 +949,7 @@ void puma560_jacobian_mixed(const double q[6], double J[36]) {
   const double v65 = v36 + v58;
   J[28] = v59;
   const double v66 = v40 + v60;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v67 = -v61;
   J[1] = v62;
   J[6] = v63;
@@ -991,7 +991,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v12 = 0.67183 * s[0];
   const double v13 = c[0] * qd_1;
   const double v14 = 0.4318 * c[1];
@@ -1036,7 +1036,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[26] = v27;
   const double v50 = v13 * s[0];
   const double v51 = v22 * c[0];
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v52 = -v28;
   const double v53 = s[0] * v30;
   const double v54 = v31 * v32;
@@ -1073,7 +1073,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v84 = v50 - v51;
   const double v85 = v46 * v37;
   const double v86 = v31 * v48;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   J_dot[1] = v52;
   const double v87 = v53 * qd_0;
   const double v88 = v34 + v56;
@@ -1098,7 +1098,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v107 = v82 + v83;
   J_dot[32] = v84;
   const double v108 = v85 + v86;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v109 = v29 - v87;
   const double v110 = v88 + 0.0203;
   const double v111 = v35 + v89;
@@ -1123,7 +1123,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v129 = -v108;
   const double v130 = v92 * v102;
   const double v131 = v100 * v94;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   J_dot[2] = v109;
   const double v132 = c[0] * v110;
   const double v133 = v111 * c[4];
@@ -1150,7 +1150,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v152 = v127 - v128;
   J_dot[33] = v129;
   const double v153 = v130 - v131;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v154 = v55 + v132;
   const double v155 = v133 - v57;
   const double v156 = v17 - v134;
@@ -1168,7 +1168,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v153;
   const double v165 = v145 * v141;
   const double v166 = v137 * v147;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v167 = v154 * qd_0;
   const double v168 = v37 * v156;
   const double v169 = c[4] * v156;
@@ -1197,7 +1197,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[23] = v180;
   const double v192 = -v181;
   const double v193 = -v182;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v194 = v183 + v155;
   const double v195 = v58 * v184;
   const double v196 = v92 * v185;
@@ -1219,7 +1219,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v212 = v186 * v102;
   J_dot[29] = v192;
   J_dot[35] = v193;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   J_dot[3] = v194;
   const double v213 = v195 - v196;
   const double v214 = v197 - v113;
@@ -1235,7 +1235,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   J_dot[15] = v208;
   const double v223 = v209 + v210;
   const double v224 = v211 + v212;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v225 = v213 + v214;
   const double v226 = v137 * v215;
   const double v227 = v96 * v216;
@@ -1260,7 +1260,7 @@ void puma560_jacobian_space_dot(const double q[6], const double qd[6], double J_
   const double v245 = -v235;
   const double v246 = v236 - v237;
   const double v247 = v238 - v239;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v248 = v240 + v241;
   J_dot[10] = v242;
   const double v249 = v243 - v244;
@@ -1307,7 +1307,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v14 = s[0] * c[1];
   const double v15 = s[0] * s[2];
   const double v16 = c[2] * s[1];
@@ -1358,7 +1358,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[28] = v32;
   const double v61 = v30 * v15;
   const double v62 = v25 * v26;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v63 = v33 - v34;
   const double v64 = v16 + v36;
   const double v65 = v37 - v38;
@@ -1374,7 +1374,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[22] = v58;
   const double v75 = v59 + v60;
   const double v76 = v61 + v62;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v77 = s[5] * v64;
   const double v78 = v65 + v18;
   const double v79 = v66 + v19;
@@ -1405,7 +1405,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v103 = v73 * v68;
   const double v104 = v70 * v72;
   const double v105 = -v76;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v106 = v35 + v77;
   const double v107 = v41 - v80;
   const double v108 = v67 * v79;
@@ -1424,7 +1424,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[27] = v102;
   const double v121 = v103 + v104;
   J_dot[33] = v105;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v122 = v106 * v78;
   const double v123 = v79 * v107;
   const double v124 = v106 * v65;
@@ -1454,7 +1454,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v146 = v118 * v68;
   const double v147 = v115 * v72;
   J_dot[32] = v121;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v148 = v122 + v123;
   const double v149 = v124 + v125;
   const double v150 = v126 * qd_1;
@@ -1501,7 +1501,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[25] = v166;
   const double v190 = v167 - v168;
   J_dot[31] = v169;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v191 = v170 + v171;
   const double v192 = v106 * v172;
   const double v193 = v173 - v174;
@@ -1523,7 +1523,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   J_dot[18] = v188;
   J_dot[24] = v189;
   J_dot[30] = v190;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v209 = v63 * v191;
   const double v210 = v193 * v85;
   const double v211 = v195 - v155;
@@ -1538,7 +1538,7 @@ void puma560_jacobian_body_dot(const double q[6], const double qd[6], double J_d
   const double v218 = v193 * v140;
   const double v219 = v205 + v206;
   J_dot[14] = v208;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v220 = v209 - v192;
   const double v221 = v210 - v194;
   const double v222 = v211 + v196;
@@ -1595,7 +1595,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v12 = 0.4318 * s[1];
   const double v13 = 0.4318 * c[1];
   const double v14 = 0.15005 * s[0];
@@ -1630,7 +1630,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v39 = c[0] * c[4];
   const double v40 = v15 * s[0];
   const double v41 = v18 * c[0];
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v42 = v26 + v27;
   const double v43 = v28 - v29;
   const double v44 = v32 * qd_0;
@@ -1670,7 +1670,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v78 = v58 - v25;
   J_dot[32] = v59;
   const double v79 = v60 + v61;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v80 = s[0] * v62;
   const double v81 = v63 * qd_2;
   const double v82 = c[0] * v64;
@@ -1698,7 +1698,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v103 = -v79;
   const double v104 = v71 * v76;
   const double v105 = v77 * v70;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v106 = v80 * qd_1;
   const double v107 = v82 + v14;
   const double v108 = v80 * qd_0;
@@ -1721,7 +1721,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v124 = v57 + v102;
   J_dot[33] = v103;
   const double v125 = v104 - v105;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   const double v126 = v106 + v81;
   const double v127 = v107 * qd_0;
   const double v128 = v108 - v83;
@@ -1742,7 +1742,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[34] = v125;
   const double v140 = v123 * v120;
   const double v141 = v121 * v124;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v142 = v126 - v127;
   const double v143 = v128 - v84;
   const double v144 = v129 + v130;
@@ -1753,7 +1753,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   const double v147 = v136 - v137;
   const double v148 = v138 + v139;
   const double v149 = v140 + v141;
-  // shared terms; columns 1, 2 and 6 of J_dot
+  // intermediate terms, then columns 1, 2 and 6 of J_dot
   J_dot[0] = v142;
   J_dot[1] = v143;
   const double v150 = -v144;
@@ -1770,7 +1770,7 @@ void puma560_jacobian_mixed_dot(const double q[6], const double qd[6], double J_
   J_dot[35] = v154;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 128 operations: multiply 68, add 28, negate 22, trig 10
 void puma560_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -1943,7 +1943,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v12 = 0.4318 * c[1];
   const double v13 = 0.15005 * s[0];
   const double v14 = 0.4318 * s[1];
@@ -1956,7 +1956,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   H[156] = s[0];
   const double v18 = s[0] * c[2];
   const double v19 = s[0] * s[2];
-  // shared terms; H
+  // intermediate terms, then H
   const double v20 = 0.0203 * c[4];
   const double v21 = 0.4318 * s[4];
   const double v22 = 0.4318 * c[4];
@@ -1987,7 +1987,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   const double v46 = v25 * c[2];
   const double v47 = v30 * c[0];
   const double v48 = v24 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v49 = v31 + v12;
   const double v50 = v32 + v14;
   const double v51 = s[0] * v32;
@@ -2007,7 +2007,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   const double v60 = -v43;
   const double v61 = v46 - v19;
   const double v62 = v47 + v48;
-  // shared terms; H
+  // intermediate terms, then H
   const double v63 = c[0] * v49;
   const double v64 = s[0] * v50;
   H[2] = v51;
@@ -2040,7 +2040,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   const double v84 = v55 * s[0];
   const double v85 = v30 * v55;
   const double v86 = v24 * v59;
-  // shared terms; H
+  // intermediate terms, then H
   const double v87 = v63 + v13;
   H[1] = v64;
   H[6] = v64;
@@ -2069,7 +2069,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   H[200] = v82;
   const double v101 = v83 - v84;
   const double v102 = v85 + v86;
-  // shared terms; H
+  // intermediate terms, then H
   const double v103 = -v87;
   H[7] = v88;
   const double v104 = -v89;
@@ -2099,7 +2099,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   const double v115 = v24 * v99;
   const double v116 = v59 * v96;
   const double v117 = v55 * v99;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v103;
   H[36] = v104;
   const double v118 = -v105;
@@ -2114,7 +2114,7 @@ void puma560_hessian_mixed(const double q[6], double H[216]) {
   const double v123 = v112 + v113;
   const double v124 = v114 - v115;
   const double v125 = v116 + v117;
-  // shared terms; H
+  // intermediate terms, then H
   H[79] = v118;
   H[141] = v119;
   H[142] = v120;
@@ -2151,7 +2151,7 @@ void puma560_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_0, q_1, q_3, q_4, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v12 = 0.4318 * c[1];
   const double v13 = 0.4318 * s[1];
   const double v14 = 0.67183 * c[0];
@@ -2252,7 +2252,7 @@ void puma560_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v109 = v101 * qd_5;
   const double v110 = v102 * qd_5;
   V[5] = v104;
-  // shared terms; V
+  // intermediate terms, then V
   const double v111 = v105 * qd_3;
   const double v112 = v30 * v106;
   const double v113 = c[3] * v106;
@@ -2272,7 +2272,7 @@ void puma560_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v127 = v118 - v99;
   V[3] = v120;
   const double v128 = -v121;
-  // shared terms; V
+  // intermediate terms, then V
   const double v129 = v123 * qd_4;
   const double v130 = v69 * v124;
   const double v131 = v70 * v124;
@@ -2280,7 +2280,7 @@ void puma560_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v133 = v127 * qd_4;
   const double v134 = v38 * v124;
   V[4] = v128;
-  // shared terms; V
+  // intermediate terms, then V
   const double v135 = v122 - v129;
   const double v136 = v130 + v114;
   const double v137 = v131 - v115;
@@ -2320,7 +2320,7 @@ void puma560_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double angle[6] = {q_4, q_5, q_3, q_0, q_1, v1};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v14 = s[0] * c[1];
   const double v15 = c[0] * c[1];
   const double v16 = s[1] * s[2];
@@ -2450,7 +2450,7 @@ void puma560_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v140 = v49 + v134;
   const double v141 = v50 + v135;
   V[5] = v136;
-  // shared terms; V
+  // intermediate terms, then V
   const double v142 = v137 * qd_0;
   const double v143 = v138 * qd_0;
   const double v144 = v119 - v139;
@@ -2461,7 +2461,7 @@ void puma560_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v149 = v106 + v144;
   V[3] = v145;
   const double v150 = -v146;
-  // shared terms; V
+  // intermediate terms, then V
   const double v151 = v125 + v147;
   const double v152 = v148 - v132;
   V[2] = v149;
@@ -2492,7 +2492,7 @@ void puma560_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_0, q_1, q_3, q_4, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v12 = 0.4318 * c[1];
   const double v13 = 0.15005 * c[0];
   const double v14 = 0.4318 * s[1];
@@ -2573,7 +2573,7 @@ void puma560_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v88 = v82 * qd_5;
   const double v89 = v83 * qd_5;
   V[5] = v85;
-  // shared terms; V
+  // intermediate terms, then V
   const double v90 = v86 + v77;
   const double v91 = v87 - v79;
   const double v92 = v81 - v88;
@@ -2582,7 +2582,7 @@ void puma560_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v95 = v91 - v69;
   V[3] = v92;
   const double v96 = -v93;
-  // shared terms; V
+  // intermediate terms, then V
   const double v97 = -v94;
   V[1] = v95;
   V[4] = v96;
@@ -2617,7 +2617,7 @@ void puma560_acceleration_space(const double q[6], const double qd[6], const dou
   const double angle[5] = {q_0, q_1, q_3, q_4, v3};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = 0.4318 * c[1];
   const double v13 = 0.4318 * s[1];
   const double v14 = 0.67183 * c[0];
@@ -2931,7 +2931,7 @@ void puma560_acceleration_space(const double q[6], const double qd[6], const dou
   A[3] = v298;
   A[4] = v299;
   A[5] = v300;
-  // shared terms; A
+  // intermediate terms, then A
   const double v322 = v280 - v301;
   const double v323 = v302 - v303;
   const double v324 = v304 + v305;
@@ -2992,7 +2992,7 @@ void puma560_acceleration_body(const double q[6], const double qd[6], const doub
   const double angle[6] = {q_4, q_5, q_3, q_0, q_1, v1};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v14 = s[0] * c[1];
   const double v15 = c[0] * c[1];
   const double v16 = s[1] * s[2];
@@ -3290,13 +3290,13 @@ void puma560_acceleration_body(const double q[6], const double qd[6], const doub
   const double v308 = v268 + v302;
   const double v309 = v303 - v271;
   A[5] = v304;
-  // shared terms; A
+  // intermediate terms, then A
   const double v310 = v252 + v305;
   const double v311 = v257 + v306;
   const double v312 = v262 + v307;
   A[3] = v308;
   A[4] = v309;
-  // shared terms; A
+  // intermediate terms, then A
   const double v313 = v288 + v310;
   const double v314 = v291 + v311;
   const double v315 = v281 + v312;
@@ -3332,7 +3332,7 @@ void puma560_acceleration_mixed(const double q[6], const double qd[6], const dou
   const double angle[5] = {q_0, q_1, q_3, q_4, v2};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = c[0] * qd_1;
   const double v13 = c[0] * qd_2;
   const double v14 = 0.4318 * s[1];

@@ -31,13 +31,13 @@ void scara_fk(const double q[4], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
   const double v14 = 0.375 * s[1];
   T_0_ee[11] = v10;
-  // shared terms; columns 1 and 2 of T_0_ee
+  // intermediate terms, then columns 1 and 2 of T_0_ee
   T_0_ee[0] = c[2];
   T_0_ee[1] = s[2];
   const double v15 = v13 + v8;
@@ -107,7 +107,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[61] = 0.0;
   T[62] = 0.0;
   T[63] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v9 = -s[0];
   const double v10 = 0.425 * c[0];
@@ -115,7 +115,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[5] = c[0];
   const double v11 = 0.425 * s[0];
   T[43] = v4;
-  // shared terms; T
+  // intermediate terms, then T
   T[1] = v9;
   T[3] = v10;
   T[7] = v11;
@@ -129,7 +129,7 @@ void scara_link_poses(const double q[4], double T[64]) {
   T[33] = s[1];
   T[36] = s[1];
   T[59] = v12;
-  // shared terms; T
+  // intermediate terms, then T
   const double v18 = v10 + v15;
   T[21] = v16;
   const double v19 = v11 + v17;
@@ -165,7 +165,7 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   const double angle[3] = {q_0, v1, v5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[2] = 0.0;
   T_0_ee[6] = 0.0;
   T_0_ee[8] = 0.0;
@@ -195,13 +195,13 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
   const double v14 = 0.375 * s[1];
   T_0_ee[11] = v10;
-  // shared terms; columns 1 and 2 of T_0_ee; column 2 of J
+  // intermediate terms, then columns 1 and 2 of T_0_ee, then column 2 of J
   T_0_ee[0] = c[2];
   T_0_ee[1] = s[2];
   const double v15 = v13 + v8;
@@ -210,7 +210,7 @@ void scara_fk_jacobian_mixed(const double q[4], double T_0_ee[16], double J[24])
   const double v17 = v14 + v9;
   const double v18 = -v14;
   J[5] = v13;
-  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 2 of J
+  // intermediate terms, then columns 2 and 4 of T_0_ee, then columns 1 and 2 of J
   T_0_ee[3] = v15;
   T_0_ee[5] = v16;
   T_0_ee[7] = v17;
@@ -255,18 +255,18 @@ void scara_jacobian_space(const double q[4], double J[24]) {
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v6 = 0.425 * s[0];
   const double v7 = 0.425 * c[0];
   J[1] = v6;
   const double v8 = 0.375 * s[1];
   const double v9 = -v7;
   const double v10 = 0.375 * c[1];
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v11 = v8 + v6;
   J[5] = v9;
   const double v12 = v10 + v7;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v13 = -v11;
   J[7] = v12;
   // column 4 of J
@@ -308,7 +308,7 @@ void scara_jacobian_body(const double q[4], double J[24]) {
   J[21] = -1.0;
   J[22] = 0.0;
   J[23] = 1.0;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v11 = 0.375 * c[1];
@@ -329,7 +329,7 @@ void scara_jacobian_body(const double q[4], double J[24]) {
   J[1] = v21;
   const double v26 = v22 + v23;
   const double v27 = -v24;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   J[0] = v25;
   const double v28 = -v26;
   J[5] = v27;
@@ -370,7 +370,7 @@ void scara_jacobian_mixed(const double q[4], double J[24]) {
   J[21] = 1.0;
   J[22] = 0.0;
   J[23] = -1.0;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v6 = 0.425 * s[0];
   const double v7 = 0.425 * c[0];
   const double v8 = 0.375 * s[1];
@@ -379,7 +379,7 @@ void scara_jacobian_mixed(const double q[4], double J[24]) {
   const double v11 = -v8;
   const double v12 = v9 + v7;
   J[5] = v9;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v13 = -v10;
   J[1] = v11;
   J[4] = v12;
@@ -423,7 +423,7 @@ void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_do
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v9 = v7 * qd_0;
@@ -436,7 +436,7 @@ void scara_jacobian_space_dot(const double q[4], const double qd[4], double J_do
   const double v15 = v11 + v7;
   J_dot[5] = v12;
   const double v16 = v14 + v8;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v17 = v15 * v4;
   const double v18 = v16 * v4;
   const double v19 = v10 - v17;
@@ -483,7 +483,7 @@ void scara_jacobian_body_dot(const double q[4], const double qd[4], double J_dot
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v12 = 0.375 * c[1];
@@ -555,7 +555,7 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
   J_dot[21] = 0.0;
   J_dot[22] = 0.0;
   J_dot[23] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v7 = 0.425 * c[0];
   const double v8 = 0.425 * s[0];
   const double v9 = 0.375 * c[1];
@@ -574,14 +574,14 @@ void scara_jacobian_mixed_dot(const double q[4], const double qd[4], double J_do
   J_dot[1] = v18;
   const double v22 = v19 + v15;
   J_dot[5] = v20;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v23 = -v21;
   const double v24 = -v22;
   J_dot[0] = v23;
   J_dot[4] = v24;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 15 operations: multiply 4, add 3, negate 4, trig 4
 void scara_hessian_mixed(const double q[4], double H[96]) {
   // inputs
@@ -682,7 +682,7 @@ void scara_hessian_mixed(const double q[4], double H[96]) {
   H[93] = 0.0;
   H[94] = 0.0;
   H[95] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v6 = 0.425 * c[0];
   const double v7 = 0.425 * s[0];
   const double v8 = 0.375 * c[1];
@@ -726,17 +726,17 @@ void scara_twist_space(const double q[4], const double qd[4], double V[6]) {
   // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = 0.425 * s[0];
   const double v9 = 0.425 * c[0];
   V[2] = v4;
-  // shared terms; V
+  // intermediate terms, then V
   const double v11 = v8 * qd_1;
   const double v12 = 0.375 * s[1];
   const double v13 = 0.375 * c[1];
   const double v14 = v9 * qd_1;
   V[5] = v10;
-  // shared terms; V
+  // intermediate terms, then V
   const double v15 = v12 + v8;
   const double v16 = v13 + v9;
   const double v17 = v15 * qd_3;
@@ -772,7 +772,7 @@ void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
   V[2] = qd_2;
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = 0.425 * c[0];
   const double v9 = 0.425 * s[0];
   const double v13 = 0.375 * c[1];
@@ -784,7 +784,7 @@ void scara_twist_body(const double q[4], const double qd[4], double V[6]) {
   const double v20 = v13 * c[2];
   const double v21 = v14 * s[2];
   V[5] = v15;
-  // shared terms; V
+  // intermediate terms, then V
   const double v22 = v16 * s[2];
   const double v23 = v17 * c[2];
   const double v24 = v18 - v19;
@@ -827,15 +827,15 @@ void scara_twist_mixed(const double q[4], const double qd[4], double V[6]) {
   // constant entries of V
   V[3] = 0.0;
   V[4] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = 0.425 * s[0];
   const double v9 = 0.425 * c[0];
   V[2] = v4;
-  // shared terms; V
+  // intermediate terms, then V
   const double v11 = 0.375 * s[1];
   const double v12 = 0.375 * c[1];
   V[5] = v10;
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = v11 + v8;
   const double v14 = v11 * qd_1;
   const double v15 = v12 + v9;
@@ -876,11 +876,11 @@ void scara_acceleration_space(const double q[4], const double qd[4], const doubl
   // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.425 * s[0];
   const double v10 = 0.425 * c[0];
   A[2] = v5;
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = v9 * qdd_1;
   const double v13 = 0.375 * s[1];
   const double v14 = v10 * qd_0;
@@ -890,7 +890,7 @@ void scara_acceleration_space(const double q[4], const double qd[4], const doubl
   const double v18 = v9 * qd_0;
   const double v19 = v9 * qd_1;
   A[5] = v11;
-  // shared terms; A
+  // intermediate terms, then A
   const double v20 = v13 + v9;
   const double v21 = v14 * qd_1;
   const double v22 = v16 + v10;
@@ -942,7 +942,7 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
   A[2] = qdd_2;
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.425 * c[0];
   const double v10 = 0.425 * s[0];
   const double v14 = 0.375 * c[1];
@@ -954,7 +954,7 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
   const double v21 = v14 * c[2];
   const double v22 = v15 * s[2];
   A[5] = v16;
-  // shared terms; A
+  // intermediate terms, then A
   const double v23 = v17 * s[2];
   const double v24 = v18 * c[2];
   const double v25 = v19 - v20;
@@ -1014,15 +1014,15 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
   // constant entries of A
   A[3] = 0.0;
   A[4] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = 0.425 * s[0];
   const double v10 = 0.425 * c[0];
   A[2] = v5;
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = 0.375 * s[1];
   const double v13 = 0.375 * c[1];
   A[5] = v11;
-  // shared terms; A
+  // intermediate terms, then A
   const double v14 = v12 + v9;
   const double v15 = v12 * qdd_1;
   const double v16 = v13 + v10;

@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 1, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 1): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 1): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 1): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 1): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 1): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 1): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 1, 1): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
         qdd (..., 1): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
         qdd (..., 1): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
         qdd (..., 1): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -305,8 +305,8 @@ def chain(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 1): main chain (m).
@@ -316,14 +316,14 @@ def chain_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
+    """Derivative of the main-chain joints with respect to the actuated coordinates.
 
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta_D_q (..., 1, 1): derivative (1, m, 1/m).
@@ -340,8 +340,8 @@ def chain_rates(
     Args:
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetad (..., 1): rates of the main chain (m/s).
@@ -359,8 +359,8 @@ def chain_accelerations(
         q (..., 1): actuator coordinates (rad).
         qd (..., 1): actuator rates (rad/s).
         qdd (..., 1): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetadd (..., 1): accelerations of the main chain (m/s^2).
@@ -376,8 +376,8 @@ def passive(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive (..., 1): passive joints (rad or m).
@@ -387,14 +387,14 @@ def passive_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the passive joints by the actuated coordinates.
+    """Derivative of the passive joints with respect to the actuated coordinates.
 
     passive_D_q[:, k] = d passive / d q_k
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         passive_D_q (..., 1, 1): derivative (1, m, 1/m).
@@ -410,8 +410,8 @@ def configuration(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 3): full configuration (rad or m).
@@ -427,8 +427,8 @@ def margin(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 1): margins (1).
@@ -444,11 +444,11 @@ def chain_all(
 
     Args:
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 2, 1): one branch a row (m).
+        theta (..., 2, 1): one branch per row (m).
         margin (..., 2, 1): margins of each branch (1).
     """
 
@@ -462,8 +462,8 @@ def actuators(
 
     Args:
         theta (..., 1): joints of the main chain (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 1): actuated coordinates (rad).
@@ -473,14 +473,14 @@ def actuators_D_chain(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the actuated coordinates by the main chain's joints.
+    """Derivative of the actuated coordinates with respect to the main-chain joints.
 
     actuators_D_chain[:, k] = d actuators / d theta_k
 
     Args:
         theta (..., 1): joints of the main chain (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q_D_theta (..., 1, 1): derivative (1, m, 1/m).
@@ -497,8 +497,8 @@ def actuator_rates(
     Args:
         theta (..., 1): joints of the main chain (m).
         thetad (..., 1): joint rates of the main chain (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qd (..., 1): actuator rates (rad/s).
@@ -516,8 +516,8 @@ def actuator_accelerations(
         theta (..., 1): joints of the main chain (m).
         thetad (..., 1): joint rates of the main chain (m/s).
         thetadd (..., 1): joint accelerations of the main chain (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qdd (..., 1): actuator accelerations (rad/s^2).
@@ -533,8 +533,8 @@ def actuator_margin(
 
     Args:
         theta (..., 1): joints of the main chain (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 1): margins (1).
@@ -550,11 +550,11 @@ def actuators_all(
 
     Args:
         theta (..., 1): joints of the main chain (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 2, 1): one branch a row (rad).
+        q (..., 2, 1): one branch per row (rad).
         margin (..., 2, 1): margins of each branch (1).
     """
 
@@ -568,8 +568,8 @@ def constraint(
 
     Args:
         z (..., 3): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 2): residuals (m or 1).
@@ -579,14 +579,14 @@ def constraint_D_z(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the loops' equations by the full configuration.
+    """Derivative of the closure equations with respect to the full configuration.
 
     constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
 
     Args:
         z (..., 3): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z (..., 2, 3): constraint Jacobian (1, m, 1/m).
@@ -603,8 +603,8 @@ def constraint_D_z_dot(
     Args:
         z (..., 3): full configuration ((rad or m)).
         zd (..., 3): rates of the full configuration ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z_dot (..., 2, 3): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
@@ -614,33 +614,33 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Distance between the ends of each rod or cylinder less its length.
+    """Distance between the ends of each rod or cylinder, minus its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = connecting_rod
 
     Args:
         theta (..., 1): joints of the main chain (m).
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        residual (..., 1): excess of distance over length (m).
+        residual (..., 1): distance minus length (m).
     """
 
 def rods_D_chain(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the rods' residuals by the main chain's joints.
+    """Derivative of the rod residuals with respect to the main-chain joints.
 
     rods_D_chain[:, k] = d rods / d theta_k
 
     Args:
         theta (..., 1): joints of the main chain (m).
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_theta (..., 1, 1): derivative (1, m).
@@ -657,11 +657,11 @@ def velocity_relation(
     Args:
         theta (..., 1): joints of the main chain (m).
         q (..., 1): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        J_x (..., 1, 1): rods along their directions (1, m).
+        J_x (..., 1, 1): rod lines (1, m).
         J_q (..., 1, 1): actuators (1, m).
     """
 
@@ -676,12 +676,12 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 2, 1): joint coordinates, one solution a row (rad).
+        q (..., 2, 1): joint coordinates, one solution per row (rad).
         residual (..., 2): distance of fk(q[k]) from the target (m or rad).
         margin (..., 2): distance from the boundary of the reachable set, negative beyond (1).
     """

@@ -29,7 +29,7 @@ void slider_crank_fk(const double q[1], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -65,7 +65,7 @@ void slider_crank_link_poses(const double q[1], double T[16]) {
   T[13] = 0.0;
   T[14] = 0.0;
   T[15] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -85,7 +85,7 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[0] = 1.0;
   T_0_ee[1] = 0.0;
   T_0_ee[2] = 0.0;
@@ -106,7 +106,7 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
-  // shared terms; column 4 of T_0_ee
+  // intermediate terms, then column 4 of T_0_ee
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -123,7 +123,7 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   T_0_ee[3] = v13;
   const double v16 = v14 * v11;
   const double v17 = sqrt(v15);
-  // shared terms; J
+  // intermediate terms, then J
   const double v18 = v16 - v4;
   const double v19 = v18 + v17;
   J[0] = v19;
@@ -145,7 +145,7 @@ void slider_crank_jacobian_space(const double q[1], double J[6]) {
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.05 * s[0];
   const double v4 = 0.05 * c[0];
   const double v5 = 0.18 + v3;
@@ -180,7 +180,7 @@ void slider_crank_jacobian_body(const double q[1], double J[6]) {
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.05 * s[0];
   const double v4 = 0.05 * c[0];
   const double v5 = 0.18 + v3;
@@ -215,7 +215,7 @@ void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   J[3] = 0.0;
   J[4] = 0.0;
   J[5] = 0.0;
-  // shared terms; J
+  // intermediate terms, then J
   const double v3 = 0.05 * s[0];
   const double v4 = 0.05 * c[0];
   const double v5 = 0.18 + v3;
@@ -251,7 +251,7 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -304,7 +304,7 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -357,7 +357,7 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   J_dot[3] = 0.0;
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -394,7 +394,7 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   J_dot[0] = v35;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 28 operations: multiply 12, add 8, trig 2, other 6
 void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   // inputs
@@ -409,7 +409,7 @@ void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   H[3] = 0.0;
   H[4] = 0.0;
   H[5] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v3 = 0.05 * s[0];
   const double v4 = 0.05 * c[0];
   const double v5 = 0.18 + v3;
@@ -455,7 +455,7 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -494,7 +494,7 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -533,7 +533,7 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
   V[3] = 0.0;
   V[4] = 0.0;
   V[5] = 0.0;
-  // shared terms; V
+  // intermediate terms, then V
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -573,7 +573,7 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -630,7 +630,7 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -687,7 +687,7 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   A[3] = 0.0;
   A[4] = 0.0;
   A[5] = 0.0;
-  // shared terms; A
+  // intermediate terms, then A
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -736,7 +736,7 @@ void slider_crank_chain(const double q[1], double theta[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; theta
+  // intermediate terms, then theta
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -747,7 +747,7 @@ void slider_crank_chain(const double q[1], double theta[1]) {
   theta[0] = v9;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   // inputs
@@ -756,7 +756,7 @@ void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; theta_D_q
+  // intermediate terms, then theta_D_q
   const double v3 = 0.05 * s[0];
   const double v4 = 0.05 * c[0];
   const double v5 = 0.18 + v3;
@@ -786,7 +786,7 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetad
+  // intermediate terms, then thetad
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
@@ -820,7 +820,7 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; thetadd
+  // intermediate terms, then thetadd
   const double v3 = 0.05 * s[0];
   const double v4 = c[0] * qdd_0;
   const double v5 = s[0] * qd_0;
@@ -869,7 +869,7 @@ void slider_crank_passive(const double q[1], double passive[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; passive
+  // intermediate terms, then passive
   const double v3 = 0.27777777777777773 * s[0];
   const double v4 = 0.05 * s[0];
   const double v5 = c[0] * v3;
@@ -888,7 +888,7 @@ void slider_crank_passive(const double q[1], double passive[1]) {
   passive[0] = v17;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 19 operations: multiply 9, add 5, negate 1, trig 2, other 2
 void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
   // inputs
@@ -897,7 +897,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; passive_D_q
+  // intermediate terms, then passive_D_q
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -927,7 +927,7 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; z
+  // intermediate terms, then z
   const double v3 = 0.05 * s[0];
   const double v4 = 0.27777777777777773 * s[0];
   const double v5 = 0.05 * c[0];
@@ -945,13 +945,13 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double v17 = c[0] * v13;
   z[0] = v14;
   const double v18 = sqrt(v15);
-  // shared terms; z
+  // intermediate terms, then z
   const double v19 = v8 + v16;
   const double v20 = v17 - v9;
   const double v21 = v18 + q_0;
   const double v22 = -v19;
   z[1] = v21;
-  // shared terms; z
+  // intermediate terms, then z
   const double v23 = atan2(v22, v20);
   z[2] = v23;
 }
@@ -965,7 +965,7 @@ void slider_crank_margin(const double q[1], double margin[1]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v2 = 0.05 * s[0];
   const double v3 = 0.18 + v2;
   const double v4 = 0.18 - v2;
@@ -983,7 +983,7 @@ void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = 0.18 + v4;
@@ -1026,7 +1026,7 @@ void slider_crank_actuators(const double theta[1], double q[1]) {
   q[0] = v16;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 13 operations: multiply 5, add 5, other 3
 void slider_crank_actuators_D_chain(const double theta[1], double q_D_theta[1]) {
   // inputs
@@ -1186,7 +1186,7 @@ void slider_crank_constraint(const double z[3], double residual[2]) {
   const double angle[2] = {z_1, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v6 = 0.05 * c[0];
   const double v7 = 0.05 * s[0];
   const double v8 = 0.18 * c[1];
@@ -1199,7 +1199,7 @@ void slider_crank_constraint(const double z[3], double residual[2]) {
   residual[0] = v12;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 13 operations: multiply 4, add 3, negate 2, trig 4
 void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]) {
   // inputs
@@ -1214,7 +1214,7 @@ void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]) {
   // constant entries of residual_D_z
   residual_D_z[0] = -1.0;
   residual_D_z[3] = 0.0;
-  // shared terms; column 3 of residual_D_z
+  // intermediate terms, then column 3 of residual_D_z
   const double v6 = 0.05 * s[0];
   const double v7 = 0.05 * c[0];
   const double v8 = 0.18 * s[1];
@@ -1223,7 +1223,7 @@ void slider_crank_constraint_D_z(const double z[3], double residual_D_z[6]) {
   const double v11 = -v8;
   const double v12 = v7 + v9;
   residual_D_z[5] = v9;
-  // shared terms; columns 2 and 3 of residual_D_z
+  // intermediate terms, then columns 2 and 3 of residual_D_z
   const double v13 = -v10;
   residual_D_z[2] = v11;
   residual_D_z[4] = v12;
@@ -1248,7 +1248,7 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
   // constant entries of residual_D_z_dot
   residual_D_z_dot[0] = 0.0;
   residual_D_z_dot[3] = 0.0;
-  // shared terms; column 3 of residual_D_z_dot
+  // intermediate terms, then column 3 of residual_D_z_dot
   const double v6 = c[0] * zd_1;
   const double v7 = s[0] * zd_1;
   const double v8 = 0.05 * v6;
@@ -1274,7 +1274,7 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
   residual_D_z_dot[4] = v23;
 }
 
-// Distance between the ends of each rod or cylinder less its length.
+// Distance between the ends of each rod or cylinder, minus its length.
 // 10 operations: multiply 4, add 3, trig 2, other 1
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]) {
   // inputs
@@ -1284,7 +1284,7 @@ void slider_crank_rods(const double theta[1], const double q[1], double residual
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;
@@ -1296,7 +1296,7 @@ void slider_crank_rods(const double theta[1], const double q[1], double residual
   residual[0] = v10;
 }
 
-// Derivative of the rods' residuals by the main chain's joints.
+// Derivative of the rod residuals with respect to the main-chain joints.
 // 12 operations: multiply 6, add 2, trig 2, other 2
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]) {
   // inputs
@@ -1306,7 +1306,7 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; residual_D_theta
+  // intermediate terms, then residual_D_theta
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;
@@ -1330,7 +1330,7 @@ void slider_crank_velocity_relation(const double theta[1], const double q[1], do
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; J_x
+  // intermediate terms, then J_x
   const double v3 = 0.05 * c[0];
   const double v4 = 0.05 * s[0];
   const double v5 = theta_0 - v3;

@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 6, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 6): joint coordinates (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 6, 6): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
         qdd (..., 6): joint accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
         qdd (..., 6): joint accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 6): joint coordinates (rad or m).
         qd (..., 6): joint rates (rad or m/s).
         qdd (..., 6): joint accelerations (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -306,12 +306,12 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 8, 6): joint coordinates, one solution a row (rad or m).
+        q (..., 8, 6): joint coordinates, one solution per row (rad or m).
         residual (..., 8): distance of fk(q[k]) from the target (m or rad).
         margin (..., 8): distance from the boundary of the reachable set, negative beyond (1).
     """

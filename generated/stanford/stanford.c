@@ -23,7 +23,7 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v11 = c[1] * c[2];
   const double v12 = s[1] * s[3];
   const double v13 = s[1] * c[3];
@@ -89,7 +89,7 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   const double v73 = v63 - v38;
   T_0_ee[10] = v64;
   const double v74 = 0.411988 - v65;
-  // shared terms; columns 2, 3 and 4 of T_0_ee
+  // intermediate terms, then columns 2, 3 and 4 of T_0_ee
   const double v75 = v66 * c[0];
   const double v76 = s[0] * v66;
   T_0_ee[2] = v67;
@@ -101,7 +101,7 @@ void stanford_fk(const double q[6], double T_0_ee[16]) {
   const double v81 = -v72;
   T_0_ee[9] = v73;
   T_0_ee[11] = v74;
-  // shared terms; columns 1 and 4 of T_0_ee
+  // intermediate terms, then columns 1 and 4 of T_0_ee
   const double v82 = v51 + v75;
   const double v83 = v53 - v76;
   T_0_ee[3] = v77;
@@ -166,7 +166,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   const double v11 = -s[0];
   T[4] = s[0];
@@ -193,7 +193,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v27 = s[1] * c[2];
   const double v28 = c[1] * s[3];
   const double v29 = c[1] * c[3];
-  // shared terms; T
+  // intermediate terms, then T
   T[2] = v11;
   T[16] = v12;
   T[17] = v11;
@@ -229,7 +229,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v47 = v25 * s[3];
   const double v48 = s[4] * v27;
   const double v49 = v27 * c[4];
-  // shared terms; T
+  // intermediate terms, then T
   T[19] = v30;
   const double v50 = v31 - v14;
   const double v51 = v17 + v32;
@@ -247,7 +247,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   T[73] = v41;
   const double v57 = v47 - v29;
   T[75] = v33;
-  // shared terms; T
+  // intermediate terms, then T
   T[35] = v50;
   T[39] = v51;
   T[48] = v52;
@@ -273,7 +273,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v68 = v56 * c[4];
   const double v69 = s[4] * v56;
   const double v70 = 0.26289 * v57;
-  // shared terms; T
+  // intermediate terms, then T
   const double v71 = v58 - v42;
   const double v72 = v43 + v59;
   const double v73 = v60 - v44;
@@ -284,7 +284,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v76 = v69 - v49;
   T[90] = v63;
   const double v77 = v33 - v70;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v71;
   T[66] = v72;
   T[68] = v73;
@@ -300,7 +300,7 @@ void stanford_link_poses(const double q[6], double T[96]) {
   const double v84 = -v75;
   T[89] = v76;
   T[91] = v77;
-  // shared terms; T
+  // intermediate terms, then T
   const double v85 = v64 + v78;
   const double v86 = v65 - v79;
   const double v87 = v50 + v80;
@@ -331,7 +331,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double angle[5] = {q_5, q_0, q_1, q_3, q_4};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -347,7 +347,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v11 = c[1] * c[2];
   const double v12 = s[1] * s[3];
   const double v13 = s[1] * c[3];
@@ -366,7 +366,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v25 = -s[1];
   J[25] = c[1];
   J[33] = c[2];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v26 = v11 * c[3];
   const double v27 = v11 * s[3];
   const double v28 = v14 * s[4];
@@ -389,7 +389,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[21] = v14;
   J[27] = v20;
   const double v42 = -v21;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v43 = v26 - v12;
   const double v44 = v27 + v13;
   const double v45 = c[2] * v30;
@@ -403,7 +403,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v53 = c[2] * v31;
   const double v54 = -v41;
   J[34] = v42;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v55 = s[0] * v43;
   const double v56 = v44 * c[4];
   const double v57 = v43 * c[0];
@@ -425,7 +425,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v72 = 0.26289 * v50;
   J[22] = v43;
   J[28] = v48;
-  // shared terms; column 3 of T_0_ee; columns 4 and 6 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 4 and 6 of J
   const double v73 = v56 - v28;
   const double v74 = v29 + v58;
   const double v75 = c[1] * v59;
@@ -443,7 +443,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   const double v84 = -v59;
   const double v85 = -v72;
   J[35] = v68;
-  // shared terms; columns 2, 3 and 4 of T_0_ee; columns 2, 5 and 6 of J
+  // intermediate terms, then columns 2, 3 and 4 of T_0_ee, then columns 2, 5 and 6 of J
   const double v86 = v73 * c[0];
   const double v87 = s[0] * v73;
   T_0_ee[2] = v74;
@@ -463,7 +463,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[16] = v85;
   J[23] = v74;
   J[29] = v77;
-  // shared terms; columns 1 and 4 of T_0_ee; columns 1, 2 and 5 of J
+  // intermediate terms, then columns 1 and 4 of T_0_ee, then columns 1, 2 and 5 of J
   const double v97 = v55 + v86;
   const double v98 = v57 - v87;
   T_0_ee[3] = v88;
@@ -477,7 +477,7 @@ void stanford_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[3
   J[6] = v88;
   J[7] = v95;
   J[10] = v96;
-  // columns 1 and 2 of T_0_ee; column 1 of J
+  // columns 1 and 2 of T_0_ee, then column 1 of J
   T_0_ee[0] = v97;
   T_0_ee[1] = v98;
   T_0_ee[4] = v99;
@@ -511,7 +511,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v9 = 0.411988 * c[0];
   const double v10 = c[0] * s[1];
   const double v11 = c[0] * c[1];
@@ -535,7 +535,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[25] = c[0];
   J[33] = c[1];
   const double v28 = c[1] * c[3];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v29 = -v9;
   J[2] = v10;
   const double v30 = 0.15367 * v11;
@@ -562,7 +562,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v47 = v19 * c[3];
   const double v48 = -v26;
   const double v49 = v24 * s[3];
-  // shared terms; columns 2, 4 and 5 of J
+  // intermediate terms, then columns 2, 4 and 5 of J
   J[1] = v29;
   const double v50 = v30 - v31;
   const double v51 = v32 + v13;
@@ -579,7 +579,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v60 = v45 + v25;
   J[34] = v48;
   const double v61 = v49 - v28;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   J[3] = v50;
   const double v62 = v10 * v51;
   const double v63 = v52 * v34;
@@ -596,7 +596,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   J[28] = v58;
   const double v72 = v57 * s[3];
   const double v73 = -v61;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v74 = v62 + v63;
   const double v75 = v54 + v64;
   const double v76 = v65 - v36;
@@ -606,7 +606,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v80 = v46 + v71;
   const double v81 = v47 + v72;
   J[35] = v73;
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v82 = -v74;
   const double v83 = v53 * v75;
   const double v84 = v76 * v55;
@@ -617,7 +617,7 @@ void stanford_jacobian_space(const double q[6], double J[36]) {
   const double v88 = v26 * v75;
   J[23] = v80;
   J[29] = v81;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v82;
   const double v89 = v83 - v84;
   J[10] = v85;
@@ -656,7 +656,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[32] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v11 = s[1] * s[2];
   const double v12 = c[3] * c[1];
   const double v13 = s[1] * c[2];
@@ -677,7 +677,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[22] = s[1];
   J[28] = c[1];
   J[33] = c[3];
-  // shared terms; columns 3, 4 and 5 of J
+  // intermediate terms, then columns 3, 4 and 5 of J
   const double v27 = c[2] * v12;
   const double v28 = s[2] * v12;
   const double v29 = s[4] * v14;
@@ -701,7 +701,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v45 = s[4] * v23;
   J[27] = v21;
   const double v46 = -v25;
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v47 = v11 - v27;
   const double v48 = v13 + v28;
   const double v49 = c[4] * v30;
@@ -719,7 +719,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v57 = v45 - v26;
   J[21] = v34;
   J[31] = v46;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v58 = c[0] * v47;
   const double v59 = c[4] * v48;
   const double v60 = v49 + v50;
@@ -737,7 +737,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[19] = v47;
   J[25] = v54;
   const double v72 = -v57;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v73 = v59 - v29;
   const double v74 = c[0] * v60;
   const double v75 = s[0] * v60;
@@ -749,7 +749,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v81 = v60 * v57;
   const double v82 = v65 * v56;
   J[30] = v72;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v83 = s[0] * v73;
   const double v84 = v74 - v61;
   const double v85 = v62 + v75;
@@ -774,7 +774,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   J[13] = v93;
   J[18] = v94;
   J[24] = v95;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v104 = v96 * v84;
   const double v105 = v85 * v97;
   J[1] = v98;
@@ -782,7 +782,7 @@ void stanford_jacobian_body(const double q[6], double J[36]) {
   const double v107 = v85 * v100;
   J[7] = v101;
   const double v108 = v102 - v103;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v109 = v104 - v105;
   const double v110 = v106 - v107;
   J[12] = v108;
@@ -816,7 +816,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[30] = 1.0;
   J[31] = 0.0;
   J[32] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v9 = 0.26289 * s[1];
   const double v10 = 0.26289 * c[1];
   const double v11 = c[0] * s[3];
@@ -835,7 +835,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[25] = c[0];
   J[33] = c[3];
   const double v23 = c[3] * c[1];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v24 = v9 * c[2];
   const double v25 = v9 * s[2];
   const double v26 = v10 + q_2;
@@ -856,7 +856,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v36 = v15 * c[1];
   const double v37 = -v19;
   const double v38 = v20 * s[1];
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v39 = 0.15367 - v24;
   const double v40 = c[3] * v25;
   const double v41 = v26 * s[3];
@@ -870,7 +870,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v49 = v34 + v21;
   J[34] = v37;
   const double v50 = v38 - v23;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v51 = c[0] * v39;
   const double v52 = v40 + v41;
   const double v53 = v42 - v43;
@@ -886,7 +886,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[28] = v46;
   const double v61 = v47 * s[1];
   const double v62 = -v50;
-  // shared terms; columns 4 and 6 of J
+  // intermediate terms, then columns 4 and 6 of J
   const double v63 = s[0] * v52;
   const double v64 = c[0] * v53;
   J[3] = v54;
@@ -900,7 +900,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   const double v71 = v35 + v60;
   const double v72 = v36 + v61;
   J[35] = v62;
-  // shared terms; columns 2, 5 and 6 of J
+  // intermediate terms, then columns 2, 5 and 6 of J
   const double v73 = v51 + v63;
   const double v74 = -v64;
   const double v75 = 0.26289 * v65;
@@ -911,7 +911,7 @@ void stanford_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v70;
   J[23] = v71;
   J[29] = v72;
-  // shared terms; columns 1, 2 and 5 of J
+  // intermediate terms, then columns 1, 2 and 5 of J
   const double v79 = -v73;
   J[1] = v74;
   J[4] = v75;
@@ -952,7 +952,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v9 = 0.411988 * s[0];
   const double v10 = c[0] * qd_1;
   const double v11 = s[0] * s[1];
@@ -1043,7 +1043,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v95 = v70 + v71;
   J_dot[19] = v72;
   J_dot[25] = v73;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   J_dot[2] = v74;
   const double v96 = v75 * c[1];
   const double v97 = v76 * qd_0;
@@ -1081,7 +1081,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v125 = v46 * v92;
   const double v126 = v93 * v82;
   const double v127 = v77 * v92;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   const double v128 = v96 - v39;
   const double v129 = v40 + v97;
   const double v130 = v78 - v98;
@@ -1105,7 +1105,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v147 = v124 + v125;
   J_dot[33] = v117;
   const double v148 = v126 - v127;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v149 = v128 - v129;
   const double v150 = v77 * v130;
   const double v151 = v46 * v131;
@@ -1136,7 +1136,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   J_dot[34] = v148;
   const double v175 = v142 * v136;
   const double v176 = v133 * v143;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   J_dot[3] = v149;
   const double v177 = v150 + v151;
   const double v178 = v152 + v102;
@@ -1156,7 +1156,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v189 = v171 + v172;
   const double v190 = v173 + v174;
   const double v191 = v175 - v176;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v192 = v177 - v178;
   const double v193 = v133 * v179;
   const double v194 = v86 * v180;
@@ -1175,7 +1175,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v207 = -v189;
   J_dot[29] = v190;
   J_dot[35] = v191;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   J_dot[4] = v192;
   const double v208 = v193 - v194;
   const double v209 = v195 + v196;
@@ -1186,7 +1186,7 @@ void stanford_jacobian_space_dot(const double q[6], const double qd[6], double J
   const double v212 = v203 - v204;
   const double v213 = v205 - v206;
   J_dot[23] = v207;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v214 = v208 - v209;
   const double v215 = v210 + v211;
   const double v216 = v212 + v213;
@@ -1226,7 +1226,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   J_dot[32] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v11 = 0.26289 * s[1];
   const double v12 = 0.26289 * c[1];
   const double v13 = c[2] * c[3];
@@ -1284,7 +1284,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v64 = -v32;
   const double v65 = v30 * v15;
   const double v66 = v24 * v25;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v67 = c[0] * v33;
   const double v68 = v34 * s[0];
   const double v69 = v13 - v35;
@@ -1317,7 +1317,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v96 = v62 + v63;
   J_dot[28] = v64;
   const double v97 = v65 + v66;
-  // shared terms; columns 4 and 5 of J_dot
+  // intermediate terms, then columns 4 and 5 of J_dot
   const double v98 = v67 + v68;
   const double v99 = s[0] * v69;
   const double v100 = v70 - v71;
@@ -1357,7 +1357,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v130 = v78 * v85;
   const double v131 = v86 * v75;
   const double v132 = -v97;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v133 = v99 - v36;
   const double v134 = v101 + v37;
   const double v135 = v38 + v102;
@@ -1382,7 +1382,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v152 = v128 + v129;
   const double v153 = v130 - v131;
   J_dot[33] = v132;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v154 = v98 * v133;
   const double v155 = v100 * v134;
   const double v156 = v136 - v137;
@@ -1411,7 +1411,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v175 = v147 * v133;
   const double v176 = v142 * v144;
   J_dot[31] = v153;
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   const double v177 = v154 - v155;
   const double v178 = v156 * qd_1;
   const double v179 = v103 + v157;
@@ -1431,7 +1431,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v192 = v172 - v173;
   J_dot[25] = v174;
   const double v193 = v175 - v176;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v194 = v177 * qd_1;
   const double v195 = v178 + v20;
   const double v196 = v179 * v158;
@@ -1447,7 +1447,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   J_dot[18] = v191;
   J_dot[24] = v192;
   J_dot[30] = v193;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v206 = v194 + v135;
   const double v207 = v195 * v133;
   const double v208 = v196 - v197;
@@ -1479,7 +1479,7 @@ void stanford_jacobian_body_dot(const double q[6], const double qd[6], double J_
   const double v232 = v223 - v224;
   const double v233 = v225 - v226;
   J_dot[13] = v227;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v234 = v228 + v229;
   const double v235 = v230 + v231;
   const double v236 = v232 + v233;
@@ -1518,7 +1518,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v9 = 0.26289 * s[2];
   const double v10 = 0.26289 * c[2];
   const double v11 = s[0] * s[1];
@@ -1587,7 +1587,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[19] = v52;
   const double v74 = v53 - v27;
   J_dot[25] = v55;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   const double v75 = v57 + v58;
   const double v76 = s[0] * v59;
   const double v77 = v60 * v9;
@@ -1614,7 +1614,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v94 = v70 * s[2];
   const double v95 = v72 * v60;
   const double v96 = v67 * v69;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   const double v97 = c[0] * v75;
   const double v98 = v77 * qd_3;
   const double v99 = v78 - v35;
@@ -1639,7 +1639,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v117 = v56 + v94;
   J_dot[33] = v88;
   const double v118 = v95 - v96;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v119 = v97 - v76;
   const double v120 = 0.26289 * v99;
   const double v121 = v100 * qd_1;
@@ -1667,7 +1667,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[34] = v118;
   const double v142 = v111 * v115;
   const double v143 = v104 * v117;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v144 = v119 * qd_0;
   const double v145 = v120 * qd_4;
   const double v146 = v122 - v101;
@@ -1684,7 +1684,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v156 = v138 + v139;
   const double v157 = v140 + v141;
   const double v158 = v142 - v143;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v159 = v98 + v145;
   const double v160 = c[0] * v147;
   const double v161 = c[1] * v145;
@@ -1699,7 +1699,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v170 = -v156;
   J_dot[29] = v157;
   J_dot[35] = v158;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v171 = v32 + v159;
   const double v172 = v146 + v160;
   const double v173 = v125 + v161;
@@ -1711,7 +1711,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v178 = v167 - v168;
   J_dot[16] = v169;
   J_dot[23] = v170;
-  // shared terms; columns 2 and 5 of J_dot
+  // intermediate terms, then columns 2 and 5 of J_dot
   const double v179 = v171 - v121;
   J_dot[1] = v172;
   const double v180 = v124 + v173;
@@ -1722,14 +1722,14 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   const double v183 = c[0] * v175;
   const double v184 = s[0] * v171;
   const double v185 = v136 + v178;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v186 = v144 + v179;
   const double v187 = -v180;
   const double v188 = v181 - v150;
   J_dot[9] = v182;
   const double v189 = v183 + v184;
   J_dot[15] = v185;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v190 = -v186;
   J_dot[3] = v187;
   J_dot[6] = v188;
@@ -1739,7 +1739,7 @@ void stanford_jacobian_mixed_dot(const double q[6], const double qd[6], double J
   J_dot[13] = v191;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 179 operations: multiply 102, add 40, negate 29, trig 8
 void stanford_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -1892,7 +1892,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[210] = 0.0;
   H[212] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v9 = 0.26289 * s[2];
   const double v10 = 0.26289 * c[2];
   const double v11 = s[0] * s[1];
@@ -1941,7 +1941,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v43 = s[0] * v16;
   const double v44 = v19 * v16;
   const double v45 = v19 * c[2];
-  // shared terms; H
+  // intermediate terms, then H
   const double v46 = c[1] * v25;
   const double v47 = v26 * s[1];
   const double v48 = 0.15367 - v27;
@@ -1963,7 +1963,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v61 = -v39;
   const double v62 = v42 - v23;
   const double v63 = -v43;
-  // shared terms; H
+  // intermediate terms, then H
   const double v64 = v46 + v47;
   const double v65 = s[0] * v48;
   const double v66 = v49 - v50;
@@ -1994,7 +1994,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v88 = v51 * s[0];
   const double v89 = v19 * v51;
   const double v90 = v11 * v56;
-  // shared terms; H
+  // intermediate terms, then H
   const double v91 = c[0] * v64;
   const double v92 = s[0] * v66;
   const double v93 = -v67;
@@ -2032,7 +2032,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   H[199] = v75;
   const double v116 = v87 + v88;
   const double v117 = v89 - v90;
-  // shared terms; H
+  // intermediate terms, then H
   const double v118 = v91 - v65;
   H[1] = v92;
   H[3] = v93;
@@ -2070,7 +2070,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v143 = v11 * v114;
   const double v144 = v56 * v111;
   const double v145 = v51 * v114;
-  // shared terms; H
+  // intermediate terms, then H
   const double v146 = -v118;
   const double v147 = -v119;
   H[7] = v120;
@@ -2109,7 +2109,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v166 = v140 + v141;
   const double v167 = v142 - v143;
   const double v168 = v144 - v145;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v146;
   H[4] = v147;
   H[21] = v148;
@@ -2132,7 +2132,7 @@ void stanford_hessian_mixed(const double q[6], double H[216]) {
   const double v177 = -v166;
   H[213] = v167;
   H[214] = v168;
-  // shared terms; H
+  // intermediate terms, then H
   const double v178 = -v169;
   H[28] = v170;
   H[58] = v171;
@@ -2170,7 +2170,7 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * s[2];
   const double v11 = 0.411988 * c[1];
@@ -2278,7 +2278,7 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v113 = v100 * qd_5;
   const double v114 = v102 * qd_5;
   V[5] = v104;
-  // shared terms; V
+  // intermediate terms, then V
   const double v115 = v105 - v106;
   const double v116 = v94 - v107;
   const double v117 = v108 - v109;
@@ -2292,7 +2292,7 @@ void stanford_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v125 = v119 * qd_5;
   V[3] = v121;
   V[4] = v122;
-  // shared terms; V
+  // intermediate terms, then V
   const double v126 = v123 + v116;
   const double v127 = v124 + v118;
   const double v128 = v125 + v120;
@@ -2321,7 +2321,7 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_5, q_4, q_0, q_3, q_1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v11 = 0.26289 * c[0];
   const double v12 = 0.26289 * s[1];
   const double v13 = s[0] * s[3];
@@ -2443,7 +2443,7 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v129 = v119 - v52;
   const double v130 = v53 + v120;
   V[5] = v121;
-  // shared terms; V
+  // intermediate terms, then V
   const double v131 = v122 - v123;
   const double v132 = v125 - v126;
   const double v133 = v128 * qd_0;
@@ -2454,14 +2454,14 @@ void stanford_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v138 = v133 + v118;
   V[3] = v134;
   V[4] = v135;
-  // shared terms; V
+  // intermediate terms, then V
   const double v139 = v136 + v124;
   const double v140 = v137 + v127;
   const double v141 = v23 + v138;
   const double v142 = v139 - v40;
   const double v143 = v42 + v140;
   V[2] = v141;
-  // shared terms; V
+  // intermediate terms, then V
   const double v144 = v55 + v142;
   const double v145 = v63 + v143;
   const double v146 = v31 + v144;
@@ -2489,7 +2489,7 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * c[2];
   const double v11 = c[0] * s[1];
@@ -2582,7 +2582,7 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v98 = v86 * qd_5;
   const double v99 = v88 * qd_5;
   V[5] = v90;
-  // shared terms; V
+  // intermediate terms, then V
   const double v100 = v91 * qd_4;
   const double v101 = v92 * qd_0;
   const double v102 = v94 * qd_4;
@@ -2595,11 +2595,11 @@ void stanford_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v109 = v104 - v85;
   V[3] = v105;
   V[4] = v106;
-  // shared terms; V
+  // intermediate terms, then V
   const double v110 = v30 - v107;
   const double v111 = v37 + v108;
   V[2] = v109;
-  // shared terms; V
+  // intermediate terms, then V
   const double v112 = v77 + v110;
   const double v113 = v81 + v111;
   const double v114 = v100 + v112;
@@ -2633,7 +2633,7 @@ void stanford_acceleration_space(const double q[6], const double qd[6], const do
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * s[2];
   const double v11 = 0.411988 * c[1];
@@ -2928,7 +2928,7 @@ void stanford_acceleration_space(const double q[6], const double qd[6], const do
   A[3] = v294;
   A[4] = v295;
   A[5] = v296;
-  // shared terms; A
+  // intermediate terms, then A
   const double v300 = v297 + v289;
   const double v301 = v298 + v291;
   const double v302 = v299 + v293;
@@ -2966,7 +2966,7 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double angle[5] = {q_5, q_4, q_0, q_3, q_1};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v11 = 0.26289 * c[0];
   const double v12 = 0.26289 * s[1];
   const double v13 = s[0] * s[3];
@@ -3260,7 +3260,7 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double v301 = v259 + v293;
   const double v302 = v261 + v294;
   A[5] = v295;
-  // shared terms; A
+  // intermediate terms, then A
   const double v303 = v79 + v296;
   const double v304 = v297 * qd_0;
   const double v305 = v98 + v298;
@@ -3268,7 +3268,7 @@ void stanford_acceleration_body(const double q[6], const double qd[6], const dou
   const double v307 = v300 * qd_0;
   A[3] = v301;
   A[4] = v302;
-  // shared terms; A
+  // intermediate terms, then A
   const double v308 = v37 + v303;
   const double v309 = v304 + v284;
   const double v310 = v305 - v63;
@@ -3316,7 +3316,7 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
   const double angle[4] = {q_0, q_1, q_3, q_4};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v9 = c[0] * c[1];
   const double v10 = s[0] * c[2];
   const double v11 = c[0] * s[1];
@@ -3572,7 +3572,7 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
   A[3] = v250;
   A[4] = v251;
   A[5] = v252;
-  // shared terms; A
+  // intermediate terms, then A
   const double v261 = v254 * qd_0;
   const double v262 = v258 * qd_0;
   const double v263 = v198 - v260;

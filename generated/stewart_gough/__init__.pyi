@@ -20,8 +20,8 @@ def fk(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -37,8 +37,8 @@ def link_poses(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 6, 4, 4): link poses (1, m).
@@ -54,8 +54,8 @@ def fk_jacobian_mixed(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -72,8 +72,8 @@ def jacobian_space(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): space Jacobian (m, 1).
@@ -89,8 +89,8 @@ def jacobian_body(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): body Jacobian (m, 1).
@@ -106,8 +106,8 @@ def jacobian_mixed(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): mixed Jacobian (m, 1).
@@ -124,8 +124,8 @@ def jacobian_space_dot(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -142,8 +142,8 @@ def jacobian_body_dot(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -160,8 +160,8 @@ def jacobian_mixed_dot(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -171,14 +171,14 @@ def hessian_mixed(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
+    """Derivative of jacobian_mixed with respect to the joint coordinates.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 6, 6): Hessian (m, 1).
@@ -195,8 +195,8 @@ def twist_space(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -213,8 +213,8 @@ def twist_body(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -231,8 +231,8 @@ def twist_mixed(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -250,8 +250,8 @@ def acceleration_space(
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
         qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -269,8 +269,8 @@ def acceleration_body(
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
         qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -288,8 +288,8 @@ def acceleration_mixed(
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
         qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -305,8 +305,8 @@ def chain(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta (..., 6): main chain (rad or m).
@@ -316,14 +316,14 @@ def chain_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
+    """Derivative of the main-chain joints with respect to the actuated coordinates.
 
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         theta_D_q (..., 6, 6): derivative (1, m, 1/m).
@@ -340,8 +340,8 @@ def chain_rates(
     Args:
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetad (..., 6): rates of the main chain (rad or m/s).
@@ -359,8 +359,8 @@ def chain_accelerations(
         q (..., 6): actuator coordinates (m).
         qd (..., 6): actuator rates (m/s).
         qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         thetadd (..., 6): accelerations of the main chain (rad or m/s^2).
@@ -376,8 +376,8 @@ def configuration(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 12): full configuration (rad or m).
@@ -387,14 +387,14 @@ def configuration_D_q(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the full configuration by the actuated coordinates.
+    """Derivative of the full configuration with respect to the actuated coordinates.
 
     configuration_D_q[:, k] = d configuration / d q_k
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z_D_q (..., 12, 6): derivative (1, m, 1/m).
@@ -410,8 +410,8 @@ def margin(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         margin (..., 1): margin (1).
@@ -421,15 +421,15 @@ def configuration_near(
     q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+    """All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton steps.
 
-    constraint(z) = 0; NaN where the seed is too far away
+    constraint(z) = 0; NaN if the seed is too far from q
 
     Args:
         q (..., 6): actuator coordinates (m).
-        seed (..., 12): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        seed (..., 12): nearby configuration; strut swings are ignored ((rad or m)).
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         z (..., 12): full configuration ((rad or m)).
@@ -439,15 +439,15 @@ def fk_near(
     q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+    """Pose of the tool and configuration, from a nearby configuration by at most eight Newton steps.
 
-    (fk(q), z) on the branch of the seed; NaN where it is too far away
+    (fk(q), z) on the branch of the seed; NaN if the seed is too far from q
 
     Args:
         q (..., 6): actuator coordinates (m).
-        seed (..., 12): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        seed (..., 12): nearby configuration; strut swings are ignored ((rad or m)).
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -464,8 +464,8 @@ def actuators(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 6): actuated coordinates (m).
@@ -475,14 +475,14 @@ def actuators_D_chain(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the actuated coordinates by the main chain's joints.
+    """Derivative of the actuated coordinates with respect to the main-chain joints.
 
     actuators_D_chain[:, k] = d actuators / d theta_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q_D_theta (..., 6, 6): derivative (1, m, 1/m).
@@ -499,8 +499,8 @@ def actuator_rates(
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qd (..., 6): actuator rates (m/s).
@@ -518,8 +518,8 @@ def actuator_accelerations(
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
         thetadd (..., 6): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         qdd (..., 6): actuator accelerations (m/s^2).
@@ -535,11 +535,11 @@ def actuators_all(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        q (..., 1, 6): one branch a row (m).
+        q (..., 1, 6): one branch per row (m).
         margin (..., 1, 1): margins of each branch (1).
     """
 
@@ -553,8 +553,8 @@ def constraint(
 
     Args:
         z (..., 12): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 6): residuals (m or 1).
@@ -564,14 +564,14 @@ def constraint_D_z(
     z: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the loops' equations by the full configuration.
+    """Derivative of the closure equations with respect to the full configuration.
 
     constraint_D_z(z) zd = 0 for every motion that keeps the loops closed
 
     Args:
         z (..., 12): full configuration ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z (..., 6, 12): constraint Jacobian (1, m, 1/m).
@@ -588,8 +588,8 @@ def constraint_D_z_dot(
     Args:
         z (..., 12): full configuration ((rad or m)).
         zd (..., 12): rates of the full configuration ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_z_dot (..., 6, 12): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
@@ -599,14 +599,14 @@ def chain_fk(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+    """Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 
     T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -616,14 +616,14 @@ def chain_link_poses(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Pose of every link's frame in the base frame, in order from the base, from the main chain's joints.
+    """Pose of every link's frame in the base frame, in order from the base, from the main-chain joints.
 
     T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch, platform
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T (..., 6, 4, 4): link poses (1, m).
@@ -633,14 +633,14 @@ def chain_fk_jacobian_mixed(
     theta: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and mixed Jacobian in one call, from the main chain's joints.
+    """Pose of the tool and mixed Jacobian in one call, from the main-chain joints.
 
     (fk(theta), jacobian_mixed(theta))
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         T_0_ee (..., 4, 4): pose of the tool (1, m).
@@ -651,14 +651,14 @@ def chain_jacobian_space(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_space(theta, thetad)
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): space Jacobian (m, 1).
@@ -668,14 +668,14 @@ def chain_jacobian_body(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_body(theta, thetad)
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): body Jacobian (m, 1).
@@ -685,14 +685,14 @@ def chain_jacobian_mixed(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's joints.
+    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain joints.
 
     V = J(theta) thetad with V = twist_mixed(theta, thetad)
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J (..., 6, 6): mixed Jacobian (m, 1).
@@ -702,15 +702,15 @@ def chain_jacobian_space_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_space at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_space at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -720,15 +720,15 @@ def chain_jacobian_body_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_body at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_body at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -738,15 +738,15 @@ def chain_jacobian_mixed_dot(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of jacobian_mixed at joint rates qd, from the main chain's joints.
+    """Time derivative of jacobian_mixed at joint rates qd, from the main-chain joints.
 
     J_dot = sum_k (d J / d theta_k) thetad_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
@@ -756,14 +756,14 @@ def chain_hessian_mixed(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates, from the main chain's joints.
+    """Derivative of jacobian_mixed with respect to the joint coordinates, from the main-chain joints.
 
     H[:, j, k] = d jacobian_mixed[:, j] / d theta_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         H (..., 6, 6, 6): Hessian (m, 1).
@@ -773,15 +773,15 @@ def chain_twist_space(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main chain's joints.
+    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-chain joints.
 
     V = jacobian_space(theta) thetad
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -791,15 +791,15 @@ def chain_twist_body(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in tool axes, from the main chain's joints.
+    """Twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 
     V = jacobian_body(theta) thetad
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -809,15 +809,15 @@ def chain_twist_mixed(
     theta: ArrayLike, thetad: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in base axes, from the main chain's joints.
+    """Twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 
     V = jacobian_mixed(theta) thetad
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         V (..., 6): twist, linear first (m/s, rad/s).
@@ -827,7 +827,7 @@ def chain_acceleration_space(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_space at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_space at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_space(theta) thetadd + jacobian_space_dot(theta, thetad) thetad
 
@@ -835,8 +835,8 @@ def chain_acceleration_space(
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
         thetadd (..., 6): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -846,7 +846,7 @@ def chain_acceleration_body(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_body at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_body at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_body(theta) thetadd + jacobian_body_dot(theta, thetad) thetad
 
@@ -854,8 +854,8 @@ def chain_acceleration_body(
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
         thetadd (..., 6): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -865,7 +865,7 @@ def chain_acceleration_mixed(
     theta: ArrayLike, thetad: ArrayLike, thetadd: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Time derivative of twist_mixed at rates qd and accelerations qdd, from the main chain's joints.
+    """Time derivative of twist_mixed at rates qd and accelerations qdd, from the main-chain joints.
 
     A = jacobian_mixed(theta) thetadd + jacobian_mixed_dot(theta, thetad) thetad
 
@@ -873,8 +873,8 @@ def chain_acceleration_mixed(
         theta (..., 6): joints of the main chain (rad or m).
         thetad (..., 6): joint rates of the main chain (rad or m/s).
         thetadd (..., 6): joint accelerations of the main chain (rad or m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
@@ -884,33 +884,33 @@ def rods(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Distance between the ends of each rod or cylinder less its length.
+    """Distance between the ends of each rod or cylinder, minus its length.
 
     |b_i(theta) - a_i(q)| - l_i, i = leg_1, leg_2, leg_3, leg_4, leg_5, leg_6
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        residual (..., 6): excess of distance over length (m).
+        residual (..., 6): distance minus length (m).
     """
 
 def rods_D_chain(
     theta: ArrayLike, q: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> NDArray[np.float64]:
-    """Derivative of the rods' residuals by the main chain's joints.
+    """Derivative of the rod residuals with respect to the main-chain joints.
 
     rods_D_chain[:, k] = d rods / d theta_k
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_theta (..., 6, 6): derivative (1, m).
@@ -927,11 +927,11 @@ def velocity_relation(
     Args:
         theta (..., 6): joints of the main chain (rad or m).
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        J_x (..., 6, 6): rods along their directions (1, m).
+        J_x (..., 6, 6): rod lines (1, m).
         J_q (..., 6, 6): actuators (1, m).
     """
 
@@ -939,17 +939,17 @@ def rod_ends(
     q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
+    """Rod ends on the actuated side, in the axes of the first three main-chain joints, and rod lengths.
 
     |b_i(theta) - a_i(q)| = l_i
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        a (..., 6, 3): ends apart from the platform (m).
+        a (..., 6, 3): rod ends on the actuated side (m).
         l (..., 6): lengths (m).
     """
 
@@ -963,8 +963,8 @@ def ik_legs(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 1, 6): coordinates of the legs (m).
@@ -976,14 +976,14 @@ def closure(
     w: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least equations of the loops, zero where the loops are closed, and their derivative.
+    """Reduced closure equations, zero where the loops are closed, and their derivative.
 
     |b - a| - l of each strut; the equations of constraint(z) for other loops
 
     Args:
         w (..., 12): configuration without the swings of struts ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual (..., 6): residuals (m or 1).
@@ -1001,8 +1001,8 @@ def closure_D_w_dot(
     Args:
         w (..., 12): configuration without the swings of struts ((rad or m)).
         wd (..., 12): rates of the configuration without the swings of struts ((rad or m)/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         residual_D_w_dot (..., 6, 12): rate of the derivative (1/s, m/s, 1/(m s)).
@@ -1018,12 +1018,12 @@ def modes(
 
     Args:
         q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
-        theta (..., 28, 6): joints of the main chain, a mode a row (m, rad).
-        margin (..., 28): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
+        theta (..., 28, 6): main-chain joints, one mode per row (m, rad).
+        margin (..., 28): |det J_x| over the product of its row norms: 0 if the platform is singular and two modes meet (1).
         unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
     """
 
@@ -1038,9 +1038,9 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
-        fixed: The values of fixed joints by name.
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
+        fixed: Values of fixed joints by name.
+        out: The output array, or a tuple of output arrays.
+        threads: Number of threads for a large batch.
 
     Returns:
         q (..., 1, 6): coordinates of the legs (m).

@@ -5,7 +5,7 @@
 #include "stewart_gough_loops.h"
 
 // Pose of the tool (ee) in the base frame (0).
-// 25 operations: multiply 14, add 4, negate 1, trig 6, behind about 3200 of the iteration
+// 25 operations: multiply 14, add 4, negate 1, trig 6, after about 3200 operations of the loop iteration
 void stewart_gough_fk(const double q[6], double T_0_ee[16]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -29,7 +29,7 @@ void stewart_gough_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -50,7 +50,7 @@ void stewart_gough_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v15;
   T_0_ee[9] = v16;
   T_0_ee[10] = v17;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v22 = v18 - v9;
   const double v23 = v10 + v19;
   const double v24 = v20 + v13;
@@ -62,7 +62,7 @@ void stewart_gough_fk(const double q[6], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 26 operations: multiply 14, add 4, negate 2, trig 6, behind about 3200 of the iteration
+// 26 operations: multiply 14, add 4, negate 2, trig 6, after about 3200 operations of the loop iteration
 void stewart_gough_link_poses(const double q[6], double T[96]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -154,7 +154,7 @@ void stewart_gough_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = c[0];
   const double v7 = -s[0];
   T[52] = s[0];
@@ -172,7 +172,7 @@ void stewart_gough_link_poses(const double q[6], double T[96]) {
   const double v16 = s[2] * c[0];
   const double v17 = c[1] * s[2];
   const double v18 = c[1] * c[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[49] = v7;
   T[64] = v8;
   T[65] = v7;
@@ -189,7 +189,7 @@ void stewart_gough_link_poses(const double q[6], double T[96]) {
   T[88] = v12;
   T[89] = v17;
   T[90] = v18;
-  // shared terms; T
+  // intermediate terms, then T
   const double v23 = v19 - v13;
   const double v24 = v14 + v20;
   const double v25 = v21 + v15;
@@ -201,7 +201,7 @@ void stewart_gough_link_poses(const double q[6], double T[96]) {
 }
 
 // Pose of the tool and mixed Jacobian in one call.
-// 73 operations: multiply 44, add 22, negate 1, trig 6, behind about 4280 of the iteration
+// 73 operations: multiply 44, add 22, negate 1, trig 6, after about 4280 operations of the loop iteration
 void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -256,7 +256,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   const double angle[3] = {w_4, w_3, w_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // T_0_ee; J
+  // T_0_ee, then J
   T_0_ee[3] = w_0;
   T_0_ee[7] = w_1;
   T_0_ee[11] = w_2;
@@ -282,7 +282,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   J[15] = w_q_15;
   J[16] = w_q_16;
   J[17] = w_q_17;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -339,7 +339,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   const double v55 = w_q_21 - v33;
   const double v56 = w_q_22 - v34;
   const double v57 = w_q_23 - v35;
-  // shared terms; J
+  // intermediate terms, then J
   const double v58 = v36 - v9;
   const double v59 = v10 + v37;
   const double v60 = v38 + v13;
@@ -362,7 +362,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
   J[33] = v55;
   J[34] = v56;
   J[35] = v57;
-  // columns 2 and 3 of T_0_ee; J
+  // columns 2 and 3 of T_0_ee, then J
   T_0_ee[1] = v58;
   T_0_ee[2] = v59;
   T_0_ee[5] = v60;
@@ -383,7 +383,7 @@ void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], doubl
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
 // axes.
-// 170 operations: multiply 95, add 71, trig 4, behind about 4280 of the iteration
+// 170 operations: multiply 95, add 71, trig 4, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -462,7 +462,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   const double angle[2] = {w_3, w_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; J
+  // intermediate terms, then J
   const double v18 = c[0] * w_2;
   const double v19 = c[0] * s[1];
   const double v20 = c[0] * w_1;
@@ -564,7 +564,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   J[33] = v87;
   J[34] = v88;
   J[35] = v89;
-  // shared terms; J
+  // intermediate terms, then J
   const double v124 = v22 + v92;
   const double v125 = v105 + w_q_12;
   const double v126 = v106 * w_q_30;
@@ -590,7 +590,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   J[27] = v121;
   J[28] = v122;
   J[29] = v123;
-  // shared terms; J
+  // intermediate terms, then J
   const double v137 = v124 * s[0];
   const double v138 = v124 * c[0];
   const double v139 = v125 - v126;
@@ -607,7 +607,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
   J[15] = v142;
   J[16] = v143;
   J[17] = v144;
-  // shared terms; J
+  // intermediate terms, then J
   const double v147 = v145 * w_q_30;
   const double v148 = v145 * w_q_31;
   const double v149 = v145 * w_q_32;
@@ -647,7 +647,7 @@ void stewart_gough_jacobian_space(const double q[6], double J[36]) {
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-// 162 operations: multiply 98, add 58, trig 6, behind about 4280 of the iteration
+// 162 operations: multiply 98, add 58, trig 6, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -699,7 +699,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   const double angle[3] = {w_4, w_3, w_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; J
+  // intermediate terms, then J
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * w_q_12;
@@ -808,7 +808,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   const double v106 = v84 - v38;
   const double v107 = v85 - v39;
   const double v108 = v86 - v40;
-  // shared terms; J
+  // intermediate terms, then J
   const double v109 = v87 - v9;
   const double v110 = v88 - v10;
   const double v111 = v89 - v11;
@@ -851,7 +851,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   J[33] = v106;
   J[34] = v107;
   J[35] = v108;
-  // shared terms; J
+  // intermediate terms, then J
   J[0] = v109;
   J[1] = v110;
   J[2] = v111;
@@ -870,7 +870,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
   const double v148 = v133 + v134;
   const double v149 = v135 + v136;
   const double v150 = v137 + v138;
-  // shared terms; J
+  // intermediate terms, then J
   const double v151 = v53 + v139;
   const double v152 = v56 + v140;
   const double v153 = v57 + v141;
@@ -898,7 +898,7 @@ void stewart_gough_jacobian_body(const double q[6], double J[36]) {
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-// 54 operations: multiply 32, add 18, trig 4, behind about 4280 of the iteration
+// 54 operations: multiply 32, add 18, trig 4, after about 4280 operations of the loop iteration
 void stewart_gough_jacobian_mixed(const double q[6], double J[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -968,7 +968,7 @@ void stewart_gough_jacobian_mixed(const double q[6], double J[36]) {
   J[15] = w_q_15;
   J[16] = w_q_16;
   J[17] = w_q_17;
-  // shared terms; J
+  // intermediate terms, then J
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * w_q_24;
   const double v7 = s[1] * w_q_25;
@@ -1041,7 +1041,7 @@ void stewart_gough_jacobian_mixed(const double q[6], double J[36]) {
 }
 
 // Time derivative of jacobian_space at joint rates qd.
-// 379 operations: multiply 206, add 169, trig 4, behind about 5288 of the iteration
+// 379 operations: multiply 206, add 169, trig 4, after about 5288 operations of the loop iteration
 void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -1163,7 +1163,7 @@ void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], dou
   const double angle[2] = {w_3, w_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v31 = s[0] * w_2;
   const double v32 = c[0] * wd_2;
   const double v33 = c[1] * w_2;
@@ -1417,7 +1417,7 @@ void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], dou
   J_dot[33] = v273;
   J_dot[34] = v274;
   J_dot[35] = v275;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v292 = v276 * wd_3;
   const double v293 = v278 * w_q_dot_30;
   const double v294 = v278 * w_q_dot_31;
@@ -1446,7 +1446,7 @@ void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], dou
   J_dot[27] = v289;
   J_dot[28] = v290;
   J_dot[29] = v291;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v308 = v292 + v181;
   const double v309 = v142 - v293;
   const double v310 = v144 - v294;
@@ -1540,7 +1540,7 @@ void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], dou
 }
 
 // Time derivative of jacobian_body at joint rates qd.
-// 376 operations: multiply 213, add 157, trig 6, behind about 5288 of the iteration
+// 376 operations: multiply 213, add 157, trig 6, after about 5288 operations of the loop iteration
 void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -1629,7 +1629,7 @@ void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], doub
   const double angle[3] = {w_4, w_5, w_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v7 = c[0] * c[1];
   const double v8 = s[1] * wd_4;
   const double v9 = c[0] * s[1];
@@ -1952,7 +1952,7 @@ void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], doub
   const double v320 = v139 - v242;
   const double v321 = v140 - v243;
   const double v322 = v141 - v244;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v323 = v246 + v247;
   const double v324 = v249 + v250;
   const double v325 = v252 + v253;
@@ -1983,7 +1983,7 @@ void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], doub
   J_dot[33] = v320;
   J_dot[34] = v321;
   J_dot[35] = v322;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v341 = v245 + v323;
   const double v342 = v248 + v324;
   const double v343 = v251 + v325;
@@ -2041,7 +2041,7 @@ void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], doub
 }
 
 // Time derivative of jacobian_mixed at joint rates qd.
-// 127 operations: multiply 72, add 51, trig 4, behind about 5288 of the iteration
+// 127 operations: multiply 72, add 51, trig 4, after about 5288 operations of the loop iteration
 void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -2129,7 +2129,7 @@ void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], dou
   J_dot[15] = w_q_dot_15;
   J_dot[16] = w_q_dot_16;
   J_dot[17] = w_q_dot_17;
-  // shared terms; J_dot
+  // intermediate terms, then J_dot
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * w_q_dot_24;
   const double v7 = c[1] * wd_3;
@@ -2274,8 +2274,8 @@ void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], dou
   J_dot[29] = v127;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
-// 713 operations: multiply 408, add 301, trig 4, behind about 9464 of the iteration
+// Derivative of jacobian_mixed with respect to the joint coordinates.
+// 713 operations: multiply 408, add 301, trig 4, after about 9464 operations of the loop iteration
 void stewart_gough_hessian_mixed(const double q[6], double H[216]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -2635,7 +2635,7 @@ void stewart_gough_hessian_mixed(const double q[6], double H[216]) {
   H[105] = w_q_q_233;
   H[106] = w_q_q_305;
   H[107] = w_q_q_377;
-  // shared terms; H
+  // intermediate terms, then H
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * w_q_q_24;
   const double v7 = c[1] * w_q_18;
@@ -3456,7 +3456,7 @@ void stewart_gough_hessian_mixed(const double q[6], double H[216]) {
 }
 
 // Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-// 50 operations: multiply 30, add 16, trig 4, behind about 3560 of the iteration
+// 50 operations: multiply 30, add 16, trig 4, after about 3560 operations of the loop iteration
 void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -3485,7 +3485,7 @@ void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6
   const double angle[2] = {w_3, w_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = c[0] * w_2;
   const double v9 = c[0] * s[1];
   const double v10 = c[0] * w_1;
@@ -3517,20 +3517,20 @@ void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6
   const double v37 = v27 - v19;
   const double v38 = v20 + v28;
   V[5] = v29;
-  // shared terms; V
+  // intermediate terms, then V
   const double v39 = v12 + v32;
   const double v40 = v35 + wd_2;
   const double v41 = v36 * wd_5;
   V[3] = v37;
   V[4] = v38;
-  // shared terms; V
+  // intermediate terms, then V
   const double v42 = v39 * s[0];
   const double v43 = v39 * c[0];
   const double v44 = v40 - v41;
   const double v45 = v31 + v42;
   const double v46 = v43 - v33;
   V[2] = v44;
-  // shared terms; V
+  // intermediate terms, then V
   const double v47 = v45 * wd_5;
   const double v48 = v46 * wd_5;
   const double v49 = v30 - v47;
@@ -3540,7 +3540,7 @@ void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6
 }
 
 // Twist (v, omega) of the tool's origin, in tool axes.
-// 47 operations: multiply 28, add 13, trig 6, behind about 3560 of the iteration
+// 47 operations: multiply 28, add 13, trig 6, after about 3560 operations of the loop iteration
 void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -3562,7 +3562,7 @@ void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]
   const double angle[3] = {w_4, w_3, w_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * wd_2;
@@ -3596,7 +3596,7 @@ void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]
   V[3] = v29;
   const double v37 = v30 + v19;
   const double v38 = v31 - v20;
-  // shared terms; V
+  // intermediate terms, then V
   const double v39 = v32 - v9;
   const double v40 = v33 * wd_0;
   const double v41 = v34 * wd_1;
@@ -3604,11 +3604,11 @@ void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]
   const double v43 = v36 * wd_1;
   V[4] = v37;
   V[5] = v38;
-  // shared terms; V
+  // intermediate terms, then V
   V[0] = v39;
   const double v44 = v40 + v41;
   const double v45 = v42 + v43;
-  // shared terms; V
+  // intermediate terms, then V
   const double v46 = v23 + v44;
   const double v47 = v26 + v45;
   V[1] = v46;
@@ -3616,7 +3616,7 @@ void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]
 }
 
 // Twist (v, omega) of the tool's origin, in base axes.
-// 14 operations: multiply 7, add 3, trig 4, behind about 3560 of the iteration
+// 14 operations: multiply 7, add 3, trig 4, after about 3560 operations of the loop iteration
 void stewart_gough_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -3641,7 +3641,7 @@ void stewart_gough_twist_mixed(const double q[6], const double qd[6], double V[6
   V[0] = wd_0;
   V[1] = wd_1;
   V[2] = wd_2;
-  // shared terms; V
+  // intermediate terms, then V
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * wd_4;
   const double v7 = c[1] * wd_4;
@@ -3659,7 +3659,7 @@ void stewart_gough_twist_mixed(const double q[6], const double qd[6], double V[6
 }
 
 // Time derivative of twist_space at rates qd and accelerations qdd.
-// 129 operations: multiply 76, add 49, trig 4, behind about 3848 of the iteration
+// 129 operations: multiply 76, add 49, trig 4, after about 3848 operations of the loop iteration
 void stewart_gough_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -3702,7 +3702,7 @@ void stewart_gough_acceleration_space(const double q[6], const double qd[6], con
   const double angle[2] = {w_3, w_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = c[0] * w_2;
   const double v13 = c[0] * s[1];
   const double v14 = c[0] * w_1;
@@ -3796,7 +3796,7 @@ void stewart_gough_acceleration_space(const double q[6], const double qd[6], con
   const double v105 = v69 - v98;
   const double v106 = v71 + v99;
   A[5] = v100;
-  // shared terms; A
+  // intermediate terms, then A
   const double v107 = v101 * wdd_5;
   const double v108 = v102 * wd_3;
   const double v109 = v102 * wdd_5;
@@ -3805,7 +3805,7 @@ void stewart_gough_acceleration_space(const double q[6], const double qd[6], con
   const double v112 = v102 * v28;
   A[3] = v105;
   A[4] = v106;
-  // shared terms; A
+  // intermediate terms, then A
   const double v113 = v56 - v107;
   const double v114 = v108 + v76;
   const double v115 = v109 + v64;
@@ -3829,7 +3829,7 @@ void stewart_gough_acceleration_space(const double q[6], const double qd[6], con
 }
 
 // Time derivative of twist_body at rates qd and accelerations qdd.
-// 121 operations: multiply 73, add 42, trig 6, behind about 3848 of the iteration
+// 121 operations: multiply 73, add 42, trig 6, after about 3848 operations of the loop iteration
 void stewart_gough_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -3859,7 +3859,7 @@ void stewart_gough_acceleration_body(const double q[6], const double qd[6], cons
   const double angle[3] = {w_4, w_3, w_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * wdd_2;
@@ -3967,13 +3967,13 @@ void stewart_gough_acceleration_body(const double q[6], const double qd[6], cons
   A[3] = v97;
   const double v111 = v58 + v98;
   const double v112 = v60 - v99;
-  // shared terms; A
+  // intermediate terms, then A
   const double v113 = v101 + v102;
   const double v114 = v105 + v106;
   const double v115 = v108 + v109;
   A[4] = v111;
   A[5] = v112;
-  // shared terms; A
+  // intermediate terms, then A
   const double v116 = v100 + v113;
   const double v117 = v104 + v114;
   const double v118 = v115 - v110;
@@ -3986,7 +3986,7 @@ void stewart_gough_acceleration_body(const double q[6], const double qd[6], cons
 }
 
 // Time derivative of twist_mixed at rates qd and accelerations qdd.
-// 37 operations: multiply 22, add 11, trig 4, behind about 3848 of the iteration
+// 37 operations: multiply 22, add 11, trig 4, after about 3848 operations of the loop iteration
 void stewart_gough_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4016,7 +4016,7 @@ void stewart_gough_acceleration_mixed(const double q[6], const double qd[6], con
   A[0] = wdd_0;
   A[1] = wdd_1;
   A[2] = wdd_2;
-  // shared terms; A
+  // intermediate terms, then A
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * wdd_4;
   const double v7 = c[1] * wd_3;
@@ -4057,7 +4057,7 @@ void stewart_gough_acceleration_mixed(const double q[6], const double qd[6], con
 }
 
 // Joints of the main chain.
-// 0 operations, behind about 3200 of the iteration
+// 0 operations, after about 3200 operations of the loop iteration
 void stewart_gough_chain(const double q[6], double theta[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4078,8 +4078,8 @@ void stewart_gough_chain(const double q[6], double theta[6]) {
   theta[5] = w_5;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
-// 0 operations, behind about 4280 of the iteration
+// Derivative of the main-chain joints with respect to the actuated coordinates.
+// 0 operations, after about 4280 operations of the loop iteration
 void stewart_gough_chain_D_q(const double q[6], double theta_D_q[36]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4164,7 +4164,7 @@ void stewart_gough_chain_D_q(const double q[6], double theta_D_q[36]) {
 }
 
 // Joint rates of the main chain.
-// 0 operations, behind about 3560 of the iteration
+// 0 operations, after about 3560 operations of the loop iteration
 void stewart_gough_chain_rates(const double q[6], const double qd[6], double thetad[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4189,7 +4189,7 @@ void stewart_gough_chain_rates(const double q[6], const double qd[6], double the
 }
 
 // Joint accelerations of the main chain.
-// 0 operations, behind about 3848 of the iteration
+// 0 operations, after about 3848 operations of the loop iteration
 void stewart_gough_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[6]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4216,7 +4216,7 @@ void stewart_gough_chain_accelerations(const double q[6], const double qd[6], co
 }
 
 // All joints, swings and cylinder lengths.
-// 0 operations, behind about 3200 of the iteration
+// 0 operations, after about 3200 operations of the loop iteration
 void stewart_gough_configuration(const double q[6], double z[12]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4249,8 +4249,8 @@ void stewart_gough_configuration(const double q[6], double z[12]) {
   z[11] = w_11;
 }
 
-// Derivative of the full configuration by the actuated coordinates.
-// 0 operations, behind about 4280 of the iteration
+// Derivative of the full configuration with respect to the actuated coordinates.
+// 0 operations, after about 4280 operations of the loop iteration
 void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4371,7 +4371,7 @@ void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]) {
 }
 
 // Square of the determinant of the loops' equations, 1 at the reference.
-// 0 operations, behind about 3422 of the iteration
+// 0 operations, after about 3422 operations of the loop iteration
 void stewart_gough_margin(const double q[6], double margin[1]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4380,9 +4380,9 @@ void stewart_gough_margin(const double q[6], double margin[1]) {
   stewart_gough_loops_margin(&loops, margin);
 }
 
-// All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of
-// Newton's iteration.
-// 0 operations, behind about 800 of the iteration
+// All joints, swings and cylinder lengths, from a nearby configuration by at most eight Newton
+// steps.
+// 0 operations, after about 800 operations of the loop iteration
 void stewart_gough_configuration_near(const double q[6], const double seed[12], double z[12]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4415,9 +4415,8 @@ void stewart_gough_configuration_near(const double q[6], const double seed[12], 
   z[11] = w_11;
 }
 
-// Pose of the tool and configuration, from a configuration nearby, in at most eight steps of
-// Newton's iteration.
-// 25 operations: multiply 14, add 4, negate 1, trig 6, behind about 800 of the iteration
+// Pose of the tool and configuration, from a nearby configuration by at most eight Newton steps.
+// 25 operations: multiply 14, add 4, negate 1, trig 6, after about 800 operations of the loop iteration
 void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_ee[16], double z[12]) {
   stewart_gough_loops_closed loops;
   double w[12];
@@ -4439,7 +4438,7 @@ void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_
   const double angle[3] = {w_4, w_3, w_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // T_0_ee; z
+  // T_0_ee, then z
   T_0_ee[3] = w_0;
   T_0_ee[7] = w_1;
   T_0_ee[11] = w_2;
@@ -4459,7 +4458,7 @@ void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_
   z[9] = w_9;
   z[10] = w_10;
   z[11] = w_11;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -4480,7 +4479,7 @@ void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_
   T_0_ee[8] = v15;
   T_0_ee[9] = v16;
   T_0_ee[10] = v17;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v22 = v18 - v9;
   const double v23 = v10 + v19;
   const double v24 = v20 + v13;
@@ -4505,7 +4504,7 @@ void stewart_gough_actuators(const double theta[6], double q[6]) {
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -4646,7 +4645,7 @@ void stewart_gough_actuators(const double theta[6], double q[6]) {
   q[5] = v138;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 310 operations: multiply 186, add 102, negate 4, trig 6, other 12
 void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]) {
   // inputs
@@ -4660,7 +4659,7 @@ void stewart_gough_actuators_D_chain(const double theta[6], double q_D_theta[36]
   const double angle[3] = {theta_5, theta_3, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; q_D_theta
+  // intermediate terms, then q_D_theta
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -5024,7 +5023,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -5390,7 +5389,7 @@ void stewart_gough_actuator_accelerations(const double theta[6], const double th
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -6080,7 +6079,7 @@ void stewart_gough_actuators_all(const double theta[6], double q[6], double marg
   chasles_cos_sin(3, angle, c, s);
   // constant entries of margin
   margin[0] = 1.0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -6241,7 +6240,7 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   const double angle[3] = {z_3, z_5, z_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -6388,7 +6387,7 @@ void stewart_gough_constraint(const double z[12], double residual[6]) {
   residual[5] = v144;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 315 operations: multiply 186, add 102, negate 9, trig 6, other 12
 void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   // inputs
@@ -6439,7 +6438,7 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]) {
   residual_D_z[69] = 0.0;
   residual_D_z[70] = 0.0;
   residual_D_z[71] = -1.0;
-  // shared terms; columns 1, 2, 3, 4, 5 and 6 of residual_D_z
+  // intermediate terms, then columns 1, 2, 3, 4, 5 and 6 of residual_D_z
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -6845,7 +6844,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[69] = 0.0;
   residual_D_z_dot[70] = 0.0;
   residual_D_z_dot[71] = 0.0;
-  // shared terms; columns 1, 2, 3, 4, 5 and 6 of residual_D_z_dot
+  // intermediate terms, then columns 1, 2, 3, 4, 5 and 6 of residual_D_z_dot
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -7728,7 +7727,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[63] = v850;
   residual_D_z_dot[64] = v851;
   const double v860 = -v852;
-  // shared terms; columns 4, 5 and 6 of residual_D_z_dot
+  // intermediate terms, then columns 4, 5 and 6 of residual_D_z_dot
   const double v861 = -v853;
   residual_D_z_dot[17] = v854;
   residual_D_z_dot[27] = v855;
@@ -7742,7 +7741,7 @@ void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], d
   residual_D_z_dot[53] = v862;
 }
 
-// Pose of the tool (ee) in the base frame (0), from the main chain's joints.
+// Pose of the tool (ee) in the base frame (0), from the main-chain joints.
 // 25 operations: multiply 14, add 4, negate 1, trig 6
 void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   // inputs
@@ -7764,7 +7763,7 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -7785,7 +7784,7 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[8] = v15;
   T_0_ee[9] = v16;
   T_0_ee[10] = v17;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v22 = v18 - v9;
   const double v23 = v10 + v19;
   const double v24 = v20 + v13;
@@ -7796,8 +7795,7 @@ void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]) {
   T_0_ee[6] = v25;
 }
 
-// Pose of every link's frame in the base frame, in order from the base, from the main chain's
-// joints.
+// Pose of every link's frame in the base frame, in order from the base, from the main-chain joints.
 // 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   // inputs
@@ -7887,7 +7885,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = c[0];
   const double v7 = -s[0];
   T[52] = s[0];
@@ -7905,7 +7903,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   const double v16 = s[2] * c[0];
   const double v17 = c[1] * s[2];
   const double v18 = c[1] * c[2];
-  // shared terms; T
+  // intermediate terms, then T
   T[49] = v7;
   T[64] = v8;
   T[65] = v7;
@@ -7922,7 +7920,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[88] = v12;
   T[89] = v17;
   T[90] = v18;
-  // shared terms; T
+  // intermediate terms, then T
   const double v23 = v19 - v13;
   const double v24 = v14 + v20;
   const double v25 = v21 + v15;
@@ -7933,7 +7931,7 @@ void stewart_gough_chain_link_poses(const double theta[6], double T[96]) {
   T[86] = v26;
 }
 
-// Pose of the tool and mixed Jacobian in one call, from the main chain's joints.
+// Pose of the tool and mixed Jacobian in one call, from the main-chain joints.
 // 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[16], double J[36]) {
   // inputs
@@ -7947,7 +7945,7 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   const double angle[3] = {theta_4, theta_3, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // T_0_ee; J
+  // T_0_ee, then J
   T_0_ee[3] = theta_0;
   T_0_ee[7] = theta_1;
   T_0_ee[11] = theta_2;
@@ -7986,7 +7984,7 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v7 = c[0] * c[1];
   const double v8 = c[1] * s[0];
   const double v9 = c[2] * s[1];
@@ -8000,7 +7998,7 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   const double v17 = c[0] * c[2];
   const double v18 = -s[1];
   J[28] = c[1];
-  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 5 and 6 of J
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee, then columns 5 and 6 of J
   T_0_ee[0] = v7;
   const double v19 = s[2] * v8;
   const double v20 = c[2] * v8;
@@ -8014,7 +8012,7 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
   J[23] = v7;
   J[29] = v11;
   J[35] = v15;
-  // shared terms; columns 2 and 3 of T_0_ee
+  // intermediate terms, then columns 2 and 3 of T_0_ee
   const double v23 = v19 - v9;
   const double v24 = v10 + v20;
   const double v25 = v21 + v13;
@@ -8026,7 +8024,7 @@ void stewart_gough_chain_fk_jacobian_mixed(const double theta[6], double T_0_ee[
 }
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
-// axes, from the main chain's joints.
+// axes, from the main-chain joints.
 // 33 operations: multiply 17, add 5, negate 7, trig 4
 void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   // inputs
@@ -8066,7 +8064,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; columns 4 and 5 of J
+  // intermediate terms, then columns 4 and 5 of J
   const double v6 = c[0] * theta_2;
   const double v7 = c[0] * s[1];
   const double v8 = c[0] * theta_1;
@@ -8082,7 +8080,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[28] = c[0];
   const double v17 = c[1] * s[0];
   const double v18 = -s[1];
-  // shared terms; columns 5 and 6 of J
+  // intermediate terms, then columns 5 and 6 of J
   const double v19 = -v6;
   const double v20 = v8 - v9;
   const double v21 = v11 + v12;
@@ -8091,7 +8089,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[23] = v16;
   J[29] = v17;
   J[35] = v18;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v19;
   const double v23 = v7 * v20;
   const double v24 = v21 * s[1];
@@ -8099,13 +8097,13 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   const double v25 = v14 * v20;
   J[16] = v21;
   const double v26 = c[1] * v20;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v27 = v10 + v24;
   const double v28 = -v26;
   const double v29 = v27 * s[0];
   const double v30 = v27 * c[0];
   J[17] = v28;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v31 = v23 + v29;
   const double v32 = v30 - v25;
   const double v33 = -v31;
@@ -8114,7 +8112,7 @@ void stewart_gough_chain_jacobian_space(const double theta[6], double J[36]) {
   J[5] = v33;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main chain's
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes, from the main-chain
 // joints.
 // 26 operations: multiply 14, add 4, negate 2, trig 6
 void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
@@ -8149,7 +8147,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[35] = 0.0;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = -s[0];
@@ -8163,7 +8161,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   const double v17 = c[0] * c[2];
   J[28] = c[2];
   const double v18 = -s[2];
-  // shared terms; columns 1, 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 1, 2, 3, 4 and 5 of J
   J[0] = v7;
   J[1] = v8;
   J[2] = v9;
@@ -8177,7 +8175,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[27] = v13;
   J[33] = v17;
   J[34] = v18;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v23 = v19 - v11;
   const double v24 = v12 + v20;
   const double v25 = v14 + v21;
@@ -8188,7 +8186,7 @@ void stewart_gough_chain_jacobian_body(const double theta[6], double J[36]) {
   J[13] = v26;
 }
 
-// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main chain's
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes, from the main-chain
 // joints.
 // 8 operations: multiply 2, negate 2, trig 4
 void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
@@ -8231,7 +8229,7 @@ void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
   J[32] = 0.0;
   J[33] = 1.0;
   J[34] = 0.0;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v5 = -s[0];
   const double v6 = c[1] * c[0];
   J[28] = c[0];
@@ -8244,7 +8242,7 @@ void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]) {
   J[35] = v8;
 }
 
-// Time derivative of jacobian_space at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_space at joint rates qd, from the main-chain joints.
 // 86 operations: multiply 50, add 25, negate 7, trig 4
 void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double thetad[6], double J_dot[36]) {
   // inputs
@@ -8293,7 +8291,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v8 = s[0] * theta_2;
   const double v9 = c[0] * thetad_2;
   const double v10 = c[1] * theta_2;
@@ -8312,7 +8310,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   const double v24 = s[0] * thetad_4;
   const double v25 = c[0] * thetad_3;
   const double v26 = s[0] * thetad_3;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v27 = v8 * thetad_3;
   const double v28 = v11 + v12;
   const double v29 = v14 - v15;
@@ -8344,7 +8342,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   J_dot[28] = v38;
   const double v54 = v39 - v40;
   const double v55 = v41 + v42;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   J_dot[4] = v43;
   const double v56 = v10 + v44;
   const double v57 = v46 * v16;
@@ -8359,7 +8357,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   const double v65 = -v53;
   J_dot[29] = v54;
   const double v66 = -v55;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v67 = v56 * c[0];
   const double v68 = v59 * v18;
   J_dot[10] = v60;
@@ -8368,7 +8366,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   const double v71 = v63 - v64;
   J_dot[23] = v65;
   J_dot[35] = v66;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v72 = v67 - v45;
   const double v73 = v58 + v68;
   const double v74 = v61 + v69;
@@ -8390,7 +8388,7 @@ void stewart_gough_chain_jacobian_space_dot(const double theta[6], const double 
   J_dot[5] = v86;
 }
 
-// Time derivative of jacobian_body at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_body at joint rates qd, from the main-chain joints.
 // 75 operations: multiply 45, add 19, negate 5, trig 6
 void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double thetad[6], double J_dot[36]) {
   // inputs
@@ -8427,7 +8425,7 @@ void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double t
   J_dot[31] = 0.0;
   J_dot[32] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v7 = s[0] * s[1];
   const double v8 = c[0] * s[2];
   const double v9 = c[1] * c[0];
@@ -8471,7 +8469,7 @@ void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double t
   J_dot[28] = v33;
   const double v47 = v34 + v35;
   J_dot[34] = v36;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v48 = v37 * v38;
   const double v49 = v39 * v40;
   const double v50 = v41 * v38;
@@ -8491,7 +8489,7 @@ void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double t
   const double v64 = -v45;
   J_dot[27] = v46;
   const double v65 = -v47;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v66 = v48 - v49;
   const double v67 = v50 - v51;
   const double v68 = v52 - v53;
@@ -8503,7 +8501,7 @@ void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double t
   const double v74 = v63 + v44;
   J_dot[21] = v64;
   J_dot[33] = v65;
-  // shared terms; columns 1, 2 and 3 of J_dot
+  // intermediate terms, then columns 1, 2 and 3 of J_dot
   J_dot[0] = v66;
   J_dot[1] = v67;
   J_dot[2] = v68;
@@ -8517,7 +8515,7 @@ void stewart_gough_chain_jacobian_body_dot(const double theta[6], const double t
   J_dot[14] = v75;
 }
 
-// Time derivative of jacobian_mixed at joint rates qd, from the main chain's joints.
+// Time derivative of jacobian_mixed at joint rates qd, from the main-chain joints.
 // 23 operations: multiply 12, add 3, negate 4, trig 4
 void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double thetad[6], double J_dot[36]) {
   // inputs
@@ -8561,7 +8559,7 @@ void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double 
   J_dot[32] = 0.0;
   J_dot[33] = 0.0;
   J_dot[34] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v5 = c[0] * thetad_3;
   const double v6 = c[0] * thetad_4;
   const double v7 = c[1] * s[0];
@@ -8581,7 +8579,7 @@ void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double 
   J_dot[28] = v14;
   const double v20 = v15 - v16;
   const double v21 = v17 + v18;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v22 = -v19;
   J_dot[29] = v20;
   const double v23 = -v21;
@@ -8590,7 +8588,7 @@ void stewart_gough_chain_jacobian_mixed_dot(const double theta[6], const double 
   J_dot[35] = v23;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates, from the main chain's joints.
+// Derivative of jacobian_mixed with respect to the joint coordinates, from the main-chain joints.
 // 17 operations: multiply 6, add 1, negate 6, trig 4
 void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]) {
   // inputs
@@ -8810,7 +8808,7 @@ void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]) {
   H[212] = 0.0;
   H[213] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v5 = -c[0];
   const double v6 = c[1] * s[0];
   const double v7 = c[0] * s[1];
@@ -8825,18 +8823,18 @@ void stewart_gough_chain_hessian_mixed(const double theta[6], double H[216]) {
   const double v13 = -v10;
   const double v14 = v9 * c[0];
   const double v15 = v6 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   H[141] = v11;
   H[142] = v12;
   H[178] = v13;
   const double v16 = v14 + v15;
-  // shared terms; H
+  // intermediate terms, then H
   const double v17 = -v16;
   H[214] = v17;
 }
 
-// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main
-// chain's joints.
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes, from the main-
+// chain joints.
 // 50 operations: multiply 30, add 16, trig 4
 void stewart_gough_chain_twist_space(const double theta[6], const double thetad[6], double V[6]) {
   // inputs
@@ -8860,7 +8858,7 @@ void stewart_gough_chain_twist_space(const double theta[6], const double thetad[
   const double angle[2] = {theta_3, theta_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v8 = c[0] * theta_2;
   const double v9 = c[0] * s[1];
   const double v10 = c[0] * theta_1;
@@ -8892,20 +8890,20 @@ void stewart_gough_chain_twist_space(const double theta[6], const double thetad[
   const double v37 = v27 - v19;
   const double v38 = v20 + v28;
   V[5] = v29;
-  // shared terms; V
+  // intermediate terms, then V
   const double v39 = v12 + v32;
   const double v40 = v35 + thetad_2;
   const double v41 = v36 * thetad_5;
   V[3] = v37;
   V[4] = v38;
-  // shared terms; V
+  // intermediate terms, then V
   const double v42 = v39 * s[0];
   const double v43 = v39 * c[0];
   const double v44 = v40 - v41;
   const double v45 = v31 + v42;
   const double v46 = v43 - v33;
   V[2] = v44;
-  // shared terms; V
+  // intermediate terms, then V
   const double v47 = v45 * thetad_5;
   const double v48 = v46 * thetad_5;
   const double v49 = v30 - v47;
@@ -8914,7 +8912,7 @@ void stewart_gough_chain_twist_space(const double theta[6], const double thetad[
   V[1] = v50;
 }
 
-// Twist (v, omega) of the tool's origin, in tool axes, from the main chain's joints.
+// Twist (v, omega) of the tool's origin, in tool axes, from the main-chain joints.
 // 47 operations: multiply 28, add 13, trig 6
 void stewart_gough_chain_twist_body(const double theta[6], const double thetad[6], double V[6]) {
   // inputs
@@ -8931,7 +8929,7 @@ void stewart_gough_chain_twist_body(const double theta[6], const double thetad[6
   const double angle[3] = {theta_4, theta_3, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * thetad_2;
@@ -8965,7 +8963,7 @@ void stewart_gough_chain_twist_body(const double theta[6], const double thetad[6
   V[3] = v29;
   const double v37 = v30 + v19;
   const double v38 = v31 - v20;
-  // shared terms; V
+  // intermediate terms, then V
   const double v39 = v32 - v9;
   const double v40 = v33 * thetad_0;
   const double v41 = v34 * thetad_1;
@@ -8973,18 +8971,18 @@ void stewart_gough_chain_twist_body(const double theta[6], const double thetad[6
   const double v43 = v36 * thetad_1;
   V[4] = v37;
   V[5] = v38;
-  // shared terms; V
+  // intermediate terms, then V
   V[0] = v39;
   const double v44 = v40 + v41;
   const double v45 = v42 + v43;
-  // shared terms; V
+  // intermediate terms, then V
   const double v46 = v23 + v44;
   const double v47 = v26 + v45;
   V[1] = v46;
   V[2] = v47;
 }
 
-// Twist (v, omega) of the tool's origin, in base axes, from the main chain's joints.
+// Twist (v, omega) of the tool's origin, in base axes, from the main-chain joints.
 // 14 operations: multiply 7, add 3, trig 4
 void stewart_gough_chain_twist_mixed(const double theta[6], const double thetad[6], double V[6]) {
   // inputs
@@ -9004,7 +9002,7 @@ void stewart_gough_chain_twist_mixed(const double theta[6], const double thetad[
   V[0] = thetad_0;
   V[1] = thetad_1;
   V[2] = thetad_2;
-  // shared terms; V
+  // intermediate terms, then V
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * thetad_4;
   const double v7 = c[1] * thetad_4;
@@ -9021,7 +9019,7 @@ void stewart_gough_chain_twist_mixed(const double theta[6], const double thetad[
   V[4] = v14;
 }
 
-// Time derivative of twist_space at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_space at rates qd and accelerations qdd, from the main-chain joints.
 // 129 operations: multiply 76, add 49, trig 4
 void stewart_gough_chain_acceleration_space(const double theta[6], const double thetad[6], const double thetadd[6], double A[6]) {
   // inputs
@@ -9057,7 +9055,7 @@ void stewart_gough_chain_acceleration_space(const double theta[6], const double 
   const double angle[2] = {theta_3, theta_4};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v12 = c[0] * theta_2;
   const double v13 = c[0] * s[1];
   const double v14 = c[0] * theta_1;
@@ -9151,7 +9149,7 @@ void stewart_gough_chain_acceleration_space(const double theta[6], const double 
   const double v105 = v69 - v98;
   const double v106 = v71 + v99;
   A[5] = v100;
-  // shared terms; A
+  // intermediate terms, then A
   const double v107 = v101 * thetadd_5;
   const double v108 = v102 * thetad_3;
   const double v109 = v102 * thetadd_5;
@@ -9160,7 +9158,7 @@ void stewart_gough_chain_acceleration_space(const double theta[6], const double 
   const double v112 = v102 * v28;
   A[3] = v105;
   A[4] = v106;
-  // shared terms; A
+  // intermediate terms, then A
   const double v113 = v56 - v107;
   const double v114 = v108 + v76;
   const double v115 = v109 + v64;
@@ -9183,7 +9181,7 @@ void stewart_gough_chain_acceleration_space(const double theta[6], const double 
   A[2] = v129;
 }
 
-// Time derivative of twist_body at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_body at rates qd and accelerations qdd, from the main-chain joints.
 // 121 operations: multiply 73, add 42, trig 6
 void stewart_gough_chain_acceleration_body(const double theta[6], const double thetad[6], const double thetadd[6], double A[6]) {
   // inputs
@@ -9206,7 +9204,7 @@ void stewart_gough_chain_acceleration_body(const double theta[6], const double t
   const double angle[3] = {theta_4, theta_3, theta_5};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v7 = c[0] * c[1];
   const double v8 = c[0] * s[1];
   const double v9 = s[0] * thetadd_2;
@@ -9314,13 +9312,13 @@ void stewart_gough_chain_acceleration_body(const double theta[6], const double t
   A[3] = v97;
   const double v111 = v58 + v98;
   const double v112 = v60 - v99;
-  // shared terms; A
+  // intermediate terms, then A
   const double v113 = v101 + v102;
   const double v114 = v105 + v106;
   const double v115 = v108 + v109;
   A[4] = v111;
   A[5] = v112;
-  // shared terms; A
+  // intermediate terms, then A
   const double v116 = v100 + v113;
   const double v117 = v104 + v114;
   const double v118 = v115 - v110;
@@ -9332,7 +9330,7 @@ void stewart_gough_chain_acceleration_body(const double theta[6], const double t
   A[2] = v121;
 }
 
-// Time derivative of twist_mixed at rates qd and accelerations qdd, from the main chain's joints.
+// Time derivative of twist_mixed at rates qd and accelerations qdd, from the main-chain joints.
 // 37 operations: multiply 22, add 11, trig 4
 void stewart_gough_chain_acceleration_mixed(const double theta[6], const double thetad[6], const double thetadd[6], double A[6]) {
   // inputs
@@ -9355,7 +9353,7 @@ void stewart_gough_chain_acceleration_mixed(const double theta[6], const double 
   A[0] = thetadd_0;
   A[1] = thetadd_1;
   A[2] = thetadd_2;
-  // shared terms; A
+  // intermediate terms, then A
   const double v5 = c[0] * c[1];
   const double v6 = s[1] * thetadd_4;
   const double v7 = c[1] * thetad_3;
@@ -9395,7 +9393,7 @@ void stewart_gough_chain_acceleration_mixed(const double theta[6], const double 
   A[4] = v37;
 }
 
-// Distance between the ends of each rod or cylinder less its length.
+// Distance between the ends of each rod or cylinder, minus its length.
 // 144 operations: multiply 54, add 78, trig 6, other 6
 void stewart_gough_rods(const double theta[6], const double q[6], double residual[6]) {
   // inputs
@@ -9415,7 +9413,7 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   const double angle[3] = {theta_4, theta_5, theta_3};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v7 = 0.16069690242163484 * s[0];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.1915111107797445 * c[1];
@@ -9562,7 +9560,7 @@ void stewart_gough_rods(const double theta[6], const double q[6], double residua
   residual[5] = v144;
 }
 
-// Derivative of the rods' residuals by the main chain's joints.
+// Derivative of the rod residuals with respect to the main-chain joints.
 // 310 operations: multiply 186, add 102, negate 4, trig 6, other 12
 void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double residual_D_theta[36]) {
   (void)q;
@@ -9577,7 +9575,7 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
   const double angle[3] = {theta_5, theta_3, theta_4};
   double c[3], s[3];
   chasles_cos_sin(3, angle, c, s);
-  // shared terms; residual_D_theta
+  // intermediate terms, then residual_D_theta
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -9973,7 +9971,7 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   J_q[33] = 0.0;
   J_q[34] = 0.0;
   J_q[35] = 1.0;
-  // shared terms; columns 1, 2 and 3 of J_x
+  // intermediate terms, then columns 1, 2 and 3 of J_x
   const double v7 = 0.1915111107797445 * c[0];
   const double v8 = 0.1915111107797445 * s[0];
   const double v9 = 0.16069690242163484 * c[2];
@@ -10178,7 +10176,7 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   const double v190 = v156 * v77;
   const double v191 = v155 * v77;
   const double v192 = v154 * v108;
-  // shared terms; columns 4, 5 and 6 of J_x
+  // intermediate terms, then columns 4, 5 and 6 of J_x
   const double v193 = v157 - v158;
   const double v194 = v159 - v160;
   const double v195 = v161 - v162;
@@ -10217,8 +10215,7 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
   J_x[35] = v210;
 }
 
-// Ends of the rods apart from the platform, in the axes of its first three joints, and the rods'
-// lengths.
+// Rod ends on the actuated side, in the axes of the first three main-chain joints, and rod lengths.
 // 6 operations: add 6
 void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]) {
   // inputs
@@ -10457,7 +10454,7 @@ void stewart_gough_ik_legs(const double T[16], double q[6], double residual[1], 
   margin[0] = v163;
 }
 
-// Least equations of the loops, zero where the loops are closed, and their derivative.
+// Reduced closure equations, zero where the loops are closed, and their derivative.
 // 327 operations: multiply 186, add 114, negate 9, trig 6, other 12
 void stewart_gough_closure(const double w[12], double residual[6], double residual_D_w[72]) {
   // inputs
@@ -10514,7 +10511,7 @@ void stewart_gough_closure(const double w[12], double residual[6], double residu
   residual_D_w[69] = 0.0;
   residual_D_w[70] = 0.0;
   residual_D_w[71] = -1.0;
-  // shared terms; residual; columns 1, 2, 3, 4, 5 and 6 of residual_D_w
+  // intermediate terms, then residual, then columns 1, 2, 3, 4, 5 and 6 of residual_D_w
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -10938,7 +10935,7 @@ void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], doub
   residual_D_w_dot[69] = 0.0;
   residual_D_w_dot[70] = 0.0;
   residual_D_w_dot[71] = 0.0;
-  // shared terms; columns 1, 2, 3, 4 and 5 of residual_D_w_dot
+  // intermediate terms, then columns 1, 2, 3, 4 and 5 of residual_D_w_dot
   const double v7 = 0.1915111107797445 * c[1];
   const double v8 = 0.1915111107797445 * s[1];
   const double v9 = 0.16069690242163484 * c[2];
@@ -11817,7 +11814,7 @@ void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], doub
   residual_D_w_dot[63] = v846;
   residual_D_w_dot[64] = v847;
   const double v859 = v848 - v812;
-  // shared terms; columns 4, 5 and 6 of residual_D_w_dot
+  // intermediate terms, then columns 4, 5 and 6 of residual_D_w_dot
   residual_D_w_dot[5] = v849;
   const double v860 = -v850;
   residual_D_w_dot[17] = v851;

@@ -5,8 +5,8 @@
 
 #include "stewart_gough.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
- * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
+ * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
@@ -89,7 +89,7 @@ extern "C" {
 #define CHASLES_RUN_BASELINE(kernel)
 #endif
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -106,7 +106,7 @@ void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee)
   stewart_gough_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -123,7 +123,7 @@ void stewart_gough_link_poses_batch(size_t n, const double *q, double *T)
   stewart_gough_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -140,7 +140,7 @@ void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_
   stewart_gough_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -157,7 +157,7 @@ void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J)
   stewart_gough_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -174,7 +174,7 @@ void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J)
   stewart_gough_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -191,7 +191,7 @@ void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J)
   stewart_gough_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -208,7 +208,7 @@ void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const dou
   stewart_gough_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -225,7 +225,7 @@ void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const doub
   stewart_gough_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -242,7 +242,7 @@ void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const dou
   stewart_gough_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -259,7 +259,7 @@ void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H)
   stewart_gough_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -276,7 +276,7 @@ void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd
   stewart_gough_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -293,7 +293,7 @@ void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd,
   stewart_gough_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -310,7 +310,7 @@ void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd
   stewart_gough_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -327,7 +327,7 @@ void stewart_gough_acceleration_space_batch(size_t n, const double *q, const dou
   stewart_gough_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -344,7 +344,7 @@ void stewart_gough_acceleration_body_batch(size_t n, const double *q, const doub
   stewart_gough_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -361,7 +361,7 @@ void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const dou
   stewart_gough_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -378,7 +378,7 @@ void stewart_gough_chain_batch(size_t n, const double *q, double *theta)
   stewart_gough_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -395,7 +395,7 @@ void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
   stewart_gough_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -412,7 +412,7 @@ void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd
   stewart_gough_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -429,7 +429,7 @@ void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const do
   stewart_gough_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -446,7 +446,7 @@ void stewart_gough_configuration_batch(size_t n, const double *q, double *z)
   stewart_gough_configuration_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -463,7 +463,7 @@ void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_
   stewart_gough_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -480,7 +480,7 @@ void stewart_gough_margin_batch(size_t n, const double *q, double *margin)
   stewart_gough_margin_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -497,7 +497,7 @@ void stewart_gough_configuration_near_batch(size_t n, const double *q, const dou
   stewart_gough_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -514,7 +514,7 @@ void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, 
   stewart_gough_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -538,7 +538,7 @@ void stewart_gough_actuators_batch(size_t n, const double *theta, double *q)
   stewart_gough_actuators_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_actuators_D_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -562,7 +562,7 @@ void stewart_gough_actuators_D_chain_batch(size_t n, const double *theta, double
   stewart_gough_actuators_D_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_actuator_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -586,7 +586,7 @@ void stewart_gough_actuator_rates_batch(size_t n, const double *theta, const dou
   stewart_gough_actuator_rates_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_actuator_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -610,7 +610,7 @@ void stewart_gough_actuator_accelerations_batch(size_t n, const double *theta, c
   stewart_gough_actuator_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_actuators_all_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -634,7 +634,7 @@ void stewart_gough_actuators_all_batch(size_t n, const double *theta, double *q,
   stewart_gough_actuators_all_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_constraint_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -658,7 +658,7 @@ void stewart_gough_constraint_batch(size_t n, const double *z, double *residual)
   stewart_gough_constraint_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_constraint_D_z_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -682,7 +682,7 @@ void stewart_gough_constraint_D_z_batch(size_t n, const double *z, double *resid
   stewart_gough_constraint_D_z_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_constraint_D_z_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -706,7 +706,7 @@ void stewart_gough_constraint_D_z_dot_batch(size_t n, const double *z, const dou
   stewart_gough_constraint_D_z_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -730,7 +730,7 @@ void stewart_gough_chain_fk_batch(size_t n, const double *theta, double *T_0_ee)
   stewart_gough_chain_fk_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -754,7 +754,7 @@ void stewart_gough_chain_link_poses_batch(size_t n, const double *theta, double 
   stewart_gough_chain_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -778,7 +778,7 @@ void stewart_gough_chain_fk_jacobian_mixed_batch(size_t n, const double *theta, 
   stewart_gough_chain_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -802,7 +802,7 @@ void stewart_gough_chain_jacobian_space_batch(size_t n, const double *theta, dou
   stewart_gough_chain_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -826,7 +826,7 @@ void stewart_gough_chain_jacobian_body_batch(size_t n, const double *theta, doub
   stewart_gough_chain_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -850,7 +850,7 @@ void stewart_gough_chain_jacobian_mixed_batch(size_t n, const double *theta, dou
   stewart_gough_chain_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -874,7 +874,7 @@ void stewart_gough_chain_jacobian_space_dot_batch(size_t n, const double *theta,
   stewart_gough_chain_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -898,7 +898,7 @@ void stewart_gough_chain_jacobian_body_dot_batch(size_t n, const double *theta, 
   stewart_gough_chain_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -922,7 +922,7 @@ void stewart_gough_chain_jacobian_mixed_dot_batch(size_t n, const double *theta,
   stewart_gough_chain_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -946,7 +946,7 @@ void stewart_gough_chain_hessian_mixed_batch(size_t n, const double *theta, doub
   stewart_gough_chain_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -970,7 +970,7 @@ void stewart_gough_chain_twist_space_batch(size_t n, const double *theta, const 
   stewart_gough_chain_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -994,7 +994,7 @@ void stewart_gough_chain_twist_body_batch(size_t n, const double *theta, const d
   stewart_gough_chain_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1018,7 +1018,7 @@ void stewart_gough_chain_twist_mixed_batch(size_t n, const double *theta, const 
   stewart_gough_chain_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1042,7 +1042,7 @@ void stewart_gough_chain_acceleration_space_batch(size_t n, const double *theta,
   stewart_gough_chain_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1066,7 +1066,7 @@ void stewart_gough_chain_acceleration_body_batch(size_t n, const double *theta, 
   stewart_gough_chain_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_chain_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1090,7 +1090,7 @@ void stewart_gough_chain_acceleration_mixed_batch(size_t n, const double *theta,
   stewart_gough_chain_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_rods_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1114,7 +1114,7 @@ void stewart_gough_rods_batch(size_t n, const double *theta, const double *q, do
   stewart_gough_rods_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_rods_D_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1138,7 +1138,7 @@ void stewart_gough_rods_D_chain_batch(size_t n, const double *theta, const doubl
   stewart_gough_rods_D_chain_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_velocity_relation_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1162,7 +1162,7 @@ void stewart_gough_velocity_relation_batch(size_t n, const double *theta, const 
   stewart_gough_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_rod_ends_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1186,7 +1186,7 @@ void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *
   stewart_gough_rod_ends_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_ik_legs_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1203,7 +1203,7 @@ void stewart_gough_ik_legs_batch(size_t n, const double *T, double *q, double *r
   stewart_gough_ik_legs_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_closure_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1227,7 +1227,7 @@ void stewart_gough_closure_batch(size_t n, const double *w, double *residual, do
   stewart_gough_closure_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_closure_D_w_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1251,7 +1251,7 @@ void stewart_gough_closure_D_w_dot_batch(size_t n, const double *w, const double
   stewart_gough_closure_D_w_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_modes_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -1268,7 +1268,7 @@ void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double 
   stewart_gough_modes_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void stewart_gough_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {

@@ -1,9 +1,8 @@
-/* The real roots of a trigonometric polynomial of degree 8 at most; part of chasles, the same for
+/* The real roots of a trigonometric polynomial of degree at most 8. Part of chasles; the same for
  * every robot.
  *
- * The circle is divided into 96 cells, in each of which the polynomial is its Taylor series. A cell
- * is divided until the sizes of the terms prove that it has no root, or that it is monotonous, or
- * convex.
+ * The circle is divided into 96 cells with one Taylor series each. A cell is halved until its terms
+ * prove that the polynomial has no root there, is monotonic, or is convex.
  */
 #ifndef CHASLES_CIRCLE_ROOTS_H
 #define CHASLES_CIRCLE_ROOTS_H
@@ -15,21 +14,21 @@
 #include "chasles_circle_tolerances.h"
 #include "chasles_vectors.h"
 
-/* Newton's steps on a root at most. */
+/* Maximum number of Newton steps per root. */
 #define CHASLES_ROOT_STEPS 20
 #define CHASLES_CELLS 96
 #define CHASLES_DEGREE 8
 #define CHASLES_MOST_ROOTS 32
-/* Terms of a Taylor series; the first left out is 1e-14 of the greatest. */
+/* Terms of a Taylor series; the first omitted term is 1e-14 of the largest. */
 #define CHASLES_TERMS 11
-/* Parts of the circle to look at; a pose takes some fifty, one at which all is rounding far more.
+/* Maximum number of intervals to examine; a pose typically needs fifty, a degenerate pose far more.
  */
 #define CHASLES_MOST_PARTS 400
-/* Halvings of a cell, to 1e-6 rad, after which roots are one. */
+/* Halvings of a cell, to 1e-6 rad; closer roots count as one. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
-/* cos(2 pi k / 96); the sine of an angle is the cosine of 72 more. */
+/* cos(2 pi k / 96); the sine is the cosine with index k + 72. */
 /* clang-format off */
 static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
     1.0, 0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
@@ -74,7 +73,7 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
-/* Pascal's triangle, in rows that fill vectors. */
+/* Pascal's triangle, with rows padded to vectors. */
 #define CHASLES_PADDED 16
 static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0},
@@ -89,14 +88,14 @@ static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0},
     {1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0}};
 
-/* The same angle between -pi and pi, pi included. */
+/* The equivalent angle in (-pi, pi]. */
 static double chasles_circle_wrapped(double angle)
 {
     const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
     return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
 }
 
-/* a[k] cos(k x) + b[k] sin(k x), its greatest coefficient, and the size of errors in it. */
+/* Sum of a[k] cos(k x) + b[k] sin(k x); its largest coefficient, and its error size. */
 typedef struct {
     double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];
     double most, noise;
@@ -104,15 +103,14 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                   /* whether more roots may be there */
-    int parts;                        /* looked at so far */
-    double angle[CHASLES_MOST_ROOTS]; /* of the suppressed joint */
-    double
-        imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half the way between two that meet */
+    int unresolved;                       /* whether there may be more roots */
+    int parts;                            /* examined so far */
+    double angle[CHASLES_MOST_ROOTS];     /* of the suppressed joint */
+    double imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half distance of a close pair */
 } chasles_circle_roots;
 
-/* The Taylor series of a polynomial of a degree at the angles of these cosines and sines, in parts
- * of a radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+/* Taylor series of a polynomial at the angles with these cosines and sines, with the angle scaled
+ * by a radius: weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
@@ -136,10 +134,10 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, i
     }
 }
 
-/* A Taylor series of which a part |z| <= 1 is looked at. */
+/* A Taylor series on the interval |z| <= 1. */
 typedef struct {
-    double from, radius; /* rad: of the part, on the circle */
-    double nearly;       /* rad: imaginary part up to which roots are looked for */
+    double from, radius; /* rad: center and radius of the interval on the circle */
+    double nearly;       /* rad: largest imaginary part of a root to find */
     double noise;
     double t[CHASLES_TERMS];
 } chasles_circle_part;
@@ -154,14 +152,14 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* A root that is known no better than this (rad) may be several. */
+/* A root with a larger error than this (rad) may be several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Half of a part: side is -1 or 1. The term i of the half is side^i times the sum of (k over i)
- * (side / 2)^k times the term k of the whole. */
+/* Half of an interval: side is -1 or 1. Term i of the half is side^i times the sum over k of (k
+ * over i) (side / 2)^k times term k of the whole. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -197,7 +195,7 @@ static double chasles_circle_at(const double *t, double z, double *slope)
     return value;
 }
 
-/* The zero of a series between two places at which its signs differ, by Newton's steps. */
+/* The zero of a series between two points with different signs, by Newton's iteration. */
 static double chasles_circle_zero(const double *t, double low, double high)
 {
     double slope;
@@ -220,7 +218,7 @@ static double chasles_circle_zero(const double *t, double low, double high)
     return z;
 }
 
-/* The root of a part in which the series is monotonous, if there is one. */
+/* The root in an interval with a monotonic series, if it exists. */
 static void chasles_circle_monotonous(const chasles_circle_part *part, double low, double high,
                                       chasles_circle_roots *roots)
 {
@@ -235,7 +233,7 @@ static void chasles_circle_monotonous(const chasles_circle_part *part, double lo
     }
 }
 
-/* The roots of a part in which the series has one extremum at most. */
+/* The roots in an interval where the series has at most one extremum. */
 static void chasles_circle_convex(const chasles_circle_part *part, chasles_circle_roots *roots)
 {
     double t[CHASLES_TERMS] = {0.0}, slope, low, high;
@@ -264,11 +262,11 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
         chasles_circle_doubt(roots, sqrt(over * part->noise));
 }
 
-/* The roots of a part. */
+/* The roots in an interval. */
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* No root, not even a complex one that is nearly real; no extremum; no change of curvature. */
+    /* No root (not even a nearly real complex root); no extremum; no change of curvature. */
     const double wide = 1.0 + part->nearly / part->radius;
     double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
@@ -285,7 +283,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (value < part->noise || halvings == 0) {
-        /* One of many places stands for all. */
+        /* One point represents a cluster. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
@@ -303,10 +301,11 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
     }
 }
 
-/* Computes a part anew from the polynomial's own source, where it is small on a whole cell. */
+/* Recomputes an interval from the polynomial's source if the polynomial is small on a whole
+ * cell. */
 typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
 
-/* The roots of a cell. */
+/* The roots in a cell. */
 static void chasles_circle_cell(chasles_circle_sampler sampler, const void *source, double noise,
                                 chasles_circle_part *part, chasles_circle_roots *roots)
 {
@@ -317,12 +316,12 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
     if (sampler && most < CHASLES_BLURRED * noise)
         sampler(source, part);
     chasles_circle_divided(part, CHASLES_HALVINGS, roots);
-    /* Rounding may hide two roots on both sides of the end of a cell. */
+    /* Rounding may hide two roots on both sides of a cell boundary. */
     if (fabs(chasles_circle_at(part->t, 1.0, &slope)) < CHASLES_UNSURE * part->noise)
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }
 
-/* The real roots, and where two are about to meet. Without a source the sampler is 0. */
+/* The real roots, and the positions of nearly double pairs. Without a source, the sampler is 0. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

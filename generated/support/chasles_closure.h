@@ -1,8 +1,8 @@
-/* Loops without a closed form: Newton's iteration on their equations, followed from a known
- * configuration; part of chasles, the same for every robot.
+/* Loops without a closed form: Newton's iteration along a path from a known configuration. Part of
+ * chasles; the same for every robot.
  *
- * A function through the loops first calls `at` or `seeded`, which give the variables w, then
- * `factored`, and then the entries of chasles_closure_rates.h, which give their derivatives.
+ * A function through the loops first calls `at` or `seeded` for the variables w, then `factored`,
+ * and then functions of chasles_closure_rates.h for derivatives.
  *
  * Included once for each robot, which defines
  *
@@ -14,7 +14,7 @@
  *   CLOSURE_BEND(w, wd, D)     the rate of this derivative at rates wd
  *   tables actuated, ratio     the variable of each coordinate, and its advance per unit of it
  *          unknown             the unknown variables
- *          size_u, size_c      what compares unknowns and equations: a length (metre), or 1
+ *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
  *          of_z                the variables' indices in z
  *          start_q, start_w    the reference configuration
  *          tangent             du/dq there
@@ -22,25 +22,25 @@
  *   CLOSURE_DETERMINANT        its magnitude
  *   CLOSURE_RESUMES            whether an inverse resumes the iteration from its last variables
  *
- * From a known configuration the actuated variables go to their values along a straight line, and
- * the unknown ones u follow:
+ * From a known configuration, the actuated variables follow a straight line to their values, and
+ * the unknown variables u follow:
  *
  *     c_u du = -c_a da           a step along the tangent
  *     c_u du = -c                Newton's iteration back onto the loops, least squares if M > U
  *
- * The first stride is the whole way. A stride is halved where the iteration does not contract or
- * the determinant changes its sign, so that u keeps its branch. The iteration ends at a
- * singularity, where c_u loses rank, and after CLOSURE_MOST linear systems at the latest.
+ * The first stride is the complete path. A stride is halved if the iteration does not contract or
+ * the determinant changes its sign, so that u stays on its branch. The iteration ends at a
+ * singularity, where c_u is rank deficient, or after CLOSURE_MOST linear systems.
  *
- * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. No allocation, no
- * state.
+ * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. The code allocates
+ * nothing and has no state.
  */
 #include <stddef.h>
 #include <string.h>
 
 #include "chasles_closure_newton.h"
 
-/* The derivative of the unknown variables along rates of the coordinates, D_u factored before. */
+/* The rates of the unknown variables for coordinate rates; D_u is already factored. */
 static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[CLOSURE_Q],
                                 double x[CLOSURE_U])
 {
@@ -54,7 +54,7 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Follows s->w, where the loops are nearly closed, to coordinates q; whether it gets there. */
+/* Moves s->w, where the loops are nearly closed, to coordinates q. Returns whether it succeeds. */
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {
@@ -90,7 +90,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
     return 0;
 }
 
-/* The variables w at q, followed from the reference. */
+/* The variables w at q, along the path from the reference. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              double w[CLOSURE_W])
 {
@@ -110,7 +110,7 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* The variables w at q, from a configuration z nearby. */
+/* The variables w at q, from a nearby configuration z. */
 static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                  const double *z, double w[CLOSURE_W])
 {
@@ -121,7 +121,7 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* The variables w become those at q: from w, or from the reference where w is NaN or too far away.
+/* Updates the variables w to q: from w, or from the reference if w is NaN or too far away.
  */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])

@@ -1,13 +1,13 @@
-/* Newton's iteration on the equations of loops, near a posture where they are nearly closed; part
- * of chasles, the same for every robot, included by chasles_closure.h and
- * chasles_closure_parametric.h behind the robot's macros and tables. */
+/* Newton's iteration on closure equations, near a configuration with nearly closed loops. Part of
+ * chasles; the same for every robot. Included by chasles_closure.h and chasles_closure_parametric.h
+ * after the robot's macros and tables. */
 #include <math.h>
 
 #include "chasles_closure_tolerances.h"
 
-/* A configuration w with the equations c, their derivative D, and D_u = Q R by reflections: column
- * k of `qr` holds R above the diagonal and the reflection's vector from there on. `p` is the
- * geometry, where it is an input. */
+/* A configuration w with the equations c, their derivative D, and D_u = Q R by reflections. Column
+ * k of `qr` contains R above the diagonal and the reflection vector below. `p` is the geometry, if
+ * it is an input. */
 typedef struct {
     double w[CLOSURE_W], c[CLOSURE_M], D[CLOSURE_M * CLOSURE_W];
     double qr[CLOSURE_U][CLOSURE_M], diagonal[CLOSURE_U], scale[CLOSURE_U];
@@ -18,7 +18,7 @@ typedef struct {
 #endif
 } CLOSURE_NAME(closed);
 
-/* D_u = Q R. The sense is the sign of det D_u, 0 where D_u is not square. */
+/* Factors D_u = Q R. The sense is the sign of det D_u, or 0 if D_u is not square. */
 static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
 {
     s->sense = CLOSURE_M == CLOSURE_U ? 1.0 : 0.0;
@@ -51,7 +51,7 @@ static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
     }
 }
 
-/* Least squares D_u x = b; b is lost. */
+/* Solves D_u x = b in the least-squares sense; overwrites b. */
 static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE_M],
                                 double x[CLOSURE_U])
 {
@@ -71,7 +71,7 @@ static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE
     }
 }
 
-/* A step of Newton's iteration on the unknown variables; its size. */
+/* A Newton step of the unknown variables. Returns its size. */
 static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
 {
     double x[CLOSURE_U], size = 0.0;
@@ -82,15 +82,15 @@ static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
     for (int k = 0; k < CLOSURE_U; k++) {
         const double part = fabs(x[k]) / CLOSURE_NAME(size_u)[k];
         s->w[CLOSURE_NAME(unknown)[k]] -= x[k];
-        /* NaN is kept: a comparison with it is false. */
+        /* NaN propagates, because comparisons with NaN are false. */
         if (part > size || part != part)
             size = part;
     }
     return size;
 }
 
-/* Whether Newton's iteration contracts, on the branch of a sense (0: that of its first step),
- * within some steps: onto the loops, or, on the way, near them. */
+/* Whether Newton's iteration converges within some steps on the branch of a sense (0: the sense of
+ * its first step). Intermediate path points only need to be near the loops. */
 static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, double contraction,
                                    int is_last)
 {
@@ -107,7 +107,7 @@ static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, doubl
     return 0;
 }
 
-/* Whether the loops are closed; evaluates the equations. */
+/* Evaluates the equations. Returns whether the loops are closed. */
 static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
 {
     int is_closed = 1;
@@ -117,7 +117,7 @@ static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
     return is_closed;
 }
 
-/* NaN in place of a configuration that is not reached. */
+/* Writes NaN for a configuration that is not reached. */
 static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
 {
     if (is_reached)
@@ -128,8 +128,8 @@ static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
         s->D[i] = NAN;
 }
 
-/* The configuration at q by Newton's iteration from a configuration nearby, without a way between:
- * at most CLOSURE_STEPS linear systems. */
+/* The configuration at q by Newton's iteration from a nearby configuration, without path points: at
+ * most CLOSURE_STEPS linear systems. */
 static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
 {
     s->count = 0;

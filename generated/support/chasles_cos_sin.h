@@ -1,16 +1,16 @@
-/* Cosines and sines of all angles of a pose at once; part of chasles, the same for every robot.
+/* Cosines and sines of all angles of a pose at once. Part of chasles; the same for every robot.
  *
- * Plain C and libm, unless the compiler's flags allow AVX2 or AVX-512 on glibc: then libmvec, the
- * vector part of glibc's libm, takes four or eight angles a call. Both differ by a unit in the last
- * place at most; define CHASLES_PLAIN to have libm everywhere.
+ * Uses libmvec, the vector library of glibc, with four or eight angles per call, if the compiler
+ * flags allow AVX2 or AVX-512. Otherwise uses plain C and libm. The results differ by at most one
+ * unit in the last place; define CHASLES_PLAIN to use libm everywhere.
  */
 #ifndef CHASLES_COS_SIN_H
 #define CHASLES_COS_SIN_H
 
 #include <math.h>
 
-/* GCC 12 was seen to give wrong numbers where it packs scalar code into AVX-512 vectors (a delta
- * robot's rods, -O2 -march=native -fno-math-errno); there is nothing in this code to gain by it. */
+/* GCC 12 produced wrong results when it packed scalar code into AVX-512 vectors (a delta robot's
+ * rods, -O2 -march=native -fno-math-errno). This code gains nothing from such packing. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize")
 #endif
@@ -45,7 +45,7 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* Joined in registers: loading what was just stored in parts waits for all stores before.
+        /* Joined in registers: loading recently stored parts as a whole waits for the stores.
          */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),

@@ -1,18 +1,17 @@
-/* All poses of a platform whose six rods end in three double joints; part of chasles, the same for
- * every such robot.
+/* All poses of a platform with six rods that end in three double joints. Part of chasles; the same
+ * for every robot.
  *
- * Two rods that share a joint keep it on a circle about the line of their other ends,
- * P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are known:
+ * Two rods that share a joint constrain it to a circle about the line through their other ends, P_i
+ * = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are known:
  *
- *     |P_i - P_k|^2 = |b_i - b_k|^2,     bilinear in (1, cos t_i, sin t_i) and (1, cos t_k, sin
- * t_k)
+ *     |P_i - P_k|^2 = |b_i - b_k|^2,     bilinear in the cosines and sines of t_i and t_k
  *
- * At an angle t_1 the distances from P_1 give two t_2 and two t_3, with roots of Delta_2 and
- * Delta_3; the last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2 = Delta_i. The
- * product over the four signs is free of roots, and with the denominators that it has it is a
- * trigonometric polynomial of degree 8 in t_1: sixteen poses. Where the lines of all circles lie in
- * one plane, as with three double joints on both sides, all sines of angles from that plane cancel:
- * the polynomial is of degree 8 in cos(t_1), and poses come in pairs, mirrored in the plane.
+ * At an angle t_1, the distances from P_1 give two t_2 and two t_3, with square roots of Delta_2
+ * and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2 = Delta_i.
+ * The product over the four sign combinations has no square roots. Multiplied by its denominators,
+ * it is a trigonometric polynomial of degree 8 in t_1, with up to sixteen poses. If the axes of all
+ * circles are coplanar, as with three double joints on both sides, all sines of angles from that
+ * plane cancel. The polynomial then has degree 8 in cos(t_1), and poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -28,14 +27,14 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Samples of the polynomial, whose coefficients are their sums; a divisor of the cells, and more
- * than twice the degree. */
+/* Number of polynomial samples, which determine the coefficients: a divisor of the cell count, and
+ * more than twice the degree. */
 #define CHASLES_JOINT_SAMPLES 24
-/* Newton's steps on the three distances. */
+/* Maximum number of Newton steps on the three distances. */
 #define CHASLES_JOINT_STEPS 12
 
-/* The circles of three joints, and the coefficients of their distances: of (1, cos, sin) of the
- * joint k by (1, cos, sin) of the joint k + 1. */
+/* The circles of three joints, and the coefficients of their distances, indexed by (1, cos, sin) of
+ * joint k and (1, cos, sin) of joint k + 1. */
 typedef struct {
     double c[3][3], e[3][3], f[3][3];
     double distance[3][3][3];
@@ -53,7 +52,7 @@ static void chasles_joint_cross(const double *x, const double *y, double *z)
     z[2] = x[0] * y[1] - x[1] * y[0];
 }
 
-/* Scales x to length 1; returns its length. */
+/* Normalizes x; returns its original length. */
 static double chasles_joint_normal(double *x)
 {
     const double length = sqrt(chasles_joint_dot(x, x));
@@ -62,8 +61,8 @@ static double chasles_joint_normal(double *x)
     return length;
 }
 
-/* The circle of a joint on rods of two lengths from two points; returns the square of its radius,
- * NaN where the points are one. */
+/* The circle of a joint at the end of two rods. Returns the squared radius, or NaN if the other rod
+ * ends coincide. */
 static double chasles_joint_circle(const double (*a)[3], const double *l, double *c, double *e,
                                    double *f)
 {
@@ -88,7 +87,7 @@ static double chasles_joint_circle(const double (*a)[3], const double *l, double
     return apart > CHASLES_JOINTS_APART ? square : NAN;
 }
 
-/* The coefficients of the squared distance of two joints, less the square of the true one. */
+/* The coefficients of the squared distance of two joints, minus the squared true distance. */
 static void chasles_joint_distance(const chasles_double_joints *joints, int i, int k, double square,
                                    double (*Q)[3])
 {
@@ -106,8 +105,8 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* The points (1, cos, sin) at which g[0] + g[1] cos + g[2] sin is 0, as m + w n with w a root of
- * Delta, in parts of `square`, the square of (g[1], g[2]). */
+/* The zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin, as m + w n with w^2 = Delta. `square` is
+ * the squared norm of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -121,7 +120,7 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Both neighbours of the first joint at its angle. */
+/* Solutions of both joints next to the first joint, at its angle. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -135,7 +134,7 @@ static void chasles_joint_neighbours(const chasles_double_joints *joints, double
     chasles_joint_solved(h, pairs + 1);
 }
 
-/* x Q y. */
+/* x^T Q y. */
 static double chasles_joint_form(const double *x, const double (*Q)[3], const double *y)
 {
     double sum = 0.0;
@@ -155,7 +154,7 @@ static void chasles_joint_last(const chasles_double_joints *joints, const chasle
     parts[3] = chasles_joint_form(pairs[0].n, Q, pairs[1].n);
 }
 
-/* The polynomial at an angle, and the size of the terms in its sum. */
+/* The polynomial at an angle, and the size of its summands. */
 static double chasles_joint_sample(const chasles_double_joints *joints, double cosine, double sine,
                                    double *size)
 {
@@ -171,7 +170,7 @@ static double chasles_joint_sample(const chasles_double_joints *joints, double c
     return s * s * (P * P - Q * Q * d3);
 }
 
-/* The polynomial; returns 0 where it is not finite, or vanishes. */
+/* Computes the polynomial. Returns 0 if it is not finite or vanishes. */
 static int chasles_joint_series(const chasles_double_joints *joints, chasles_circle_series *series)
 {
     const int every = CHASLES_CELLS / CHASLES_JOINT_SAMPLES;
@@ -198,8 +197,8 @@ static int chasles_joint_series(const chasles_double_joints *joints, chasles_cir
     return most <= DBL_MAX && series->most > CHASLES_JOINT_VANISHED;
 }
 
-/* Newton's steps on the three distances; returns the largest that is left, in parts of the terms of
- * its sum. */
+/* Newton's iteration on the three distances. Returns the largest residual, relative to its
+ * summands. */
 static double chasles_joint_polished(const chasles_double_joints *joints, double (*x)[3])
 {
     double left = HUGE_VAL;
@@ -238,7 +237,7 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
     return left;
 }
 
-/* The axes of a triangle as rows; returns the sine of its angle at the first corner. */
+/* The axes of a triangle as rows. Returns the sine of the angle at its first corner. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -275,8 +274,7 @@ static void chasles_joint_quaternion(const double (*R)[3], double *e)
         e[n] /= size;
 }
 
-/* The pose that carries the joints from b to their places on the circles: a quaternion, and the
- * position. */
+/* The pose that moves the joints from b to their circle points: a quaternion and the position. */
 static void chasles_joint_pose(const chasles_double_joints *joints, const double (*b)[3],
                                const double (*x)[3], double *pose)
 {
@@ -296,8 +294,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* The real pose at an angle of the first joint that is a zero of the polynomial; returns whether
- * there is one. */
+/* The real pose at a zero of the polynomial (angle of the first joint). Returns whether it
+ * exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -326,8 +324,8 @@ static int chasles_joint_real(const chasles_double_joints *joints, double angle,
            fabs(x[0][2] * cosine - x[0][1] * sine) < CHASLES_JOINT_TURN;
 }
 
-/* All poses with the first of the three joints as unknown; returns how many there are, or -1 where
- * that is not certain. */
+/* All poses, with the first joint's angle as unknown. Returns their number, or -1 if it is
+ * uncertain. */
 static int chasles_joint_poses(const chasles_double_joints *joints, const double (*b)[3],
                                double (*poses)[7])
 {
@@ -344,7 +342,7 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
             if (fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k])) < CHASLES_TWINS)
                 return -1;
         }
-        /* Each simple root has one pose, which is real. */
+        /* Each simple root has exactly one pose, a real one. */
         if (roots.imaginary[k] > 0.0 || !chasles_joint_real(joints, roots.angle[k], x))
             return -1;
         chasles_joint_pose(joints, b, (const double(*)[3])x, poses[k]);
@@ -352,8 +350,8 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
     return roots.count;
 }
 
-/* All poses of a body whose three points b are held by rods of lengths l from the six points a, two
- * for each; returns how many there are, or -1 where that is not certain. */
+/* All poses of a body with three points b on rods of lengths l from six points a, two rods per
+ * point. Returns their number, or -1 if it is uncertain. */
 static int chasles_double_joint_poses(const double (*a)[3], const double *l, const double (*b)[3],
                                       double (*poses)[7])
 {

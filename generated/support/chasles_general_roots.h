@@ -1,14 +1,13 @@
-/* The determinant of M for many suppressed angles at once, one a lane, its real roots, and the
- * vector that M takes to zero; part of chasles, the same for every robot of six joints without a
- * structure.
+/* The determinant of M for many suppressed angles at once (one per lane), its real roots, and the
+ * null vector of M. Part of chasles; the same for every robot.
  *
- * With sine s and cosine c of the half angle, each of the six equations without y is
- * (A s^2 + B s c + C c^2) x = 0. Times s and times c they are
+ * With sine s and cosine c of the half angle, each of the six equations without y is (A s^2 + B s c
+ * + C c^2) x = 0. Multiplied by s and by c, these equations are
  *
  *     [A B C 0]                                  [A B]         [A B]   orthogonal complements of
  *     [0 A B C] (s^3 x, s^2 c x, s c^2 x, c^3 x),                      A (above) and of C (below)
  *
- * of which reflections of A and of C leave a matrix (6, 6) for (s^2 c x, s c^2 x).
+ * Reflections of A and of C reduce them to a 6 x 6 matrix for (s^2 c x, s c^2 x).
  */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
@@ -26,7 +25,7 @@ static const double chasles_general_arctangent[] = {
     0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
     0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
 
-/* The angles of points (x, y): of the nearest axis or diagonal, and from there. */
+/* The angles of points (x, y): the angle of the nearest axis or diagonal plus the rest. */
 CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
 {
     const double right = 1.57079632679489661923;
@@ -50,7 +49,7 @@ CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_v
     return chasles_vector_signed(angle, y);
 }
 
-/* Reflects column j of a matrix of six rows, and those behind it; multiplies its determinant. */
+/* Reflects column j of a six-row matrix and all later columns; updates the determinant. */
 CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int columns,
                                               chasles_vector *determinant)
 {
@@ -76,7 +75,7 @@ CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int
     a[j][j] = -norm;
 }
 
-/* Reflects six of the columns of a matrix to a triangle. */
+/* Reflects six columns of a matrix to triangular form. */
 CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns,
                                              chasles_vector *determinant)
 {
@@ -104,12 +103,12 @@ static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
     }
 }
 
-/* The triangle (6, 6) that is singular where M is, by columns, and the determinant of M. */
+/* The 6 x 6 triangular matrix, singular where M is singular, by columns; and det M. */
 static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
 {
-    /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
+    /* The columns of A, B, C for s, then of C, B, A for c. */
     const chasles_vector zero = {0.0};
     chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
@@ -124,7 +123,7 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* Side by side, for each waits for its roots and quotients. */
+    /* Interleaved, because each waits for its square roots and quotients. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);
@@ -139,7 +138,7 @@ static void chasles_general_factored(const chasles_general_system *system, const
     chasles_general_triangle(R, 6, determinant);
 }
 
-/* The unit vector that a triangle takes nearest to zero, by inverse iteration. */
+/* The smallest singular vector of a triangular matrix, by inverse iteration. */
 static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 {
     const chasles_vector zero = {0.0}, one = zero + 1.0;
@@ -151,7 +150,7 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
     chasles_general_upper(R, x);
-    /* Squares of what a nearly singular triangle gives may be too large. */
+    /* The squared solution of a nearly singular matrix may overflow. */
     for (int j = 0; j < 6; j++) {
         const chasles_vector size = chasles_vector_sizes(x[j]);
         largest = chasles_vector_chosen(size > largest, size, largest);
@@ -168,10 +167,10 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)
-/* Samples of a cell, at Chebyshev's nodes. */
+/* Samples per cell, at Chebyshev nodes. */
 #define CHASLES_NODES 12
 
-/* The polynomial from the determinant's samples. */
+/* The polynomial, from samples of the determinant. */
 static void chasles_general_interpolated(const chasles_general_system *system,
                                          chasles_circle_series *series)
 {
@@ -213,8 +212,8 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* The same part from samples of the determinant in it: where it is small on a whole cell, several
- * roots being near, it is known there to more digits than from all around the circle. */
+/* The polynomial on a cell, from samples in this cell. If several nearby roots make it small on the
+ * whole cell, these samples give more digits than samples around the circle. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;
@@ -229,7 +228,7 @@ static void chasles_general_sampled(const void *source, chasles_circle_part *par
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* Chebyshev's polynomials; then powers of z. */
+    /* Chebyshev polynomials, then powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;

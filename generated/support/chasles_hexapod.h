@@ -1,8 +1,8 @@
-/* Every assembly mode of a platform on six rods; part of chasles, the same for every such robot.
+/* Every assembly mode of a platform on six rods. Part of chasles; the same for every robot.
  *
- * All complex poses are known for rods that the table starts from. Their paths lead to the complex
- * poses for the rods that are given, of which the real ones are the modes. Where the rods end in
- * three double joints, the zeros of a polynomial are tried first.
+ * All complex poses are known for the start rods in the table. Path tracking leads from these poses
+ * to the complex poses for the current rods; the real poses are the modes. If the rods end in three
+ * double joints, the zeros of a polynomial are tried first.
  */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
@@ -13,31 +13,32 @@
 #include "chasles_hexapod_paths.h"
 #include "chasles_solve_six.h"
 
-/* Newton's steps on the lengths of the rods; at a double solution each halves the error. */
+/* Maximum number of Newton steps on the rod lengths; at a double solution, each halves the
+ * error. */
 #define CHASLES_MODE_STEPS 40
 
 typedef struct {
-    /* Rods of a pose of the actuators: their ends apart from the platform, and their lengths. */
+    /* Rod ends on the actuated side, and rod lengths, from the actuators. */
     void (*rods)(const double *q, double *a, double *l);
     double size;      /* of the platform, metre */
-    double origin[3]; /* of a, and of b below, in parts of the size */
+    double origin[3]; /* of a, and of b below, relative to the size */
     double middle[3];
-    int axis[3];  /* of the angles of theta, in order */
-    int moves;    /* whether the rods' ends apart from the platform move */
-    int paths;    /* as many as there are complex poses, and slots */
-    int joined;   /* 1 where pairs of rods end in one joint on the platform, 2 on the other side */
-    int pairs[6]; /* the rods, in pairs that end in one joint */
-    double b[6][3]; /* ends on the platform; with all below in parts of the size */
+    int axis[3];    /* of the angles of theta, in order */
+    int moves;      /* whether the rod ends on the actuated side move */
+    int paths;      /* number of complex poses and of slots */
+    int joined;     /* 1 if pairs of rods share a joint on the platform, 2 on the other side */
+    int pairs[6];   /* the rods, in pairs that share a joint */
+    double b[6][3]; /* ends on the platform; this and all below relative to the size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MOST_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
 
-/* The rods of given actuators, in parts of the platform's size. */
+/* The rods for actuator values, relative to the platform size. */
 typedef struct {
     double a[6][3], l[6];
 } chasles_hexapod_rods;
 
-/* A real pose: a quaternion of length 1, and the position. */
+/* A real pose: a unit quaternion and the position. */
 typedef struct {
     double e[4], p[3], margin;
 } chasles_hexapod_mode;
@@ -60,7 +61,7 @@ static void chasles_hexapod_rotation(const double *e, double (*R)[3])
     R[2][1] = 2.0 * (y * z + w * x);
 }
 
-/* 1 - |<x, y>|^2 for vectors of length 1, of y's conjugate if asked for, without cancellation. */
+/* 1 - |<x, y>|^2 for unit vectors, optionally with y conjugated, without cancellation. */
 static double chasles_hexapod_apart(const chasles_hexapod_number *x,
                                     const chasles_hexapod_number *y, int conjugate)
 {
@@ -95,7 +96,7 @@ static int chasles_hexapod_ended(const chasles_hexapod_end *end)
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* The paths to follow again, more carefully: those that were lost, and those that met at an end. */
+/* Paths to follow again, more carefully: lost paths, and paths with equal ends. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -110,7 +111,7 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* The real pose at an end; returns 0 where it is far from real, or at infinity. */
+/* The real pose at a path end. Returns 0 if the end is far from real or at infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
     const chasles_hexapod_number *x = end->x;
@@ -130,7 +131,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* Lengths count in parts of the pose's own where it is far away. */
+    /* For a distant pose, lengths are relative to its distance. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -143,7 +144,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Lengths of the rods beyond those given, with the rods as rows (n, r x n); the largest. */
+/* Errors of the rod lengths, and the rods as rows (n, r x n). Returns the largest error. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
                                      const chasles_hexapod_mode *mode, double (*J)[7])
@@ -171,7 +172,7 @@ static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
     return most;
 }
 
-/* |det J| over the product of the lengths of J's rows. */
+/* |det J| over the product of the row norms of J. */
 static double chasles_hexapod_margin(double (*J)[7])
 {
     double x[6], lengths = 1.0;
@@ -184,7 +185,7 @@ static double chasles_hexapod_margin(double (*J)[7])
     return fabs(chasles_solve_six(J, x)) / lengths;
 }
 
-/* Newton's steps onto the lengths of the rods; returns 0 where they lead elsewhere. */
+/* Newton's iteration on the rod lengths. Returns 0 if it leads to another pose. */
 static int chasles_hexapod_polished(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *mode)
 {
@@ -261,7 +262,7 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* The ends whose conjugate is no end: the polynomials are real, and so it should be one. */
+/* Ends without a conjugate end. The polynomials are real, so conjugates should occur in pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {
     int unpaired = 0;
@@ -274,7 +275,7 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* The rods in parts of the platform's size; returns 0 where a number is not finite. */
+/* The rods relative to the platform size. Returns 0 if a number is not finite. */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -291,7 +292,7 @@ static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const
     return sum < DBL_MAX;
 }
 
-/* The way from the start to given rods. */
+/* The homotopy from the start rods to the current rods. */
 static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
                                    const chasles_hexapod_rods *rods, chasles_hexapod_way *way)
 {
@@ -318,7 +319,7 @@ static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
     way->moves = platform->moves;
 }
 
-/* Every end of the paths to given rods; returns how many of them are doubtful. */
+/* Every path end for the current rods. Returns the number of doubtful ends. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {
@@ -338,7 +339,7 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
-/* Adds a mode in its place, the highest first, if it is new; returns how many there are. */
+/* Inserts a new mode, sorted with the highest first. Returns the number of modes. */
 static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
                                  int count)
 {
@@ -353,7 +354,7 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* The modes of rods that end in double joints; returns how many, or -1 where that is not certain.
+/* The modes of rods with double joints. Returns their number, or -1 if it is uncertain.
  */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)
@@ -389,7 +390,7 @@ static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
     return found < 0 || count == found ? found : -1;
 }
 
-/* The modes at the ends of paths; returns how many. */
+/* The modes at the path ends. Returns their number. */
 static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
                                     double *unsure)
@@ -406,8 +407,8 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
     return count;
 }
 
-/* All modes, highest first, behind them NaN; the margin of each, and how many complex poses were
- * not found for certain. */
+/* Writes all modes, highest first, then NaN; the margin of each mode; and the number of complex
+ * poses that were not certainly found. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {

@@ -1,9 +1,8 @@
-/* Paths of complex poses from the start, where all are known, to the rods that are given; part of
- * chasles, the same for every platform on six rods.
+/* Paths of complex poses from the start rods, where all poses are known, to the current rods. Part
+ * of chasles; the same for every platform on six rods.
  *
- * A step along a path is Runge and Kutta's, followed by two of Newton's. As many paths are
- * followed at once as a register has lanes, each with steps of its own; a lane whose path has ended
- * takes the next.
+ * A step along a path is a Runge-Kutta step, followed by two Newton corrections. Each lane follows
+ * one path with its own step size. When a path ends, its lane takes the next path.
  *
  * Source:
  *     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
@@ -18,10 +17,10 @@
 #include "chasles_hexapod_tolerances.h"
 
 #define CHASLES_MOST_PATHS 40
-/* Steps of one path; a usual one takes some thirty. */
+/* Maximum number of steps per path; a typical path needs about thirty. */
 #define CHASLES_MOST_STEPS 1000
 
-/* A pose in Study's coordinates, and how far its path was followed. */
+/* A pose in Study coordinates, and the progress of its path. */
 typedef struct {
     chasles_hexapod_number x[CHASLES_SOMA];
     double t;
@@ -31,11 +30,11 @@ typedef struct {
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
-    int path[CHASLES_LANES]; /* -1 where there is none */
+    int path[CHASLES_LANES]; /* -1 without a path */
     int steps[CHASLES_LANES];
 } chasles_hexapod_group;
 
-/* Scales x to length 1 on every lane. */
+/* Normalizes x on every lane. */
 static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
 {
     chasles_vector sum = {0.0}, size;
@@ -59,7 +58,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* The direction of the paths at x, orthogonal to `of`. */
+/* The path tangent at x, orthogonal to `of`. */
 static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -71,7 +70,7 @@ static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
     chasles_hexapod_solve(a, slope);
 }
 
-/* One of Newton's steps, and the square of its length. */
+/* A Newton step, and its squared length. */
 static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
                                       const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
                                       chasles_vector *length)
@@ -88,7 +87,8 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
     *length = sum;
 }
 
-/* Tries a step on every lane: the pose behind it, and the squared lengths of both corrections. */
+/* Tries a step on every lane: computes the next pose, and the squared lengths of both
+ * corrections. */
 static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
                                   chasles_vector *corrections)
@@ -120,8 +120,8 @@ static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapo
     chasles_hexapod_normal(next);
 }
 
-/* The factor of the next step: a correction grows with the fifth power of a step, and it is better
- * to change too much than too little. */
+/* Factor for the next step size: a correction grows with the fifth power of the step, and too large
+ * a change is better than too small a change. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
@@ -129,7 +129,7 @@ static double chasles_hexapod_growth(double correction, double near)
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
-/* Puts a path on a lane, none if all have been followed. */
+/* Assigns the next path to a lane; no path if all have been followed. */
 static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
                                  const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                  const int *which, int count, int *from)
@@ -140,7 +140,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     group->t[lane] = 0.0;
     group->h[lane] = path < 0 ? 0.0 : CHASLES_PATH_FIRST;
     for (int k = 0; k < CHASLES_SOMA; k++) {
-        /* A lane without a path takes steps of length 0 from where it is. */
+        /* A lane without a path takes steps of length 0. */
         if (path >= 0) {
             group->x[k].re[lane] = starts[path][k].re;
             group->x[k].im[lane] = starts[path][k].im;
@@ -148,7 +148,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     }
 }
 
-/* Follows some paths of the way, `which`, each to its end or as far as it goes. */
+/* Follows the paths `which` of a homotopy, each to its end or until it is lost. */
 static void chasles_hexapod_follow(const chasles_hexapod_way *way,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,

@@ -1,11 +1,12 @@
-/* Lanes: LANES numbers at once, of as many poses or branches; part of chasles, the same for every
+/* Vector lanes: LANES values at once, one per pose or branch. Part of chasles; the same for every
  * robot.
  *
  * Included once or more for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2
- * (AVX-512). It gives the type `lanes` with its functions, and rows to lanes and back. Each lane
- * gets what C gives, NaN and infinities included, but for last places of sines and their kind:
- * angles of points are good to 2 units, and with FMA cosine and sine of an angle to 1.5; all else
- * comes from libmvec, the vector part of glibc's libm, by name, and is good to 4.
+ * (AVX-512). Defines the type `lanes` with its functions, and conversions between rows and lanes.
+ * Each lane has the result of scalar C, including NaN and infinities, except for the last digits of
+ * transcendental functions. Angles of points have errors of at most 2 units in the last place;
+ * cosine and sine with FMA, 1.5 units. Other functions come from libmvec, the vector library of
+ * glibc, with at most 4 units.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
@@ -25,20 +26,20 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles, each rounded down, for -0 less +0 is -0. */
+/* pi/2 as a sum of doubles, each rounded down, because -0 - +0 is -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
-#define LANES_FARTHEST 1e5 /* radian; farther angles are left to libmvec */
+#define LANES_FARTHEST 1e5 /* radian; libmvec computes larger angles */
 /* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; lowest power first. */
 static const double lanes_arctangent[] = {
     -0.3333333333333298,   0.19999999999903106, -0.14285714276386502, 0.11111110659684081,
     -0.09090896246194469,  0.07692073937540857, -0.0666381088370742,  0.05858300759286596,
     -0.051220140523104356, 0.04186527516045578, -0.02743532082961043, 0.010117105953140847};
 
-#define LANES_TINY 5e-324 /* the least number above 0 */
+#define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* Two vectors that do not wait for each other are to be computed side by side; and of many chains,
- * one behind the other, few values are to wait in memory. */
+/* LANES_SCHEDULED: interleave two independent vectors. LANES_SPARING: also spill few values to
+ * memory, for many sequential dependency chains. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -52,16 +53,17 @@ static const double lanes_arctangent[] = {
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 #define LANES_NAME(name) LANES_JOIN(name, LANES_SET)
 
-/* Less +0, which leaves -0 as it is. */
+/* Subtracts +0, which preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions are `lanes_where`. What they choose is chosen by bits: NaN elsewhere is not seen. */
+/* Conditions have the type `lanes_where`. They select by bits, so a NaN in an unselected value has
+ * no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))
 /* 1 or 0. */
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 
-/* Declares what a function of lanes, or two, gives. */
+/* Declares the result of a function of one or two lane vectors. */
 #define LANES_LET1(value, name, x) \
     lanes value;                   \
     LANES_NAME(lanes_##name)(&x, &value)
@@ -72,8 +74,8 @@ static const double lanes_arctangent[] = {
     lanes c, s;                \
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
-/* Functions take lanes by address: vectors wider than the baseline's are not passed by value in its
- * calls. They call others part by part, a part being a register of the set. */
+/* Functions have lane arguments by address, because the baseline ABI cannot pass wider vectors by
+ * value. They call libmvec once per register of the instruction set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                       \
@@ -86,7 +88,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* For a libmvec that has no such function. */
+/* Fallback for a libmvec without this function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \
@@ -119,17 +121,17 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* Tuned for Haswell on every processor: of GCC 12's tables it is the one whose schedule of two
- * vectors side by side spills least; with those of Skylake or Zen it takes a third longer.
+/* Tuned for Haswell on every processor: among GCC 12's cost tables, its schedule of two interleaved
+ * vectors spills least. The tables for Skylake or Zen make the code a third slower.
  *
- * LANES_MAX and LANES_MIN give the second where one is NaN; LANES_MINUS is the bit of a minus sign,
- * where a condition holds. */
+ * LANES_MAX and LANES_MIN return the second argument if one is NaN. LANES_MINUS is the sign bit in
+ * lanes where a condition is true. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,tune=haswell")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-/* All lanes by name: g++ 12 warns of the plain form. */
+/* Explicit mask of all lanes: g++ 12 warns about the form without a mask. */
 #define LANES_ALL (__mmask8) - 1
 #define LANES_SQRT(x) _mm512_maskz_sqrt_pd(LANES_ALL, x)
 #define LANES_MAX(x, y) ((lanes)_mm512_maskz_max_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
@@ -166,7 +168,7 @@ static const double lanes_arctangent[] = {
 #define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* of a condition, the first bit alone is looked at */
+#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* of a condition, only the first bit matters */
 #define LANES_CHOICE(condition, x, y) \
     ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
 #define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
@@ -215,9 +217,9 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* 1 / sqrt(x), to 2 units, where x and its inverse are normal numbers; NaN where x is negative or
- * NaN. AVX-512: from 14 bits by the series of (1 - e)^(-1/2), where e is at most 2^-13 and
- * what is left out 35/128 e^4. Others: root and quotient at once, neither waits for the other. */
+/* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; NaN if x is negative
+ * or NaN. AVX-512 refines a 14-bit estimate by the series of (1 - e)^(-1/2), with e at most 2^-13
+ * and truncation error 35/128 e^4. Other sets compute square root and quotient independently. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -239,7 +241,7 @@ LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 }
 
 #if CHASLES_ISA > 0
-/* For angles that are far or not finite, in their own lanes. */
+/* Fallback for lanes with large or non-finite angles. */
 static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_sin_far)(
     const lanes *x, const lanes_where *far, lanes *c, lanes *s)
 {
@@ -250,10 +252,10 @@ static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_si
     *s = LANES_CHOICE(*far, far_s, *s);
 }
 
-/* The angle less n right angles, reduced as Cody and Waite do, then two polynomials. */
+/* Cody-Waite reduction by n right angles, then two polynomials. */
 static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
 {
-    const double units = 6755399441055744.0; /* 1.5 * 2^52: in a sum with it, the last bit is 1 */
+    const double units = 6755399441055744.0; /* 1.5 * 2^52: makes the last bit of a sum 1 */
     const lanes shifted = LANES_FMA(*x, LANES_OF(0.63661977236758134), LANES_OF(units));
     const lanes n = shifted - units;
     lanes y = *x;
@@ -268,10 +270,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     }
     sine = LANES_FMA(y * z, sine, y);
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
-    /* The sum has lost the sign of -0. */
+    /* Restores the sign of -0, which the sum dropped. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
-    /* Each quarter turn swaps the two; the sine is negative in quarters 2 and 3, the cosine in
-     * 1, 2. */
+    /* Each quarter turn swaps cosine and sine. The sine is negative in quarters 2 and 3, the cosine
+     * in 1 and 2. */
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
     *s = (lanes)(sine_bits ^ swapped ^ ((quarter << 62) & INT64_MIN));
@@ -291,20 +293,20 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* The angle of a point. Of |x| and |y| the lesser over the greater, or what is left of that angle
- * behind half a right one: one quotient, exact but for its sum and its own rounding. Where |x| and
- * |y| differ and their sum overflows, the angle is off. */
+/* The angle of a point (y, x), from one quotient: the smaller of |x| and |y| over the larger, or
+ * the tangent of the difference to pi/4. Only the sum in the quotient and the division round. The
+ * angle is wrong if |x| and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
-    const double eighth = 0.78539816339744828, rest = 3.061616997868383e-17; /* their sum is pi/4 */
+    const double eighth = 0.78539816339744828, rest = 3.061616997868383e-17; /* sum is pi/4 */
     lanes width, height;
     LANES_NAME(lanes_fabs)(x, &width);
     LANES_NAME(lanes_fabs)(y, &height);
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* Not where both are 0, but where both are infinite; then the quotient is 0. */
+    /* True if both are infinite (then the quotient is 0), false if both are 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -319,8 +321,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* Counted from the axis or diagonal that is nearest, `count` eighths of a turn from that of x;
-     * backwards where one and only one of the two is so: steep, or x negative. */
+    /* Measured from the nearest axis or diagonal, `count` eighths of a turn from the x axis;
+     * backwards if exactly one of these is true: steep, or x negative. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
@@ -331,7 +333,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     *value = (lanes)((lanes_mask)angle | ((lanes_mask)*y & INT64_MIN));
 }
 
-/* The angles of two points, each the same in lanes 2 k and 2 k + 1, by one call. */
+/* The angles of two points by one call; each point is the same in lanes 2 k and 2 k + 1. */
 LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, const lanes *y2,
                                               const lanes *x2, lanes *value1, lanes *value2)
 {
@@ -352,7 +354,7 @@ LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, 
 #endif
 }
 
-/* The supplement of an angle a from -pi to pi: its size is pi - |a|, its sign that of y. */
+/* The supplement of an angle a in [-pi, pi]: magnitude pi - |a|, sign of y. */
 LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
 {
     lanes size;
@@ -372,7 +374,7 @@ LANES_INLINE void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
     *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
-/* The number where the other is NaN, as C has it. */
+/* If one argument is NaN, returns the other, like fmax and fmin in C. */
 LANES_INLINE void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
     *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
@@ -385,7 +387,7 @@ LANES_INLINE void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *
 
 /* ---- rows to lanes and back ---- */
 
-/* LANES lanes become LANES rows. */
+/* Transposes LANES vectors into LANES rows. */
 LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 {
 #if LANES == 8
@@ -417,7 +419,7 @@ LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 #endif
 }
 
-/* The first `width` doubles of a row; what lies behind them is not touched. */
+/* Stores the first `width` doubles of a row; later doubles stay unchanged. */
 static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int width, lanes *to)
 {
 #if CHASLES_ISA == 2
@@ -431,7 +433,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* Through registers: a wide load would have to wait for narrow stores to reach the cache. */
+/* Via registers: a wide load would wait until narrow stores reach the cache. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
 {
@@ -439,8 +441,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptr
         int width = size - k < LANES ? size - k : LANES;
         lanes block[LANES], turned[LANES];
         for (int lane = 0; lane < LANES; lane++) {
-            /* A lane without a row of its own repeats the last one, so that it computes something
-             * tame. */
+            /* An unused lane repeats the last row, so that its values are valid. */
             const double *row = rows + (lane < count ? lane : count - 1) * step;
             LANES_NAME(lanes_load)(row + k, width, &block[lane]);
         }
@@ -457,7 +458,7 @@ LANES_INLINE void LANES_NAME(lanes_scatter)(const lanes *from, int size, int cou
     int k = 0;
     for (; k < size && size >= LANES; k += LANES) {
         lanes block[LANES];
-        /* Where the last columns are fewer than the lanes, some are written twice. */
+        /* If fewer columns than lanes remain, some columns are written twice. */
         k = k + LANES > size ? size - LANES : k;
         LANES_NAME(lanes_transpose)(from + k, block);
         if (count == LANES) {

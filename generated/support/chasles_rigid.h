@@ -1,7 +1,7 @@
-/* The rigid pose nearest to a matrix; part of chasles, the same for every robot.
+/* The rigid pose nearest to a matrix. Part of chasles; the same for every robot.
  *
- * An inverse takes T as it is: the residual of a rounded pose is never less than its own distance
- * from a rigid one. Poses in single precision, or read from text, are projected first:
+ * An inverse does not correct T: the residual is never smaller than the distance of T from a rigid
+ * pose. Project poses in single precision or from text first:
  *
  *   double rigid[16];
  *   if (chasles_project(T, 1e-5, rigid)) robot_ik(rigid, q, residual, margin);
@@ -12,12 +12,12 @@
 #include <math.h>
 
 /* Writes the rigid pose nearest to T (4 x 4), with the nearest rotation in the Frobenius norm, and
- * returns 1; rigid may be T itself. Returns 0, and leaves rigid as it is, where T is further off
- * than the tolerance (radian, at most 0.1): |R^T R - 1| / sqrt(8) of its rotation R or an entry of
- * its last row, where its axes are left-handed, and where it is not finite.
+ * returns 1; rigid may be T itself. Returns 0 and does not change rigid if T is not finite or
+ * left-handed, or deviates by more than the tolerance (radian, at most 0.1). The deviation is |R^T
+ * R - 1| / sqrt(8) of its rotation R, or the error of an entry in the last row.
  *
- * R <- R (3 - R^T R) / 2 squares the distance in each step and leads to the orthogonal factor of
- * R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
+ * R <- R (3 - R^T R) / 2 squares the distance in each step and converges to the orthogonal factor
+ * of R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
 static inline int chasles_project(const double *T, double tolerance, double *rigid)
 {
     double R[9], E[9], off2 = 0, sum = 0;
@@ -31,7 +31,7 @@ static inline int chasles_project(const double *T, double tolerance, double *rig
     for (k = 0; k < 9; k++) {
         R[k] = T[k / 3 * 4 + k % 3];
     }
-    /* Six steps lead from 0.1 to rounding. */
+    /* Six steps reduce 0.1 to rounding. */
     for (step = 0; step < 6; step++) {
         for (i = 0; i < 3; i++) {
             for (j = 0; j < 3; j++) {

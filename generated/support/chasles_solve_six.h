@@ -1,10 +1,10 @@
-/* Six linear equations, with the determinant; part of chasles, the same for every robot. */
+/* Six linear equations and their determinant. Part of chasles; the same for every robot. */
 #ifndef CHASLES_SOLVE_SIX_H
 #define CHASLES_SOLVE_SIX_H
 
 #include <math.h>
 
-/* Solves a x = b, n = 6, in place; returns the determinant, 0 where a is singular. */
+/* Solves a x = b in place for n = 6. Returns the determinant, 0 if a is singular. */
 static double chasles_solve_six(double (*a)[7], double *x)
 {
     double determinant = 1.0;

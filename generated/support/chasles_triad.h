@@ -1,8 +1,8 @@
-/* Every assembly mode of a planar platform on three rods; part of chasles, the same for every such
+/* Every assembly mode of a planar platform on three rods. Part of chasles; the same for every
  * robot.
  *
- * The platform's angles are the real roots of a trigonometric polynomial of degree 3. Each gives a
- * position, which Newton's steps on the lengths of the rods refine.
+ * The platform angles are the real roots of a trigonometric polynomial of degree 3. Each angle
+ * gives a position, which Newton's iteration on the rod lengths refines.
  */
 #ifndef CHASLES_TRIAD_H
 #define CHASLES_TRIAD_H
@@ -16,7 +16,7 @@
 
 #define CHASLES_TRIAD_MODES 6
 #define CHASLES_TRIAD_DEGREE 3
-/* Newton's steps; at a double root each halves the error. */
+/* Maximum number of Newton steps; at a double root, each halves the error. */
 #define CHASLES_TRIAD_STEPS 30
 
 typedef struct {
@@ -45,7 +45,7 @@ static double chasles_triad_cofactors(const double *J, double (*C)[3])
     return J[0] * C[0][0] + J[1] * C[0][1] + J[2] * C[0][2];
 }
 
-/* The largest excess of a rod's length; infinite where one is not finite. */
+/* The largest rod length error; infinite if an error is not finite. */
 static double chasles_triad_excess(const chasles_triad_platform *platform, const double *q,
                                    const double *x, double *excess)
 {
@@ -58,7 +58,7 @@ static double chasles_triad_excess(const chasles_triad_platform *platform, const
     return most;
 }
 
-/* Newton's steps on the lengths of the rods; returns 0 where they reach no mode. */
+/* Newton's iteration on the rod lengths. Returns 0 if it reaches no mode. */
 static int chasles_triad_polished(const chasles_triad_platform *platform, const double *q,
                                   chasles_triad_mode *mode)
 {
@@ -106,7 +106,7 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
            fabs(chasles_circle_wrapped(one[2] - other[2])) < CHASLES_TRIAD_SAME;
 }
 
-/* Adds the mode that a start leads to, in the order of phi, if it is new; returns how many. */
+/* Iterates from a start and inserts a new mode, sorted by phi. Returns the number of modes. */
 static int chasles_triad_added(const chasles_triad_platform *platform, const double *q,
                                const double *start, chasles_triad_mode *modes, int count)
 {
@@ -125,7 +125,7 @@ static int chasles_triad_added(const chasles_triad_platform *platform, const dou
     return count + 1;
 }
 
-/* The polynomial; returns 0 where it is not finite, or vanishes. */
+/* Computes the polynomial. Returns 0 if it is not finite or vanishes. */
 static int chasles_triad_series(const chasles_triad_platform *platform, const double *q,
                                 chasles_circle_series *series)
 {
@@ -143,7 +143,7 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
     return series->most <= DBL_MAX;
 }
 
-/* Adds the modes near a root that others are near, where its errors may hide some. */
+/* Adds modes around a root with nearby roots, because errors may hide roots there. */
 static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
                               double apart, chasles_triad_mode *modes, int count)
 {
@@ -158,7 +158,7 @@ static int chasles_triad_near(const chasles_triad_platform *platform, const doub
     return count;
 }
 
-/* All modes in the order of phi, behind them NaN; the margin of each, and whether one may be
+/* Writes all modes, sorted by phi, then NaN; the margin of each mode; and whether a mode may be
  * missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
                                 double *theta, double *margin, double *unsure)
@@ -187,7 +187,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
             count = chasles_triad_added(platform, q, start, modes, count);
         }
     }
-    /* Where rounding hides roots, they are beside those that are seen. */
+    /* Roots hidden by rounding are next to visible roots. */
     for (int k = 0; k < roots.count && roots.unresolved; k++) {
         for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_BESIDE; apart *= 2.0)
             count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);

@@ -26,7 +26,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
   T_0_ee[15] = 1.0;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v13 = s[1] * s[2];
   const double v14 = c[1] * s[2];
   const double v15 = 0.0996 * s[1];
@@ -74,7 +74,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   const double v59 = v36 - v50;
   T_0_ee[10] = v51;
   const double v60 = v25 - v52;
-  // shared terms; columns 1, 2 and 3 of T_0_ee
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee
   const double v61 = c[0] * v53;
   const double v62 = s[0] * v53;
   T_0_ee[2] = v54;
@@ -85,7 +85,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[8] = v58;
   T_0_ee[9] = v59;
   const double v67 = v60 + v20;
-  // shared terms; column 3 of T_0_ee
+  // intermediate terms, then column 3 of T_0_ee
   const double v68 = v61 - v41;
   const double v69 = v42 + v62;
   const double v70 = c[2] * v63;
@@ -94,7 +94,7 @@ void ur5e_fk(const double q[6], double T_0_ee[16]) {
   T_0_ee[6] = v66;
   const double v73 = s[2] * v63;
   const double v74 = v67 + 0.1625;
-  // shared terms; columns 1 and 4 of T_0_ee
+  // intermediate terms, then columns 1 and 4 of T_0_ee
   T_0_ee[0] = v68;
   const double v75 = -v69;
   const double v76 = v70 + v30;
@@ -162,7 +162,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[93] = 0.0;
   T[94] = 0.0;
   T[95] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   T[0] = c[0];
   T[2] = s[0];
   T[4] = s[0];
@@ -183,7 +183,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v22 = c[2] * s[0];
   const double v23 = s[2] * c[0];
   const double v24 = c[2] * c[0];
-  // shared terms; T
+  // intermediate terms, then T
   T[6] = v13;
   T[16] = v14;
   const double v27 = -v15;
@@ -202,7 +202,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[41] = c[4];
   const double v36 = -0.3922 * s[4];
   T[53] = v13;
-  // shared terms; T
+  // intermediate terms, then T
   T[17] = v27;
   T[19] = v28;
   T[21] = v29;
@@ -228,7 +228,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v50 = 0.0997 * c[5];
   const double v51 = s[3] * c[5];
   const double v52 = c[3] * c[5];
-  // shared terms; T
+  // intermediate terms, then T
   T[33] = v37;
   const double v53 = v28 + v38;
   T[37] = v39;
@@ -259,7 +259,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v70 = c[3] * v48;
   const double v71 = s[3] * v48;
   const double v72 = 0.0996 * v49;
-  // shared terms; T
+  // intermediate terms, then T
   T[35] = v53;
   T[39] = v54;
   T[51] = v55;
@@ -277,7 +277,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v80 = v52 - v71;
   T[90] = v64;
   const double v81 = v65 - v72;
-  // shared terms; T
+  // intermediate terms, then T
   T[55] = v73;
   T[64] = v74;
   T[66] = v75;
@@ -295,7 +295,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   T[88] = v79;
   T[89] = v80;
   T[91] = v81;
-  // shared terms; T
+  // intermediate terms, then T
   T[70] = v82;
   T[71] = v83;
   const double v90 = v84 - v66;
@@ -305,7 +305,7 @@ void ur5e_link_poses(const double q[6], double T[96]) {
   const double v94 = v69 + v88;
   T[86] = v82;
   const double v95 = v83 - v89;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v90;
   const double v96 = -v91;
   T[83] = v92;
@@ -334,7 +334,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   const double angle[6] = {q_5, q_4, q_0, q_1, v4, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // constant entries of T_0_ee; constant entries of J
+  // constant entries of T_0_ee, then constant entries of J
   T_0_ee[12] = 0.0;
   T_0_ee[13] = 0.0;
   T_0_ee[14] = 0.0;
@@ -349,7 +349,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v13 = s[1] * s[2];
   const double v14 = c[1] * s[2];
   const double v15 = 0.0996 * s[1];
@@ -362,14 +362,14 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[20] = s[2];
   J[21] = s[2];
   const double v21 = -c[2];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v24 = -0.3922 * c[4];
   const double v25 = v17 + 0.1333;
   const double v26 = -0.3922 * s[4];
   J[25] = v21;
   J[26] = v21;
   J[27] = v21;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v27 = c[2] * c[5];
   const double v28 = s[5] * c[2];
   const double v29 = 0.0997 * s[5];
@@ -402,7 +402,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[22] = v28;
   J[28] = v33;
   J[34] = v41;
-  // shared terms; column 3 of T_0_ee; columns 4 and 6 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 4 and 6 of J
   const double v56 = v42 + v13;
   const double v57 = v14 - v45;
   const double v58 = v46 + v24;
@@ -417,7 +417,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[15] = v46;
   const double v66 = -v55;
   J[35] = v53;
-  // shared terms; columns 1, 2 and 3 of T_0_ee; columns 3, 4, 5 and 6 of J
+  // intermediate terms, then columns 1, 2 and 3 of T_0_ee, then columns 3, 4, 5 and 6 of J
   const double v67 = c[0] * v56;
   const double v68 = s[0] * v56;
   T_0_ee[2] = v57;
@@ -437,7 +437,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   J[14] = v58;
   J[16] = v66;
   J[23] = v57;
-  // shared terms; column 3 of T_0_ee; columns 2 and 6 of J
+  // intermediate terms, then column 3 of T_0_ee, then columns 2 and 6 of J
   const double v78 = v67 - v43;
   const double v79 = v44 + v68;
   const double v80 = c[2] * v69;
@@ -454,7 +454,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   const double v90 = -v77;
   J[13] = v69;
   J[29] = v72;
-  // shared terms; columns 1 and 4 of T_0_ee; columns 3 and 5 of J
+  // intermediate terms, then columns 1 and 4 of T_0_ee, then columns 3 and 5 of J
   T_0_ee[0] = v78;
   const double v91 = -v79;
   const double v92 = v80 + v31;
@@ -468,7 +468,7 @@ void ur5e_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]) 
   const double v96 = -v88;
   J[8] = v89;
   J[10] = v90;
-  // shared terms; columns 2 and 4 of T_0_ee; columns 1 and 2 of J
+  // intermediate terms, then columns 2 and 4 of T_0_ee, then columns 1 and 2 of J
   T_0_ee[1] = v91;
   T_0_ee[3] = v92;
   T_0_ee[5] = v93;
@@ -509,7 +509,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v11 = 0.1625 * c[0];
   const double v12 = -0.425 * s[1];
   const double v13 = -0.425 * c[1];
@@ -523,7 +523,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v18 = c[2] * s[0];
   const double v19 = -c[0];
   const double v20 = c[2] * c[0];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   J[1] = v11;
   const double v23 = v12 + 0.1625;
   const double v24 = -0.3922 * s[3];
@@ -533,7 +533,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   J[25] = v19;
   J[26] = v19;
   J[27] = v19;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v27 = c[0] * v23;
   const double v28 = v24 + v23;
   const double v29 = c[0] * c[4];
@@ -547,7 +547,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v36 = s[4] * c[2];
   const double v37 = -c[4];
   const double v38 = s[4] * s[2];
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   J[2] = v27;
   const double v39 = c[0] * v28;
   const double v40 = 0.1333 * v29;
@@ -568,7 +568,7 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v51 = s[2] * v33;
   J[34] = v37;
   const double v52 = -v38;
-  // shared terms; columns 4 and 6 of J
+  // intermediate terms, then columns 4 and 6 of J
   J[3] = v39;
   const double v53 = v41 + v42;
   const double v54 = v43 + v15;
@@ -579,14 +579,14 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v57 = v18 - v50;
   const double v58 = v20 + v51;
   J[35] = v52;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v59 = s[0] * v53;
   const double v60 = c[2] * v53;
   const double v61 = v55 + 0.0997;
   const double v62 = c[0] * v53;
   J[23] = v57;
   const double v63 = -v58;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v64 = v40 - v59;
   const double v65 = v60 + v14;
   const double v66 = v54 * v61;
@@ -594,13 +594,13 @@ void ur5e_jacobian_space(const double q[6], double J[36]) {
   const double v68 = v56 * v61;
   const double v69 = v36 * v61;
   J[29] = v63;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v64;
   const double v70 = v31 * v65;
   J[10] = v67;
   const double v71 = v34 * v65;
   const double v72 = v65 * c[4];
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v73 = v70 - v66;
   const double v74 = v71 - v68;
   const double v75 = v69 + v72;
@@ -637,7 +637,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[29] = 0.0;
   J[34] = 0.0;
   J[35] = 1.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v13 = c[0] * c[1];
   const double v14 = s[0] * c[1];
   const double v15 = 0.0996 * s[0];
@@ -656,7 +656,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[31] = c[0];
   J[32] = c[0];
   J[33] = c[0];
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v30 = v14 * c[2];
   const double v31 = -0.3922 * c[4];
   const double v32 = v17 + 0.1333;
@@ -677,7 +677,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[22] = v26;
   const double v43 = -v20;
   J[28] = v27;
-  // shared terms; columns 2, 3, 4 and 5 of J
+  // intermediate terms, then columns 2, 3, 4 and 5 of J
   const double v44 = v13 * c[5];
   const double v45 = s[5] * s[1];
   const double v46 = 0.0997 * s[5];
@@ -701,7 +701,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[25] = v43;
   J[26] = v43;
   J[27] = v43;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v62 = v44 - v45;
   const double v63 = v46 - v47;
   const double v64 = v50 + v51;
@@ -713,7 +713,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   const double v69 = v60 * c[2];
   const double v70 = v60 * s[2];
   const double v71 = -v61;
-  // shared terms; columns 1 and 4 of J
+  // intermediate terms, then columns 1 and 4 of J
   const double v72 = v62 * s[2];
   const double v73 = v63 + v31;
   const double v74 = v62 * c[2];
@@ -726,7 +726,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[18] = v64;
   J[24] = v67;
   J[30] = v71;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v80 = v72 - v30;
   const double v81 = v73 + v16;
   const double v82 = v33 + v74;
@@ -758,7 +758,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   J[8] = v99;
   const double v107 = v100 - v101;
   J[14] = v102;
-  // shared terms; column 2 of J
+  // intermediate terms, then column 2 of J
   const double v108 = v80 * v103;
   const double v109 = v82 * v104;
   J[1] = v105;
@@ -768,7 +768,7 @@ void ur5e_jacobian_body(const double q[6], double J[36]) {
   const double v112 = v78 * v104;
   const double v113 = v79 * v103;
   J[13] = v107;
-  // shared terms; column 1 of J
+  // intermediate terms, then column 1 of J
   const double v114 = v108 - v109;
   const double v115 = v110 + v111;
   const double v116 = v112 + v113;
@@ -806,7 +806,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   J[31] = 0.0;
   J[32] = 0.0;
   J[33] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -819,14 +819,14 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v17 = c[1] * s[0];
   const double v18 = -c[0];
   const double v19 = c[1] * c[0];
-  // shared terms; columns 2, 3 and 4 of J
+  // intermediate terms, then columns 2, 3 and 4 of J
   const double v22 = -0.3922 * c[3];
   const double v23 = v13 + 0.1333;
   const double v24 = -0.3922 * s[3];
   J[25] = v18;
   J[26] = v18;
   J[27] = v18;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v25 = 0.0997 * s[4];
   const double v26 = v11 * c[4];
   const double v27 = c[0] * v23;
@@ -851,7 +851,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v44 = s[1] * v32;
   J[34] = v36;
   const double v45 = -v37;
-  // shared terms; columns 4 and 6 of J
+  // intermediate terms, then columns 4 and 6 of J
   const double v46 = v38 + v22;
   const double v47 = v24 - v39;
   const double v48 = c[0] * v39;
@@ -863,7 +863,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v53 = v17 - v43;
   const double v54 = v19 + v44;
   J[35] = v45;
-  // shared terms; columns 3, 4, 5 and 6 of J
+  // intermediate terms, then columns 3, 4, 5 and 6 of J
   const double v55 = v46 + v12;
   const double v56 = v47 + v14;
   const double v57 = c[0] * v47;
@@ -876,7 +876,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   J[16] = v52;
   J[23] = v53;
   const double v61 = -v54;
-  // shared terms; columns 2 and 6 of J
+  // intermediate terms, then columns 2 and 6 of J
   const double v62 = s[0] * v55;
   const double v63 = c[0] * v56;
   const double v64 = -v57;
@@ -887,7 +887,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v69 = -v60;
   J[13] = v55;
   J[29] = v61;
-  // shared terms; columns 3 and 5 of J
+  // intermediate terms, then columns 3 and 5 of J
   const double v70 = v62 - v27;
   const double v71 = -v63;
   J[2] = v64;
@@ -896,7 +896,7 @@ void ur5e_jacobian_mixed(const double q[6], double J[36]) {
   const double v73 = -v67;
   J[8] = v68;
   J[10] = v69;
-  // shared terms; columns 1 and 2 of J
+  // intermediate terms, then columns 1 and 2 of J
   const double v74 = -v70;
   J[1] = v71;
   J[6] = v72;
@@ -935,7 +935,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v11 = 0.1625 * s[0];
   const double v12 = c[0] * qd_1;
   const double v13 = -0.425 * c[1];
@@ -973,7 +973,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[27] = v27;
   const double v42 = v12 * s[0];
   const double v43 = v21 * c[0];
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v44 = -v30;
   const double v45 = s[0] * v32;
   const double v46 = v34 + v13;
@@ -997,7 +997,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v63 = v42 - v43;
   const double v64 = v33 * s[0];
   const double v65 = v40 * c[0];
-  // shared terms; columns 2 and 3 of J_dot
+  // intermediate terms, then columns 2 and 3 of J_dot
   J_dot[1] = v44;
   const double v66 = v45 * qd_0;
   const double v67 = v33 * v46;
@@ -1035,7 +1035,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v98 = v64 - v65;
   const double v99 = v59 * v49;
   const double v100 = v50 * v60;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v101 = v31 - v66;
   const double v102 = v68 * qd_0;
   const double v103 = v36 + v69;
@@ -1060,7 +1060,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v122 = v96 + v97;
   J_dot[33] = v98;
   const double v123 = v99 + v100;
-  // shared terms; columns 3 and 5 of J_dot
+  // intermediate terms, then columns 3 and 5 of J_dot
   J_dot[2] = v101;
   const double v124 = v67 - v102;
   const double v125 = v103 * v49;
@@ -1087,7 +1087,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[34] = v123;
   const double v143 = v115 * v107;
   const double v144 = v109 * v117;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v145 = v124 - v48;
   const double v146 = v126 * c[4];
   const double v147 = v72 + v127;
@@ -1107,7 +1107,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   const double v160 = v139 - v140;
   const double v161 = v141 + v142;
   const double v162 = v143 + v144;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   J_dot[3] = v145;
   const double v163 = v125 - v146;
   const double v164 = v147 * qd_0;
@@ -1126,7 +1126,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[23] = v160;
   J_dot[29] = v161;
   const double v176 = -v162;
-  // shared terms; columns 4 and 6 of J_dot
+  // intermediate terms, then columns 4 and 6 of J_dot
   const double v177 = v71 + v164;
   const double v178 = v165 + v126;
   const double v179 = v149 + v166;
@@ -1137,7 +1137,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[15] = v172;
   const double v184 = v173 + v174;
   J_dot[35] = v176;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v185 = v163 - v177;
   const double v186 = v178 * v53;
   const double v187 = v179 * v109;
@@ -1160,7 +1160,7 @@ void ur5e_jacobian_space_dot(const double q[6], const double qd[6], double J_dot
   J_dot[16] = v193;
   const double v202 = v194 - v195;
   const double v203 = v196 + v197;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v204 = v198 - v199;
   const double v205 = v200 + v201;
   const double v206 = v202 - v203;
@@ -1200,7 +1200,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[29] = 0.0;
   J_dot[34] = 0.0;
   J_dot[35] = 0.0;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v13 = c[1] * s[0];
   const double v14 = 0.0996 * s[1];
   const double v15 = -0.425 * s[2];
@@ -1254,7 +1254,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[28] = v32;
   const double v65 = v29 * v26;
   const double v66 = v19 * v30;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v67 = c[0] * c[5];
   const double v68 = s[5] * v13;
   const double v69 = s[1] * c[5];
@@ -1290,7 +1290,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v96 = v29 * v44;
   const double v97 = v63 + v64;
   const double v98 = v65 + v66;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v99 = v67 - v68;
   const double v100 = v70 + v71;
   const double v101 = v73 - v74;
@@ -1318,7 +1318,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v122 = v19 * v89;
   const double v123 = v29 * v81;
   const double v124 = -v98;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v125 = v35 - v100;
   const double v126 = v101 + v36;
   const double v127 = v38 - v103;
@@ -1345,7 +1345,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v147 = v29 * v107;
   const double v148 = v122 - v123;
   J_dot[33] = v124;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v149 = v125 + v15;
   const double v150 = v126 + v16;
   const double v151 = v69 * v125;
@@ -1375,7 +1375,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v173 = v99 * v137;
   const double v174 = v146 - v147;
   J_dot[32] = v148;
-  // shared terms; columns 2 and 4 of J_dot
+  // intermediate terms, then columns 2 and 4 of J_dot
   const double v175 = v69 * v149;
   const double v176 = v72 * v150;
   const double v177 = v151 - v152;
@@ -1399,7 +1399,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[25] = v171;
   const double v192 = v172 + v173;
   J_dot[31] = v174;
-  // shared terms; columns 1 and 4 of J_dot
+  // intermediate terms, then columns 1 and 4 of J_dot
   const double v193 = v175 - v176;
   const double v194 = v177 * qd_2;
   const double v195 = v178 + v179;
@@ -1418,7 +1418,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[18] = v190;
   const double v207 = -v191;
   const double v208 = -v192;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   const double v209 = v193 * qd_1;
   const double v210 = v194 - v37;
   const double v211 = v195 * qd_1;
@@ -1442,7 +1442,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v229 = v205 + v206;
   J_dot[24] = v207;
   J_dot[30] = v208;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v230 = v209 + v210;
   const double v231 = v211 + v212;
   const double v232 = v213 + v214;
@@ -1479,7 +1479,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   const double v261 = v232 * v137;
   const double v262 = v244 + v245;
   J_dot[14] = v247;
-  // shared terms; column 2 of J_dot
+  // intermediate terms, then column 2 of J_dot
   const double v263 = v248 + v249;
   const double v264 = v250 - v251;
   const double v265 = v234 - v252;
@@ -1495,7 +1495,7 @@ void ur5e_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[
   J_dot[7] = v268;
   const double v274 = v269 - v270;
   J_dot[13] = v271;
-  // shared terms; column 1 of J_dot
+  // intermediate terms, then column 1 of J_dot
   J_dot[0] = v272;
   const double v275 = -v273;
   J_dot[12] = v274;
@@ -1533,7 +1533,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[24] = 0.0;
   J_dot[30] = 0.0;
   J_dot[31] = 0.0;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -1563,7 +1563,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[27] = v25;
   const double v34 = v16 * s[0];
   const double v35 = v20 * c[0];
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v36 = 0.0997 * s[4];
   const double v37 = v11 * c[4];
   const double v38 = v30 * s[0];
@@ -1600,7 +1600,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v68 = v52 - v53;
   const double v69 = v48 * v45;
   const double v70 = v43 * v49;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v71 = v54 + v29;
   const double v72 = v55 * s[0];
   const double v73 = v56 - v14;
@@ -1619,7 +1619,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v86 = v26 - v67;
   J_dot[33] = v68;
   const double v87 = v69 + v70;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v88 = v71 + v12;
   const double v89 = v72 * qd_3;
   const double v90 = 0.0996 * v73;
@@ -1649,7 +1649,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[34] = v87;
   const double v112 = v82 * v84;
   const double v113 = v78 * v86;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v114 = c[0] * v88;
   const double v115 = v90 * qd_4;
   const double v116 = v91 * qd_2;
@@ -1702,7 +1702,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[23] = v138;
   J_dot[29] = v139;
   const double v163 = -v140;
-  // shared terms; columns 4, 5 and 6 of J_dot
+  // intermediate terms, then columns 4, 5 and 6 of J_dot
   const double v164 = v141 * qd_0;
   const double v165 = v142 - v116;
   const double v166 = v144 - v118;
@@ -1721,7 +1721,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v175 = v160 + v161;
   J_dot[16] = v162;
   J_dot[35] = v163;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v176 = v165 - v143;
   const double v177 = v166 - v145;
   J_dot[2] = v167;
@@ -1732,7 +1732,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v182 = v165 * s[0];
   const double v183 = v173 + v174;
   const double v184 = v135 - v175;
-  // shared terms; columns 2, 3 and 4 of J_dot
+  // intermediate terms, then columns 2, 3 and 4 of J_dot
   const double v185 = v164 + v176;
   J_dot[1] = v177;
   const double v186 = v178 - v169;
@@ -1741,7 +1741,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   const double v188 = v181 + v182;
   const double v189 = v183 - v159;
   J_dot[15] = v184;
-  // shared terms; columns 1, 2 and 3 of J_dot
+  // intermediate terms, then columns 1, 2 and 3 of J_dot
   const double v190 = -v185;
   J_dot[6] = v186;
   J_dot[7] = v187;
@@ -1752,7 +1752,7 @@ void ur5e_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot
   J_dot[13] = v191;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 125 operations: multiply 69, add 27, negate 19, trig 10
 void ur5e_hessian_mixed(const double q[6], double H[216]) {
   // inputs
@@ -1888,7 +1888,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[209] = 0.0;
   H[210] = 0.0;
   H[215] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -1903,7 +1903,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[156] = s[0];
   H[162] = s[0];
   const double v18 = c[1] * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v21 = -0.3922 * c[3];
   const double v22 = v13 + 0.1333;
   const double v23 = -0.3922 * s[3];
@@ -1940,7 +1940,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v47 = v34 * v35;
   const double v48 = v34 * c[0];
   const double v49 = v31 * s[0];
-  // shared terms; H
+  // intermediate terms, then H
   const double v50 = v36 + v21;
   const double v51 = v23 - v37;
   const double v52 = v37 * s[0];
@@ -1963,7 +1963,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[176] = v46;
   H[177] = v46;
   const double v64 = v48 + v49;
-  // shared terms; H
+  // intermediate terms, then H
   const double v65 = v50 + v12;
   const double v66 = v51 + v14;
   const double v67 = v51 * s[0];
@@ -2002,7 +2002,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v81 = v62 * s[0];
   const double v82 = v34 * v62;
   const double v83 = v31 * v63;
-  // shared terms; H
+  // intermediate terms, then H
   const double v84 = c[0] * v65;
   const double v85 = s[0] * v66;
   H[2] = v67;
@@ -2040,7 +2040,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   const double v102 = v47 - v79;
   const double v103 = v80 - v81;
   const double v104 = v82 + v83;
-  // shared terms; H
+  // intermediate terms, then H
   const double v105 = v84 + v26;
   H[1] = v85;
   H[6] = v85;
@@ -2076,7 +2076,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[212] = v103;
   H[213] = v103;
   const double v118 = -v104;
-  // shared terms; H
+  // intermediate terms, then H
   const double v119 = -v105;
   H[7] = v106;
   const double v120 = -v107;
@@ -2091,7 +2091,7 @@ void ur5e_hessian_mixed(const double q[6], double H[216]) {
   H[100] = v116;
   H[142] = v117;
   H[214] = v118;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v119;
   H[28] = v120;
   H[36] = v121;
@@ -2131,7 +2131,7 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_0, q_4, q_1, v1, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v11 = -0.425 * s[2];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.1333 * s[1];
@@ -2213,7 +2213,7 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v91 = v79 * qd_5;
   const double v92 = v82 * qd_5;
   V[5] = v83;
-  // shared terms; V
+  // intermediate terms, then V
   const double v93 = v84 + v13;
   const double v94 = v71 * v85;
   const double v95 = v55 - v86;
@@ -2229,7 +2229,7 @@ void ur5e_twist_space(const double q[6], const double qd[6], double V[6]) {
   const double v105 = v93 * c[4];
   V[3] = v99;
   V[4] = v100;
-  // shared terms; V
+  // intermediate terms, then V
   const double v106 = v101 - v94;
   const double v107 = v102 + v87;
   const double v108 = v103 - v96;
@@ -2269,7 +2269,7 @@ void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double angle[6] = {q_4, q_5, q_0, q_1, v5, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v13 = c[0] * c[1];
   const double v14 = 0.0996 * s[0];
   const double v15 = s[0] * c[1];
@@ -2400,13 +2400,13 @@ void ur5e_twist_body(const double q[6], const double qd[6], double V[6]) {
   const double v142 = v130 - v26;
   const double v143 = v131 - v27;
   V[5] = v132;
-  // shared terms; V
+  // intermediate terms, then V
   const double v144 = v133 - v134;
   const double v145 = v136 + v137;
   const double v146 = v140 + v141;
   V[3] = v142;
   V[4] = v143;
-  // shared terms; V
+  // intermediate terms, then V
   const double v147 = v144 * qd_0;
   const double v148 = v145 * qd_0;
   const double v149 = v146 * qd_0;
@@ -2449,7 +2449,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -2520,7 +2520,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v80 = v66 * qd_5;
   const double v81 = v69 * qd_5;
   V[5] = v70;
-  // shared terms; V
+  // intermediate terms, then V
   const double v82 = v72 * qd_2;
   const double v83 = s[0] * v73;
   const double v84 = c[0] * v74;
@@ -2539,7 +2539,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v97 = v90 + v79;
   V[3] = v91;
   V[4] = v92;
-  // shared terms; V
+  // intermediate terms, then V
   const double v98 = v93 * qd_0;
   const double v99 = v95 * qd_0;
   const double v100 = v64 + v97;
@@ -2549,7 +2549,7 @@ void ur5e_twist_mixed(const double q[6], const double qd[6], double V[6]) {
   const double v104 = v82 + v101;
   const double v105 = v102 - v88;
   V[2] = v103;
-  // shared terms; V
+  // intermediate terms, then V
   const double v106 = v71 - v104;
   const double v107 = v76 + v105;
   const double v108 = v106 - v85;
@@ -2586,7 +2586,7 @@ void ur5e_acceleration_space(const double q[6], const double qd[6], const double
   const double angle[5] = {q_0, q_4, q_1, v1, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v11 = -0.425 * s[2];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.1333 * s[1];
@@ -2870,7 +2870,7 @@ void ur5e_acceleration_space(const double q[6], const double qd[6], const double
   A[3] = v278;
   A[4] = v279;
   A[5] = v280;
-  // shared terms; A
+  // intermediate terms, then A
   const double v293 = v282 - v283;
   const double v294 = v284 + v251;
   const double v295 = v286 + v287;
@@ -2920,7 +2920,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double angle[6] = {q_4, q_5, q_0, q_1, v5, v10};
   double c[6], s[6];
   chasles_cos_sin(6, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v13 = c[0] * c[1];
   const double v14 = 0.0996 * s[0];
   const double v15 = s[0] * c[1];
@@ -3261,7 +3261,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double v352 = v278 + v340;
   const double v353 = v280 + v341;
   A[5] = v342;
-  // shared terms; A
+  // intermediate terms, then A
   const double v354 = v116 + v343;
   const double v355 = v344 * qd_0;
   const double v356 = v346 - v129;
@@ -3270,7 +3270,7 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
   const double v359 = v350 * qd_0;
   A[3] = v352;
   A[4] = v353;
-  // shared terms; A
+  // intermediate terms, then A
   const double v360 = v354 - v47;
   const double v361 = v355 + v345;
   const double v362 = v60 + v356;
@@ -3321,7 +3321,7 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
   const double angle[5] = {q_0, q_4, q_1, v2, v8};
   double c[5], s[5];
   chasles_cos_sin(5, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v11 = 0.0996 * s[1];
   const double v12 = -0.425 * c[2];
   const double v13 = 0.0996 * c[1];
@@ -3580,7 +3580,7 @@ void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double
   A[3] = v256;
   A[4] = v257;
   A[5] = v258;
-  // shared terms; A
+  // intermediate terms, then A
   const double v268 = v120 - v259;
   const double v269 = v261 * qd_0;
   const double v270 = v134 + v262;

@@ -216,19 +216,19 @@ void well_manipulator_fk(const double q[7], double T_0_R[16]) {
   T_0_R[13] = 0.0;
   T_0_R[14] = 0.0;
   T_0_R[15] = 1.0;
-  // shared terms; column 3 of T_0_R
+  // intermediate terms, then column 3 of T_0_R
   const double v130 = s[0] + v121;
   const double v132 = v121 - c[0];
   T_0_R[2] = v130;
   T_0_R[6] = v132;
-  // shared terms; columns 1 and 2 of T_0_R
+  // intermediate terms, then columns 1 and 2 of T_0_R
   const double v182 = c[0] * v178;
   const double v183 = c[0] * v179;
   const double v186 = s[0] * v178;
   const double v187 = s[0] * v179;
   T_0_R[8] = v179;
   T_0_R[9] = v178;
-  // shared terms; column 1 of T_0_R
+  // intermediate terms, then column 1 of T_0_R
   T_0_R[0] = v182;
   const double v190 = -v183;
   T_0_R[4] = v186;
@@ -236,7 +236,7 @@ void well_manipulator_fk(const double q[7], double T_0_R[16]) {
   // column 2 of T_0_R
   T_0_R[1] = v190;
   T_0_R[5] = v192;
-  // shared terms; column 4 of T_0_R
+  // intermediate terms, then column 4 of T_0_R
   const double v200 = c[0] * v198;
   const double v201 = s[0] * v198;
   T_0_R[3] = v200;
@@ -508,7 +508,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[109] = 0.0;
   T[110] = 0.0;
   T[111] = 1.0;
-  // shared terms; T
+  // intermediate terms, then T
   const double v122 = c[0] + v113;
   const double v123 = v113 - s[0];
   const double v124 = s[0] + v113;
@@ -533,7 +533,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[86] = v127;
   T[98] = v124;
   T[102] = v127;
-  // shared terms; T
+  // intermediate terms, then T
   const double v146 = v113 + v135;
   const double v147 = v113 - v136;
   const double v148 = v113 + v137;
@@ -542,7 +542,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[25] = v140;
   const double v152 = 0.9687 * v135;
   const double v153 = 0.9687 * v137;
-  // shared terms; T
+  // intermediate terms, then T
   T[16] = v146;
   T[17] = v147;
   T[20] = v148;
@@ -554,7 +554,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v159 = s[0] * v151;
   const double v160 = v113 + v153;
   T[43] = v154;
-  // shared terms; T
+  // intermediate terms, then T
   const double v175 = v113 + v155;
   const double v176 = v113 - v156;
   T[35] = v157;
@@ -579,7 +579,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v195 = v39 * v156;
   const double v196 = v50 * v158;
   const double v197 = v39 * v159;
-  // shared terms; T
+  // intermediate terms, then T
   T[32] = v175;
   T[33] = v176;
   T[36] = v177;
@@ -592,7 +592,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v206 = v153 + v189;
   const double v214 = v152 + v194;
   const double v215 = v153 + v196;
-  // shared terms; T
+  // intermediate terms, then T
   const double v221 = v113 + v201;
   const double v222 = v113 + v202;
   const double v223 = v203 + v184;
@@ -603,7 +603,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[57] = v208;
   const double v230 = v214 - v195;
   const double v231 = v215 - v197;
-  // shared terms; T
+  // intermediate terms, then T
   T[48] = v221;
   T[49] = v222;
   const double v235 = v113 + v223;
@@ -618,7 +618,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v241 = s[0] * v229;
   const double v242 = v113 + v231;
   T[75] = v232;
-  // shared terms; T
+  // intermediate terms, then T
   T[51] = v235;
   T[55] = v236;
   const double v257 = v113 + v237;
@@ -645,7 +645,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v279 = v42 * v238;
   const double v280 = v52 * v240;
   const double v281 = v42 * v241;
-  // shared terms; T
+  // intermediate terms, then T
   T[64] = v257;
   T[65] = v258;
   T[68] = v259;
@@ -664,7 +664,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   const double v297 = v231 + v280;
   T[104] = v277;
   T[105] = v276;
-  // shared terms; T
+  // intermediate terms, then T
   const double v299 = v113 + v283;
   const double v300 = v113 + v284;
   const double v301 = v285 + v266;
@@ -679,7 +679,7 @@ void well_manipulator_link_poses(const double q[7], double T[112]) {
   T[100] = v295;
   const double v308 = -v296;
   const double v309 = v297 - v281;
-  // shared terms; T
+  // intermediate terms, then T
   T[80] = v299;
   T[81] = v300;
   const double v311 = v113 + v301;
@@ -929,7 +929,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // constant entries of T_0_R; constant entries of J
+  // constant entries of T_0_R, then constant entries of J
   T_0_R[10] = 0.0;
   T_0_R[12] = 0.0;
   T_0_R[13] = 0.0;
@@ -949,7 +949,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
-  // shared terms; column 3 of T_0_R; columns 2, 3, 5 and 7 of J
+  // intermediate terms, then column 3 of T_0_R, then columns 2, 3, 5 and 7 of J
   const double v104 = s[0] * v91;
   const double v105 = s[0] * v92;
   const double v106 = s[0] * v93;
@@ -978,7 +978,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   J[30] = v155;
   J[32] = v156;
   J[34] = v157;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v190 = c[0] * v178;
   const double v191 = s[0] * v178;
   const double v197 = v137 + v190;
@@ -987,7 +987,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   // column 4 of J
   J[3] = v197;
   J[10] = v198;
-  // shared terms; columns 1 and 2 of T_0_R
+  // intermediate terms, then columns 1 and 2 of T_0_R
   const double v217 = c[0] * v211;
   const double v218 = c[0] * v212;
   const double v221 = s[0] * v211;
@@ -996,7 +996,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   T_0_R[9] = v211;
   const double v225 = c[0] * v215;
   const double v226 = s[0] * v215;
-  // shared terms; column 1 of T_0_R; column 6 of J
+  // intermediate terms, then column 1 of T_0_R, then column 6 of J
   T_0_R[0] = v217;
   const double v228 = -v218;
   T_0_R[4] = v221;
@@ -1004,14 +1004,14 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v232 = v137 + v225;
   const double v233 = v137 + v226;
   J[19] = v227;
-  // shared terms; column 2 of T_0_R; column 6 of J
+  // intermediate terms, then column 2 of T_0_R, then column 6 of J
   T_0_R[1] = v228;
   T_0_R[5] = v230;
   J[5] = v232;
   const double v236 = c[0] * v231;
   J[12] = v233;
   const double v237 = s[0] * v231;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v241 = c[0] * v235;
   const double v242 = v236 * v94;
   const double v243 = s[0] * v235;
@@ -1023,7 +1023,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v252 = v243 * v93;
   J[13] = v244;
   J[20] = v246;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v255 = c[0] * v247;
   const double v256 = s[0] * v247;
   const double v258 = c[0] * v248;
@@ -1033,7 +1033,7 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
   const double v261 = v251 * v92;
   J[11] = v252;
   J[18] = v254;
-  // shared terms; column 4 of T_0_R; columns 1 and 3 of J
+  // intermediate terms, then column 4 of T_0_R, then columns 1 and 3 of J
   T_0_R[3] = v255;
   T_0_R[7] = v256;
   T_0_R[11] = v257;
@@ -1252,7 +1252,7 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
-  // shared terms; columns 2, 3, 5 and 7 of J
+  // intermediate terms, then columns 2, 3, 5 and 7 of J
   const double v23 = 1.03 * c[0];
   const double v31 = 1.03 * s[0];
   const double v89 = v78 * v23;
@@ -1285,52 +1285,52 @@ void well_manipulator_jacobian_space(const double q[7], double J[42]) {
   J[30] = v140;
   J[32] = v141;
   J[34] = v142;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v149 = c[0] * v143;
   const double v152 = s[0] * v143;
   const double v154 = v79 * v149;
   const double v161 = v79 * v152;
   J[16] = v153;
-  // shared terms; column 3 of J
+  // intermediate terms, then column 3 of J
   const double v164 = v118 - v154;
   const double v168 = v118 - v161;
   J[2] = v164;
   const double v170 = c[0] * v165;
   J[9] = v168;
   const double v176 = s[0] * v165;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v179 = v118 + v170;
   const double v180 = c[0] * v171;
   const double v183 = v118 + v176;
   const double v184 = s[0] * v171;
   J[17] = v177;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   J[3] = v179;
   const double v186 = v84 * v180;
   J[10] = v183;
   const double v191 = v84 * v184;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v197 = v118 - v186;
   const double v200 = v118 - v191;
   J[18] = v192;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   J[4] = v197;
   const double v203 = c[0] * v198;
   J[11] = v200;
   const double v205 = s[0] * v198;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v208 = v118 + v203;
   const double v209 = c[0] * v204;
   const double v210 = v118 + v205;
   const double v211 = s[0] * v204;
   J[19] = v206;
-  // shared terms; columns 6 and 7 of J
+  // intermediate terms, then columns 6 and 7 of J
   J[5] = v208;
   const double v213 = v87 * v209;
   J[12] = v210;
   const double v214 = v87 * v211;
   J[20] = v212;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v215 = -v213;
   const double v216 = -v214;
   J[6] = v215;
@@ -1898,7 +1898,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   J[39] = 0.0;
   J[40] = 0.0;
   J[41] = 0.0;
-  // shared terms; columns 2, 3, 5 and 7 of J
+  // intermediate terms, then columns 2, 3, 5 and 7 of J
   const double v104 = s[0] * v90;
   const double v105 = s[0] * v91;
   const double v106 = s[0] * v93;
@@ -1923,7 +1923,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   J[30] = v153;
   J[32] = v154;
   J[34] = v155;
-  // shared terms; column 4 of J
+  // intermediate terms, then column 4 of J
   const double v188 = c[0] * v176;
   const double v189 = s[0] * v176;
   const double v195 = v137 + v188;
@@ -1932,18 +1932,18 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   // column 4 of J
   J[3] = v195;
   J[10] = v196;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   const double v219 = c[0] * v213;
   const double v220 = s[0] * v213;
   const double v224 = v137 + v219;
   const double v225 = v137 + v220;
   J[19] = v221;
-  // shared terms; column 6 of J
+  // intermediate terms, then column 6 of J
   J[5] = v224;
   const double v228 = c[0] * v223;
   J[12] = v225;
   const double v229 = s[0] * v223;
-  // shared terms; column 7 of J
+  // intermediate terms, then column 7 of J
   const double v233 = c[0] * v227;
   const double v234 = v228 * v94;
   const double v235 = s[0] * v227;
@@ -1955,7 +1955,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v244 = v235 * v93;
   J[13] = v236;
   J[20] = v238;
-  // shared terms; column 5 of J
+  // intermediate terms, then column 5 of J
   const double v247 = s[0] * v239;
   const double v248 = c[0] * v240;
   const double v249 = v241 * v91;
@@ -1965,7 +1965,7 @@ void well_manipulator_jacobian_mixed(const double q[7], double J[42]) {
   const double v252 = v243 * v91;
   J[11] = v244;
   J[18] = v246;
-  // shared terms; columns 1 and 3 of J
+  // intermediate terms, then columns 1 and 3 of J
   const double v255 = -v247;
   const double v256 = v248 * v90;
   J[2] = v249;
@@ -2241,7 +2241,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[36] = 0.0;
   J_dot[38] = 0.0;
   J_dot[40] = 0.0;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v30 = 1.03 * s[0];
   const double v31 = 1.03 * c[0];
   const double v43 = c[0] * qd_0;
@@ -2322,7 +2322,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[37] = v244;
   const double v261 = v186 - v245;
   const double v262 = v130 * v246;
-  // shared terms; columns 2, 3, 5 and 7 of J_dot
+  // intermediate terms, then columns 2, 3, 5 and 7 of J_dot
   J_dot[1] = v247;
   const double v263 = v248 * qd_0;
   const double v264 = v249 * v190;
@@ -2343,14 +2343,14 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[34] = v260;
   J_dot[39] = v261;
   const double v279 = -v262;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v280 = v226 + v263;
   const double v285 = v273 - v234;
   const double v286 = v275 + v276;
   const double v287 = v153 + v277;
   const double v288 = v154 + v278;
   J_dot[41] = v279;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v289 = v113 * v280;
   const double v290 = v281 * v174;
   const double v291 = s[0] * v282;
@@ -2402,7 +2402,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v360 = s[0] * v345;
   const double v361 = v344 - v346;
   const double v362 = v345 - v347;
-  // shared terms; columns 3 and 4 of J_dot
+  // intermediate terms, then columns 3 and 4 of J_dot
   J_dot[3] = v348;
   const double v363 = v323 - v349;
   const double v364 = v350 * v196;
@@ -2414,7 +2414,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   J_dot[16] = v356;
   J_dot[17] = v357;
   const double v372 = v359 + v360;
-  // shared terms; columns 5 and 6 of J_dot
+  // intermediate terms, then columns 5 and 6 of J_dot
   const double v373 = v123 * v363;
   const double v374 = v365 * qd_0;
   const double v376 = v367 * v196;
@@ -2464,12 +2464,12 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
   const double v417 = v186 + v410;
   J_dot[19] = v411;
   const double v418 = v413 + v414;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v419 = v130 * v415;
   const double v420 = v130 * v416;
   J_dot[18] = v417;
   const double v421 = v412 + v418;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v422 = v419 + v392;
   const double v423 = v420 + v397;
   const double v424 = v130 * v421;
@@ -3227,7 +3227,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[36] = 0.0;
   J_dot[38] = 0.0;
   J_dot[40] = 0.0;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v43 = c[0] * qd_0;
   const double v44 = s[0] * qd_0;
   const double v150 = c[0] * v120;
@@ -3291,7 +3291,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[37] = v249;
   const double v262 = v205 - v250;
   const double v263 = v140 * v251;
-  // shared terms; columns 2, 3, 5 and 7 of J_dot
+  // intermediate terms, then columns 2, 3, 5 and 7 of J_dot
   J_dot[22] = v254;
   J_dot[23] = v255;
   J_dot[25] = v256;
@@ -3304,7 +3304,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v276 = -v263;
   // column 7 of J_dot
   J_dot[41] = v276;
-  // shared terms; column 4 of J_dot
+  // intermediate terms, then column 4 of J_dot
   const double v291 = s[0] * v279;
   const double v293 = v280 * v188;
   const double v294 = c[0] * v279;
@@ -3328,7 +3328,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[10] = v328;
   const double v338 = v326 * v209;
   J_dot[17] = v329;
-  // shared terms; column 6 of J_dot
+  // intermediate terms, then column 6 of J_dot
   const double v341 = v334 * qd_5;
   const double v342 = v334 * qd_0;
   const double v343 = v337 * qd_5;
@@ -3379,7 +3379,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v400 = v360 * v209;
   J_dot[19] = v375;
   const double v401 = v376 + v377;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v402 = c[0] * v378;
   const double v403 = s[0] * v379;
   const double v404 = v380 * v121;
@@ -3444,7 +3444,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v464 = s[0] * v430;
   const double v465 = v424 + v450;
   const double v466 = -v451;
-  // shared terms; column 7 of J_dot
+  // intermediate terms, then column 7 of J_dot
   const double v467 = v429 + v452;
   const double v468 = v453 - v454;
   const double v469 = v131 * v455;
@@ -3458,7 +3458,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v477 = v463 + v464;
   const double v478 = v136 * v465;
   J_dot[20] = v466;
-  // shared terms; column 5 of J_dot
+  // intermediate terms, then column 5 of J_dot
   const double v479 = v428 + v467;
   const double v480 = v127 * v468;
   const double v481 = v409 - v469;
@@ -3470,7 +3470,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v485 = v475 + v476;
   const double v486 = v449 + v477;
   const double v487 = v478 + v374;
-  // shared terms; columns 1 and 3 of J_dot
+  // intermediate terms, then columns 1 and 3 of J_dot
   const double v488 = -v479;
   const double v489 = v431 - v480;
   J_dot[2] = v481;
@@ -3480,14 +3480,14 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   const double v491 = v462 + v485;
   const double v492 = v131 * v486;
   const double v493 = -v487;
-  // shared terms; columns 1, 2 and 5 of J_dot
+  // intermediate terms, then columns 1, 2 and 5 of J_dot
   J_dot[0] = v488;
   J_dot[1] = v489;
   J_dot[8] = v490;
   const double v494 = v127 * v491;
   const double v495 = v492 + v398;
   J_dot[18] = v493;
-  // shared terms; column 3 of J_dot
+  // intermediate terms, then column 3 of J_dot
   const double v496 = v494 + v421;
   const double v497 = -v495;
   const double v498 = -v496;
@@ -3496,7 +3496,7 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
   J_dot[15] = v498;
 }
 
-// Derivative of jacobian_mixed by the joint coordinates.
+// Derivative of jacobian_mixed with respect to the joint coordinates.
 // 513 operations: multiply 291, add 137, negate 46, trig 2, other 37
 void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   // inputs
@@ -3938,7 +3938,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[291] = 0.0;
   H[292] = 0.0;
   H[293] = 0.0;
-  // shared terms; H
+  // intermediate terms, then H
   const double v140 = c[0] * v110;
   const double v141 = c[0] * v111;
   const double v142 = c[0] * v113;
@@ -3988,7 +3988,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[212] = v217;
   H[228] = v218;
   H[244] = v219;
-  // shared terms; H
+  // intermediate terms, then H
   const double v248 = s[0] * v236;
   const double v249 = c[0] * v237;
   const double v250 = c[0] * v236;
@@ -4010,7 +4010,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v279 = v177 + v261;
   H[70] = v259;
   const double v280 = v262 + v263;
-  // shared terms; H
+  // intermediate terms, then H
   H[10] = v274;
   H[17] = v277;
   H[22] = v274;
@@ -4021,7 +4021,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[72] = v279;
   const double v287 = v110 * v280;
   const double v288 = v111 * v280;
-  // shared terms; H
+  // intermediate terms, then H
   const double v293 = s[0] * v285;
   const double v294 = c[0] * v286;
   const double v295 = c[0] * v285;
@@ -4042,7 +4042,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[115] = v298;
   H[120] = v297;
   H[121] = v298;
-  // shared terms; H
+  // intermediate terms, then H
   H[5] = v301;
   const double v313 = s[0] * v300;
   const double v314 = v177 + v302;
@@ -4058,7 +4058,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v322 = v177 + v308;
   H[84] = v305;
   const double v323 = v309 + v310;
-  // shared terms; H
+  // intermediate terms, then H
   const double v327 = s[0] * v312;
   const double v328 = v313 * v114;
   const double v329 = c[0] * v311;
@@ -4092,7 +4092,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v345 = s[0] * v313;
   const double v346 = v111 * v323;
   const double v348 = v113 * v323;
-  // shared terms; H
+  // intermediate terms, then H
   const double v351 = s[0] * v326;
   const double v352 = v327 * v113;
   const double v353 = -v328;
@@ -4130,7 +4130,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v383 = v344 + v345;
   const double v385 = v177 - v346;
   const double v386 = v177 - v348;
-  // shared terms; H
+  // intermediate terms, then H
   const double v387 = c[0] * v349;
   const double v388 = s[0] * v350;
   const double v389 = v351 * v111;
@@ -4185,7 +4185,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v429 = v110 * v383;
   const double v430 = v111 * v383;
   const double v431 = v113 * v383;
-  // shared terms; H
+  // intermediate terms, then H
   const double v432 = -v387;
   const double v433 = v388 * v110;
   const double v434 = -v389;
@@ -4242,7 +4242,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v467 = v114 * v430;
   const double v468 = v114 * v431;
   const double v469 = v114 * v428;
-  // shared terms; H
+  // intermediate terms, then H
   H[0] = v432;
   const double v470 = -v433;
   H[2] = v434;
@@ -4283,7 +4283,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   const double v491 = -v467;
   const double v492 = -v468;
   const double v493 = v469 + v324;
-  // shared terms; H
+  // intermediate terms, then H
   H[1] = v470;
   H[7] = v470;
   const double v494 = v435 - v471;
@@ -4310,7 +4310,7 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[142] = v491;
   H[144] = v492;
   const double v505 = -v493;
-  // shared terms; H
+  // intermediate terms, then H
   H[8] = v494;
   H[57] = v495;
   const double v506 = v110 * v496;
@@ -4323,13 +4323,13 @@ void well_manipulator_hessian_mixed(const double q[7], double H[294]) {
   H[128] = v503;
   const double v510 = -v504;
   H[146] = v505;
-  // shared terms; H
+  // intermediate terms, then H
   const double v511 = v424 + v506;
   H[107] = v507;
   H[113] = v508;
   const double v512 = -v509;
   H[130] = v510;
-  // shared terms; H
+  // intermediate terms, then H
   const double v513 = -v511;
   H[114] = v512;
   // H
@@ -4532,7 +4532,7 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v28 = 1.03 * c[0];
   const double v35 = 1.03 * s[0];
   const double v98 = v28 * v87;
@@ -4554,11 +4554,11 @@ void well_manipulator_twist_space(const double q[7], const double qd[7], double 
   const double v150 = -v141;
   V[4] = v142;
   V[5] = v143;
-  // shared terms; V
+  // intermediate terms, then V
   const double v153 = c[0] * v148;
   const double v154 = s[0] * v148;
   V[3] = v150;
-  // shared terms; V
+  // intermediate terms, then V
   const double v159 = v153 * v88;
   const double v162 = v154 * v88;
   const double v167 = v98 + v159;
@@ -5123,7 +5123,7 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; V
+  // intermediate terms, then V
   const double v107 = s[0] * v94;
   const double v108 = s[0] * v95;
   const double v109 = s[0] * v97;
@@ -5143,7 +5143,7 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   V[5] = v158;
   // V
   V[3] = v163;
-  // shared terms; V
+  // intermediate terms, then V
   const double v192 = c[0] * v180;
   const double v193 = s[0] * v180;
   const double v199 = v192 * qd_3;
@@ -5183,7 +5183,7 @@ void well_manipulator_twist_mixed(const double q[7], const double qd[7], double 
   const double v273 = v227 + v270;
   const double v274 = v229 + v271;
   V[2] = v272;
-  // shared terms; V
+  // intermediate terms, then V
   const double v275 = v235 + v273;
   const double v276 = v239 + v274;
   V[0] = v275;
@@ -5450,7 +5450,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v42 = 1.03 * c[0];
   const double v55 = 1.03 * s[0];
   const double v56 = c[0] * qd_0;
@@ -5550,7 +5550,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v301 = -v283;
   A[4] = v284;
   A[5] = v285;
-  // shared terms; A
+  // intermediate terms, then A
   const double v304 = v290 * qdd_3;
   const double v305 = c[0] * v291;
   const double v306 = v293 * qd_0;
@@ -5567,7 +5567,7 @@ void well_manipulator_acceleration_space(const double q[7], const double qd[7], 
   const double v321 = v290 * v182;
   const double v322 = v293 * v183;
   A[3] = v301;
-  // shared terms; A
+  // intermediate terms, then A
   const double v325 = v304 - v274;
   const double v326 = v198 * v305;
   const double v331 = v292 - v306;
@@ -6407,7 +6407,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // shared terms; A
+  // intermediate terms, then A
   const double v55 = c[0] * qd_0;
   const double v56 = s[0] * qd_0;
   const double v155 = c[0] * v139;
@@ -6476,7 +6476,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v294 = -v277;
   A[4] = v278;
   A[5] = v279;
-  // shared terms; A
+  // intermediate terms, then A
   const double v299 = v288 * qdd_3;
   const double v300 = v290 * qd_0;
   const double v301 = v290 * qd_3;
@@ -6486,7 +6486,7 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
   const double v305 = v288 * v191;
   const double v306 = v290 * v192;
   A[3] = v294;
-  // shared terms; A
+  // intermediate terms, then A
   const double v319 = v289 - v300;
   const double v320 = v292 + v303;
   const double v321 = v305 + v306;
@@ -6811,7 +6811,7 @@ void well_manipulator_chain(const double q[7], double theta[7]) {
   theta[6] = v124;
 }
 
-// Derivative of the main chain's joints by the actuated coordinates.
+// Derivative of the main-chain joints with respect to the actuated coordinates.
 // 49 operations: multiply 12, add 12, other 25
 void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]) {
   // inputs
@@ -7259,7 +7259,7 @@ void well_manipulator_passive(const double q[7], double passive[4]) {
   passive[3] = v97;
 }
 
-// Derivative of the passive joints by the actuated coordinates.
+// Derivative of the passive joints with respect to the actuated coordinates.
 // 121 operations: multiply 48, add 40, other 33
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]) {
   // inputs
@@ -8052,7 +8052,7 @@ void well_manipulator_actuators(const double theta[7], double q[7]) {
   q[0] = theta_0;
   q[3] = theta_3;
   q[5] = theta_5;
-  // shared terms; q
+  // intermediate terms, then q
   const double v9 = -0.209 * c[0];
   const double v10 = 0.1708 * s[0];
   const double v11 = -0.209 * s[0];
@@ -8107,7 +8107,7 @@ void well_manipulator_actuators(const double theta[7], double q[7]) {
   q[6] = v56;
 }
 
-// Derivative of the actuated coordinates by the main chain's joints.
+// Derivative of the actuated coordinates with respect to the main-chain joints.
 // 89 operations: multiply 44, add 29, trig 8, other 8
 void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[49]) {
   // inputs
@@ -8165,7 +8165,7 @@ void well_manipulator_actuators_D_chain(const double theta[7], double q_D_theta[
   q_D_theta[45] = 0.0;
   q_D_theta[46] = 0.0;
   q_D_theta[47] = 0.0;
-  // shared terms; columns 2, 3, 5 and 7 of q_D_theta
+  // intermediate terms, then columns 2, 3, 5 and 7 of q_D_theta
   const double v9 = -0.209 * c[0];
   const double v10 = 0.1708 * s[0];
   const double v11 = -0.209 * s[0];
@@ -8276,7 +8276,7 @@ void well_manipulator_actuator_rates(const double theta[7], const double thetad[
   qd[0] = thetad_0;
   qd[3] = thetad_3;
   qd[5] = thetad_5;
-  // shared terms; qd
+  // intermediate terms, then qd
   const double v9 = -0.209 * c[0];
   const double v10 = 0.1708 * s[0];
   const double v11 = -0.209 * s[0];
@@ -8418,7 +8418,7 @@ void well_manipulator_actuator_accelerations(const double theta[7], const double
   qdd[0] = thetadd_0;
   qdd[3] = thetadd_3;
   qdd[5] = thetadd_5;
-  // shared terms; qdd
+  // intermediate terms, then qdd
   const double v9 = -0.209 * c[0];
   const double v10 = 0.1708 * s[0];
   const double v11 = -0.209 * s[0];
@@ -8652,12 +8652,12 @@ void well_manipulator_actuators_all(const double theta[7], double q[7], double m
   const double angle[4] = {theta_1, theta_2, theta_4, theta_6};
   double c[4], s[4];
   chasles_cos_sin(4, angle, c, s);
-  // columns 1, 4 and 6 of q; margin
+  // columns 1, 4 and 6 of q, then margin
   q[0] = theta_0;
   q[3] = theta_3;
   q[5] = theta_5;
   margin[0] = 1.0;
-  // shared terms; columns 2, 3, 5 and 7 of q
+  // intermediate terms, then columns 2, 3, 5 and 7 of q
   const double v9 = -0.209 * c[0];
   const double v10 = 0.1708 * s[0];
   const double v11 = -0.209 * s[0];
@@ -8732,7 +8732,7 @@ void well_manipulator_constraint(const double z[15], double residual[8]) {
   const double angle[8] = {z_1, z_8, z_2, z_10, z_4, z_12, z_6, z_14};
   double c[8], s[8];
   chasles_cos_sin(8, angle, c, s);
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v17 = 0.1708 * s[0];
   const double v18 = c[1] * z_7;
   const double v19 = -0.209 * c[0];
@@ -8791,7 +8791,7 @@ void well_manipulator_constraint(const double z[15], double residual[8]) {
   residual[7] = v64;
 }
 
-// Derivative of the loops' equations by the full configuration.
+// Derivative of the closure equations with respect to the full configuration.
 // 52 operations: multiply 24, add 8, negate 4, trig 16
 void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120]) {
   // inputs
@@ -8908,7 +8908,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   residual_D_z[115] = 0.0;
   residual_D_z[116] = 0.0;
   residual_D_z[117] = 0.0;
-  // shared terms; columns 8, 10, 12 and 14 of residual_D_z
+  // intermediate terms, then columns 8, 10, 12 and 14 of residual_D_z
   const double v17 = -0.209 * s[0];
   const double v18 = 0.1708 * c[0];
   residual_D_z[7] = c[1];
@@ -8941,7 +8941,7 @@ void well_manipulator_constraint_D_z(const double z[15], double residual_D_z[120
   const double v39 = 0.6996 * c[6];
   residual_D_z[118] = s[7];
   const double v40 = c[7] * z_13;
-  // shared terms; columns 9, 11, 13 and 15 of residual_D_z
+  // intermediate terms, then columns 9, 11, 13 and 15 of residual_D_z
   const double v41 = v17 + v18;
   const double v42 = -v19;
   const double v43 = v20 - v21;
@@ -9102,7 +9102,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   residual_D_z_dot[115] = 0.0;
   residual_D_z_dot[116] = 0.0;
   residual_D_z_dot[117] = 0.0;
-  // shared terms; columns 8, 10, 12 and 14 of residual_D_z_dot
+  // intermediate terms, then columns 8, 10, 12 and 14 of residual_D_z_dot
   const double v17 = c[0] * zd_1;
   const double v18 = s[0] * zd_1;
   const double v19 = s[1] * zd_8;
@@ -9159,7 +9159,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double v67 = 0.0974 * v35;
   residual_D_z_dot[118] = v39;
   const double v68 = v37 * z_13;
-  // shared terms; columns 8, 10, 12 and 14 of residual_D_z_dot
+  // intermediate terms, then columns 8, 10, 12 and 14 of residual_D_z_dot
   const double v69 = v41 - v42;
   residual_D_z_dot[7] = v43;
   const double v70 = v20 + v44;
@@ -9180,7 +9180,7 @@ void well_manipulator_constraint_D_z_dot(const double z[15], const double zd[15]
   const double v82 = v38 + v65;
   const double v83 = v66 + v67;
   const double v84 = v40 - v68;
-  // shared terms; columns 2, 3, 5, 7, 9, 11, 13 and 15 of residual_D_z_dot
+  // intermediate terms, then columns 2, 3, 5, 7, 9, 11, 13 and 15 of residual_D_z_dot
   residual_D_z_dot[1] = v69;
   const double v85 = -v70;
   residual_D_z_dot[16] = v71;
@@ -9302,7 +9302,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   // q
   q[3] = l_HI_0;
   q[5] = l_MN_0;
-  // shared terms; q
+  // intermediate terms, then q
   const double v32 = 1.274228688026137 * c[0];
   const double v33 = 0.10681652779972366 * s[0];
   const double v35 = 1.274228688026137 * s[0];
@@ -9347,13 +9347,13 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v106 = 0.7671943564657427 - v95;
   const double v107 = v95 - 0.2881530235342572;
   const double v108 = 0.5 * v95;
-  // shared terms; q
+  // intermediate terms, then q
   const double v112 = v100 * v100;
   q[6] = v105;
   const int v115 = 0.0 < v105;
   const double v116 = v106 * v107;
   const double v117 = 0.014373385 + v108;
-  // shared terms; margin
+  // intermediate terms, then margin
   const double v118 = v112 + v90;
   const double v120 = v115 ? v116 : -1.0;
   const double v121 = v117 - 0.24946346;
@@ -9402,7 +9402,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v164 = v160 / v111;
   const int v165 = 0.0 < v162;
   margin[0] = v164;
-  // shared terms; q
+  // intermediate terms, then q
   const double v166 = v165 ? v163 : 0.0;
   const double v167 = choice_0 * v166;
   const double v168 = v72 * v167;
@@ -9451,7 +9451,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v210 = 0.3407018 + v206;
   const int v211 = 0.0 < v205;
   const double v212 = v207 * v208;
-  // shared terms; q
+  // intermediate terms, then q
   const double v213 = v204 + v209;
   const double v214 = v210 - 0.020610325;
   const double v215 = v211 ? v212 : -1.0;
@@ -9514,7 +9514,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v271 = 0.386896705 + v266;
   const int v272 = 0.0 < v263;
   const double v273 = v267 * v268;
-  // shared terms; q
+  // intermediate terms, then q
   const double v274 = v269 * v269;
   const double v275 = v270 * v270;
   const double v276 = v271 - 0.03642682;
@@ -9535,7 +9535,7 @@ static void well_manipulator_ik_branch(const double T[16], const double l_HI[1],
   const double v290 = v284 * v285;
   const double v291 = v279 - v286;
   const double v292 = v287 + v281;
-  // shared terms; residual
+  // intermediate terms, then residual
   const double v293 = v288 - 0.01585741;
   const double v294 = v289 ? v290 : -1.0;
   const double v295 = -0.0854 + v291;

@@ -174,7 +174,7 @@ def test_shipped_file_names_equal_robot_names():
 def test_unshipped_robot_requires_an_output_folder(arm):
     done = run(arm)
     assert done.exit_code == 1
-    assert "--to FOLDER is required, except for shipped robots as they are" in done.output
+    assert "--to FOLDER is required, except for unmodified shipped robots" in done.output
 
 
 def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
@@ -185,7 +185,7 @@ def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
     everything = run("--shelf")
     assert everything.exit_code == 1
     assert (
-        "shelf/cr5.toml: --to FOLDER is required, except for shipped robots as they are"
+        "shelf/cr5.toml: --to FOLDER is required, except for unmodified shipped robots"
         in everything.output
     )
 
@@ -299,7 +299,7 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     wanted = ("panda", "--functions", "ik,fk", "--detail", "none", "--fixed", "joint4")
     own = run(*wanted)
     assert own.exit_code == 1
-    assert "--to FOLDER is required, except for shipped robots as they are" in own.output
+    assert "--to FOLDER is required, except for unmodified shipped robots" in own.output
     to = tmp_path / "out"
     done = run(*wanted, "--to", to)
     assert done.exit_code == 0, done.output

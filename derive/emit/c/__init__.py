@@ -1,1 +1,1 @@
-"""The C of a robot: single poses, batches on vector lanes, branches side by side."""
+"""C for single poses, batches on vector lanes and parallel branches."""

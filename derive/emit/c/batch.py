@@ -1,8 +1,9 @@
-"""The C of a robot for batches of poses: the same statements on vector lanes.
+"""Generates C for batches of poses: the same statements on vector lanes.
 
-``<robot>_lanes.h`` holds each function once, on vectors whose lanes are poses; ``<robot>_batch.c``
-compiles it for each instruction set and selects the set by the processor; on other platforms it is
-a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
+``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
+``<robot>_batch.c`` compiles it for each instruction set and selects the set at run time. Other
+platforms use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every
+robot.
 """
 
 from collections.abc import Sequence
@@ -20,13 +21,13 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
-"""Sizes of the arrays in the support file; a function that exceeds one keeps the plain loop."""
+"""Array sizes in the support file. A larger function uses the plain loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
     (0, "baseline", ""),
 )
-"""Number, name and required processor feature of each instruction set, the widest first."""
+"""Index, name and required processor feature of each instruction set, the widest first."""
 
 
 def files(
@@ -35,7 +36,7 @@ def files(
     programs: Programs,
     written: Sequence[WrittenFunction] = (),
 ) -> dict[str, str]:
-    """Header, source, lanes and support of a robot's batches, by file name."""
+    """Returns the header, source, lane and support files of batches, by file name."""
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
@@ -47,9 +48,9 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function is printed on lanes.
+    """Whether a function gets a vector version.
 
-    It is small enough, calls no solver, and computes no start of another function.
+    The function must be small, call no solver and compute no start value for another function.
     """
     size = sizes(function)
     return (
@@ -66,9 +67,9 @@ def _header(robot: Described, functions: Sequence[Signature]) -> str:
     declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
     return f"""\
 {notice(robot)}
-/* The functions of {robot.name}.h for n poses: row k of every array belongs to pose k, and rows
- * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
- * of {robot.name}.h in the last places. */
+/* The functions of {robot.name}.h for n poses. Row k of every array belongs to pose k; rows are
+ * contiguous. Outputs must not overlap inputs. The last digits may differ from the results of
+ * {robot.name}.h. */
 #ifndef {guard}
 #define {guard}
 
@@ -105,8 +106,8 @@ def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[S
 
 #include "{robot.name}.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
- * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
+ * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
@@ -150,7 +151,7 @@ def _definition(robot: Described, function: Signature, vector: bool) -> str:
     pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(size.outputs))]
     steps_in, steps_out = (", ".join(map(str, rows)) for rows in (size.inputs, size.outputs))
     return f"""\
-/* Rows of any step, in doubles. */
+/* Accepts any row stride, in doubles. */
 static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {{
@@ -181,7 +182,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _run(isa: str, condition: str) -> str:
-    """The macro that runs a batch on lanes and returns if the processor has the instructions."""
+    """Returns the macro that runs a batch on lanes and returns if the processor supports them."""
     name = isa.upper()
     return f"""\
 #if CHASLES_SET_{name}
@@ -205,13 +206,13 @@ def _signature(robot: Described, function: Signature) -> str:
 def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Programs) -> str:
     parts = [
         notice(robot),
-        f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
+        f"/* {robot.name}.h on vector lanes: all inputs in one array, all outputs in another. */\n",
     ]
     for function in functions:
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Branches hold roots and angles, which strength reduction replaces; other functions are
+        # Strength reduction replaces roots and angles, which occur in branches. Other functions are
         # sums of products.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
@@ -222,7 +223,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """The lines that name the inputs of a kernel, which lie one behind the other in ``in``."""
+    """Returns the lines that name a kernel's inputs, which are contiguous in ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

@@ -1,7 +1,7 @@
-"""The C of functions with branches for a single pose: all branches at once, each in its lane.
+"""Generates C for functions with branches at a single pose: one branch per vector lane.
 
 ``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512;
-otherwise it computes the branches one after the other in plain C.
+otherwise it computes the branches in sequence in plain C.
 """
 
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ from .scalar import branches_file, branches_flag
 from .sections import summary
 
 WIDEST = 8
-"""Number of branches in a vector of AVX-512."""
+"""Branches per AVX-512 vector."""
 
 
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """The header of a robot's branches, by file name; none for a robot without branches."""
+    """Returns the header of the branches by file name; empty without branches."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
@@ -43,8 +43,8 @@ def _header(robot: Described, kernels: str, most: int) -> str:
     )
     return f"""\
 {notice(robot)}
-/* All branches of a function at once, a branch a lane, where the compiler's flags allow AVX2 or
- * AVX-512 on glibc; define CHASLES_PLAIN to have the plain C of {robot.name}.c everywhere. */
+/* All branches of a function at once, one per vector lane, if the compiler's flags allow AVX2 or
+ * AVX-512 on glibc; define CHASLES_PLAIN to use the plain C of {robot.name}.c everywhere. */
 #ifndef {flag}
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__AVX2__) && defined(__FMA__) && \\
     defined(__has_builtin) && !defined(CHASLES_PLAIN)
@@ -71,10 +71,10 @@ extern "C" {{
 
 
 def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """The C of a function's branches: a kernel for a vector of branches, and the whole function."""
+    """Returns the C of a function's branches: the kernel for one vector, and the whole function."""
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
-    # The signs are the last argument; the last sign changes from lane to lane.
+    # The branch signs are the last argument. The last sign alternates between lanes.
     fastest = Input(len(function.inputs), len(function.signs) - 1)
     program, alike = _angles_last(reduced(program, fastest), fastest)
     lines = kernel(program, _loads(function, program), size, alike)
@@ -101,10 +101,10 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """The function of a single pose: calls of the kernel, then lanes transposed into rows."""
+    """Returns the function for a single pose: kernel calls, then lanes transposed into rows."""
     k = function.branches
     width = max(k, WIDEST)
-    # Lanes without a branch repeat the last branch, so that all lanes hold valid numbers.
+    # Unused lanes repeat the last branch, so that all lanes have valid values.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
@@ -135,11 +135,11 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves the angles that do not depend on a sign, and statements that use them, to the end.
+    """Moves angles without a sign, and the statements that use them, to the end.
 
     Args:
         program: The program of a branch.
-        sign: The sign that changes from lane to lane.
+        sign: The sign that alternates between lanes.
 
     Returns:
         The reordered program, and these angles.

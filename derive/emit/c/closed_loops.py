@@ -1,4 +1,4 @@
-"""The C of loops without a closed form: the numbers of a robot, solved by ``chasles_closure.h``."""
+"""Generates the constants of loops without a closed form, solved by ``chasles_closure.h``."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -27,13 +27,13 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""The files of loops whose geometry is an input."""
+"""Files for loops with geometry as input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""The files of robots whose inverse by legs is compared with the forward kinematics."""
+"""Files for robots that compare their leg-by-leg inverse with forward kinematics."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
-    """The files of iterated loops, with their solver, by name; none for another robot."""
+    """Returns the files of iterated loops and their solver by name; empty without such loops."""
     closure, robot = derivation.closure, derivation.robot
     own: dict[str, str] = {}
     needed: list[str] = []
@@ -61,12 +61,12 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
 
 
 def loops_file(robot: Described, system: str) -> str:
-    """Name of the file with the numbers of the equations of loops."""
+    """Returns the name of the file with the constants of the closure equations."""
     return f"{robot.name}_{system}.h"
 
 
 def _modes(robot: Described, function: WrittenFunction) -> str:
-    """The inverse by legs; the residual of each slot is by the forward kinematics."""
+    """Prints the leg-by-leg inverse. Forward kinematics gives the residual of each slot."""
     (T,), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
     size = number(float(str(function.tables[0])))
@@ -142,7 +142,7 @@ def _tabled(
 
 
 def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
-    """The numbers of loops whose geometry is an input."""
+    """Prints the constants of loops with geometry as input."""
     n, z = len(loops.hybrid.q), [variable.name for variable in loops.hybrid.variables]
     own, lengths = f"{robot}_{SYSTEM}", {"m": loops.size}
     macros = {
@@ -170,7 +170,7 @@ def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
 
 
 def table(name: str, values: Iterable[str]) -> str:
-    """The definition of an array of constants."""
+    """Returns the definition of a constant array."""
     own = list(values)
     text = f"static const {name}[{len(own)}] = {{{', '.join(own)}}};"
     return textwrap.fill(text, WIDTH, subsequent_indent="    ")

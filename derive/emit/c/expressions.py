@@ -1,11 +1,11 @@
-"""Operands and operations printed as C."""
+"""Prints operands and operations as C."""
 
 from collections.abc import Callable
 
 from ...program.operations import Compute, Constant, Input, Operand, Operation, Program
 
 WIDTH = 100
-"""Columns of a line of generated C."""
+"""Maximum line length of generated C."""
 Naming = Callable[[Operand], str]
 _INFIXES = {
     Operation.ADD: "+",
@@ -41,12 +41,12 @@ FUNCTIONS = {
 
 
 def number(value: float) -> str:
-    """A number in the shortest decimal form that reads back as the same double."""
+    """Returns the shortest decimal form that reads back as the same double."""
     return repr(value)
 
 
 def naming(program: Program) -> Naming:
-    """The names of a program's operands: ``v3``, ``q_0``, ``0.25``."""
+    """Names a program's operands: ``v3``, ``q_0``, ``0.25``."""
 
     def name(operand: Operand) -> str:
         match operand:
@@ -61,10 +61,10 @@ def naming(program: Program) -> Naming:
 
 
 def expression(statement: Compute, name: Naming) -> str:
-    """The right-hand side of a statement in plain C.
+    """Returns the right-hand side of a statement in plain C.
 
     Raises:
-        KeyError: The operation is for vectors alone.
+        KeyError: Only vector code supports the operation.
     """
     operation, terms = statement.operation, [name(operand) for operand in statement.operands]
     if operation in _INFIXES:

@@ -1,4 +1,4 @@
-"""A program printed on vector lanes, with the types and macros of ``chasles_lanes.h``."""
+"""Prints a program for vector lanes, with the types and macros of ``chasles_lanes.h``."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -38,34 +38,34 @@ _CONSTANT = "const lanes "
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of doubles in each input and each output of a kernel."""
+    """Sizes of each input and output of a kernel, in doubles."""
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
 
 
 def sizes(function: Signature) -> Sizes:
-    """The sizes of a function's inputs and outputs."""
+    """Returns the sizes of a function's inputs and outputs."""
     inputs = tuple(argument.size for argument in function.inputs)
     return Sizes(inputs, tuple(result.size for result in function.outputs))
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """The offsets of arrays that lie one behind the other."""
+    """Returns the offsets of contiguous arrays."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def kernel(
     program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
 ) -> list[str]:
-    """The lines of a C function that stores its results in ``out``, one output behind the other.
+    """Returns the lines of a C function that stores its contiguous outputs in ``out``.
 
     Args:
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of inputs and outputs.
-        alike: Angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such angles
-            are computed together, the first in the even lanes and the second in the odd lanes.
+        alike: Angles that are equal in lanes 2 k and 2 k + 1 of every vector. Two such angles are
+            computed together, the first in the even lanes and the second in the odd lanes.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -102,7 +102,7 @@ def _filled(lines: Iterable[str]) -> list[str]:
 
 
 class _Writer:
-    """Prints statements; knows which variables are conditions, which are masks on lanes."""
+    """Prints statements. Conditions are printed as lane masks."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -111,7 +111,7 @@ class _Writer:
         self._numbers = _taken_as_numbers(program)
 
     def computed(self, statement: Compute) -> list[str]:
-        """The lines of a statement."""
+        """Returns the lines of a statement."""
         name, operation = self._name(statement.result), statement.operation
         if statement.is_condition:
             lines = [f"  const lanes_where {name} = {self._condition(statement)};"]
@@ -127,20 +127,20 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """The name of an operand as a number, which is 1 or 0 for a condition."""
+        """Returns an operand's numeric name; a condition has the value 1 or 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
     def vector(self, operand: Operand) -> str:
-        """An operand as a vector, in which a constant is repeated."""
+        """Returns an operand as a vector; a constant is repeated in every lane."""
         number = self.number(operand)
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
     def cosines_and_sines(self) -> dict[Variable, list[str]]:
-        """Calls that compute cosine and sine of an angle together.
+        """Prints the joint computation of an angle's cosine and sine.
 
         Returns:
-            The lines at the first of the two statements, and no lines at the other.
+            The lines for the first of the two statements, no lines for the second.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -157,10 +157,10 @@ class _Writer:
         return calls
 
     def angles_at_once(self, alike: Sequence[Variable]) -> dict[Variable, list[str]]:
-        """Calls that compute two angles together.
+        """Prints the joint computation of two angles.
 
         Returns:
-            The lines at the statement of the second angle, and no lines at the first.
+            The lines for the second angle's statement, no lines for the first.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
@@ -187,10 +187,10 @@ class _Writer:
         return f"LANES_{_COMPARISONS[operation]}({sides})"
 
     def _called(self, name: str, statement: Compute) -> list[str]:
-        """A call that takes its arguments by address; constants among them get names."""
+        """Prints a call with arguments by address; constant arguments get names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The second argument replaces a first argument that is NaN; a constant is never NaN.
+            # The second argument replaces a NaN in the first; a constant is never NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]
@@ -207,7 +207,7 @@ class _Writer:
 
 
 def _taken_as_numbers(program: Program) -> set[Operand]:
-    """The variables that a statement uses as numbers, not as conditions."""
+    """Returns the variables that a statement uses as numbers, not as conditions."""
     found: set[Operand] = set()
     for statement in program.statements:
         if isinstance(statement, Compute) and statement.operation is Operation.SELECT:

@@ -1,4 +1,4 @@
-"""The language C: functions of a single pose, branches side by side, batches on vector lanes."""
+"""The C language: single-pose functions, parallel branches, batches on vector lanes."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ from . import (
 from .header import header, support
 
 RIGID = "chasles_rigid.h"
-"""The support file that projects poses, of robots with an inverse of poses."""
+"""Support file that projects a target onto the rigid poses, for robots with a pose inverse."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """The sources and headers of a robot, with the support files of all robots, by file name."""
+    """Returns a robot's sources and headers, and the common support files, by file name."""
     robot, functions = derivation.robot, derivation.functions
     nearest_files = nearest.nearest_files(derivation)
     further = [name for name in nearest_files if name == nearest.nearest_file(robot)]
@@ -41,6 +41,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _for_poses(functions: Sequence[SymbolicFunction | WrittenFunction]) -> dict[str, str]:
-    """The support file where a function takes a pose."""
+    """Returns the projection file if a function has a pose as input."""
     takes_pose = any(item.shape == (4, 4) for f in functions for item in f.inputs)
     return {RIGID: support(RIGID)} if takes_pose else {}

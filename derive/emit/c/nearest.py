@@ -1,7 +1,7 @@
-"""The C of ``<function>_nearest``: the solution of an inverse nearest to a seed, within limits.
+"""Generates ``<function>_nearest``: the inverse solution nearest to a seed, within limits.
 
-``<robot>_nearest.h`` holds the limits of the robot and one function for each inverse.
-``<robot>.c`` includes it behind all other functions.
+``<robot>_nearest.h`` contains the robot's limits and one function for each inverse. ``<robot>.c``
+includes it last.
 """
 
 import textwrap
@@ -16,16 +16,16 @@ from .header import notice, support
 
 SUPPORTS = ("chasles_nearest.h", "chasles_nearest_six.h", "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
-"""Slots and coordinates that the support file takes."""
+"""Maximum slots and coordinates in the support file."""
 
 
 def nearest_file(robot: Described) -> str:
-    """Name of the file with the nearest solutions."""
+    """Returns the name of the file with the nearest-solution functions."""
     return f"{robot.name}_nearest.h"
 
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
-    """The file of a robot's nearest solutions and its support files; none without an inverse."""
+    """Returns the nearest-solution file and its support files; empty without an inverse."""
     functions = (*derivation.functions, *derivation.written)
     if not any(_has_slots(derivation, function) for function in functions):
         return {}
@@ -37,12 +37,12 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
-    """The declarations in the robot's header, each under its comment."""
+    """Returns the commented declarations for the robot's header."""
     return [_declaration(derivation, function) for function in _seeded(derivation)]
 
 
 def _has_slots(derivation: Derivation, function: Signature) -> bool:
-    """Whether a function is an inverse of a size that the support file takes."""
+    """Whether a function is an inverse within the size limits of the support file."""
     return (
         function.role.is_inverse
         and function.outputs[0].shape[0] <= MAX_SLOTS
@@ -51,14 +51,14 @@ def _has_slots(derivation: Derivation, function: Signature) -> bool:
 
 
 def _seeded(derivation: Derivation) -> list[Signature]:
-    """The inverses whose further inputs follow from a seed."""
+    """Returns the inverses whose additional inputs follow from a seed."""
     functions = (*derivation.functions, *derivation.written)
     inverses = [function for function in functions if _has_slots(derivation, function)]
     return [f for f in inverses if _parameters(derivation, f) is not None]
 
 
 def _parameters(derivation: Derivation, function: Signature) -> list[str] | None:
-    """The lines that set the further inputs to their values at the seed; None if there are none."""
+    """Returns the lines that compute additional inputs from the seed; None if impossible."""
     names, prefix = [argument.name for argument in function.inputs[1:]], derivation.robot.name
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
     if not names:
@@ -96,7 +96,7 @@ def _bounds(coordinate: Joint | Coordinate) -> tuple[str, str]:
 
 
 def _turns(derivation: Derivation, function: Signature) -> list[str]:
-    """For each coordinate whether it may change by full turns: not where its value is fixed."""
+    """Returns the period of each coordinate; 0 for coordinates that must not wrap."""
     fixed = {*function.role.given, *function.role.held}
     moved: Sequence[Joint | Coordinate] = derivation.robot.coordinates
     return [
@@ -163,13 +163,13 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
     lines = [
         f"The solution of {function.name} nearest to q_seed within limits.",
         *_kept(function),
-        "Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.",
+        "Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
         f"  {target.name}: {target.meaning}, {shape} ({target.unit})",
-        f"  q_seed: the coordinates to stay near to, {n}",
-        f"  lower, upper: limits, {n} each; NULL for the robot's own, infinite for none",
-        f"  weights: factor of each coordinate's move in the distance, {n}; NULL for 1",
-        f"  q: the solution at the turns nearest to q_seed, {n}; NaN where there is none",
-        "  residual, margin: of its slot; of the slot nearest to the pose where there is none",
+        f"  q_seed: the start configuration, {n}",
+        f"  lower, upper: limits, {n} each; NULL for the robot's limits, infinite for no limit",
+        f"  weights: weight of each coordinate's displacement in the distance, {n}; NULL for 1",
+        f"  q: the solution, shifted by full turns towards q_seed, {n}; NaN without a solution",
+        "  residual, margin: of its slot, or without a solution of the slot of least residual",
     ]
     comment = "\n * ".join(lines)
     text = "\n".join(_wrapped(f"{_signature(derivation, function)};"))
@@ -179,4 +179,4 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
 def _kept(function: Signature) -> Sequence[str]:
     names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
     kept = ", ".join(names)
-    return [f"Values as at q_seed: {kept}."] if kept else []
+    return [f"Fixed at the values in q_seed: {kept}."] if kept else []

@@ -1,4 +1,4 @@
-"""The C of an inverse that is led from a nominal arm to the true one, by ``chasles_polish.h``."""
+"""Generates C for a nominal inverse refined by Newton steps (``chasles_polish.h``)."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """The file of the inverse of an arm that nearly has a structure, with its solver, by name.
+    """Returns the refined inverse of a nearly structured arm and its solver files, by name.
 
-    There are none for another robot.
+    Other robots have no such files.
     """
     robot = derivation.robot
     own = {
@@ -40,7 +40,7 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
 
 
 def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
-    """The robot's numbers as macros, and the function, behind the functions that it calls."""
+    """Returns the robot constants as macros, and the function after its callees."""
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.function(posed)
@@ -89,7 +89,7 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """The pose on lanes where the compiler has them, else, or where it is iterated, one by one."""
+    """Prints the pose on vector lanes, or as scalar code without vectors or with iterated loops."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one
@@ -112,9 +112,9 @@ def _posed(
 def _seeded(
     derivation: Derivation, own: str, pose: SymbolicFunction, programs: Programs
 ) -> list[str]:
-    """The pose from a configuration w of the loops nearby, where these are iterated.
+    """Prints the pose of iterated loops from a nearby loop configuration w.
 
-    From the reference where w is NaN or too far away; w becomes the configuration at q.
+    Starts from the reference if w is NaN or too far away. On return, w is the configuration at q.
     """
     closure = derivation.closure
     if not pose.calls or closure is None:
@@ -136,14 +136,14 @@ def _seeded(
 
 
 def _general(function: WrittenFunction) -> tuple[Table, ...]:
-    """The tables of the arm as a general one; empty where it cannot be solved so."""
+    """Returns the tables of the general solver; empty if it does not apply."""
     general = function.tables[-1]
     assert isinstance(general, tuple)
     return general
 
 
 def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
-    """The arm as a general one. Its solver is written for compilers with vectors alone."""
+    """Prints the general solver's macros. The solver requires a compiler with vector types."""
     robot, general = derivation.robot, _general(function)
     if not general:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
@@ -163,20 +163,20 @@ def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[st
 
 
 def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
-    """Addresses in an array that holds the values one behind the other."""
+    """Returns the addresses of contiguous values in an array."""
     first = offsets([value.size for value in values])
     return [f"{array} + {k}" if k else array for k in first]
 
 
 def _is_position(function: WrittenFunction) -> bool:
-    """Whether a position alone is asked for."""
+    """Whether the target is a position only."""
     return function.role.aims == ("position",)
 
 
 def _call(own: str, function: WrittenFunction) -> list[str]:
-    """The lines that collect the inputs, which results may overlap, and call the solver.
+    """Returns the lines that copy the inputs, which results may overlap, and call the solver.
 
-    A position is that of a pose whose other entries play no part.
+    A position target fills the position entries of a pose; the other entries are unused.
     """
     if _is_position(function):
         (p,) = function.inputs

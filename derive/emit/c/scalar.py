@@ -1,4 +1,4 @@
-"""The C of a robot's functions for a single pose."""
+"""Generates C for functions of a single pose."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -35,16 +35,16 @@ def source(
     written: Sequence[WrittenFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
-    """The C99 file of a robot with all its functions; it depends on libm alone.
+    """Returns the C99 file of all functions of a robot; it depends on libm alone.
 
-    A function with branches is printed as one branch and a loop over the branches.
+    A function with branches becomes one branch function and a loop over the branches.
 
     Args:
         robot: The robot; its name is the prefix.
-        functions: The functions, with the meanings of their arguments and results.
+        functions: The functions, with documented arguments and results.
         programs: Their programs.
-        written: Functions in files of their own, which this file includes.
-        further: Names of files that this file includes behind all others.
+        written: Functions in separate files, which this file includes.
+        further: Names of files that this file includes last.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -59,12 +59,12 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Name of the header that computes all branches of a pose at once."""
+    """Returns the name of the header that computes all branches of a pose at once."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """Name of the macro that this header defines if the compiler's flags allow its code."""
+    """Returns the macro that this header defines if the compiler flags allow its code."""
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -77,14 +77,14 @@ def _definition(robot: Described, function: SymbolicFunction, program: Program) 
 
 
 def _comment(function: SymbolicFunction, program: Program) -> str:
-    """The comment above a function: its summary and its operation counts."""
+    """Returns the comment above a function: its summary and its operation counts."""
     lines = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = f"{summary(count_operations(program))}{beside(function)}"
     return "\n".join(f"// {line}" for line in [*lines, counted])
 
 
 def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
-    """A function that computes one branch, and the function that loops over the branches."""
+    """Prints the function of one branch, and the function that loops over the branches."""
     flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
     n = len(function.signs)
@@ -116,7 +116,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
-    """The lines of a function: its calls, then one statement after the other."""
+    """Returns the lines of a function: its calls, then its statements."""
     plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
@@ -155,9 +155,9 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """The result that each array of a call is, where calls alone give all results.
+    """Maps call arrays to results if calls alone compute all results.
 
-    No later call reads an input, which a result may overlap.
+    A result may overlap an input only if no later call reads this input.
     """
     given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
     read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)
@@ -169,7 +169,7 @@ def _filled(function: SymbolicFunction) -> dict[str, str]:
 
 
 def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
-    """The lines that call functions and solvers; a solver keeps its loops in ``loops``."""
+    """Returns the lines that call functions and solvers. Solvers store the loops in ``loops``."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
     arrays = [a for call in calls for a in call.outputs if a.name not in filled]
     lines += [f"  double {a.name}[{a.size}];" for a in arrays]
@@ -182,12 +182,12 @@ def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) 
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Lines under a comment that names them; no comment if there are no lines."""
+    """Returns lines under a title comment; no comment if there are no lines."""
     return [f"  // {name}", *lines] if lines else []
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Joins levels of statements into sections, each ending with a level that stores results."""
+    """Joins levels of statements into sections that each end with a level of stores."""
     section: list[Statement] = []
     for level in levels_of:
         section += level
@@ -218,15 +218,15 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program divided at the cosines and sines that are computed together.
+    """A program split at the cosines and sines that are computed together.
 
-    These are the cosines and sines that depend on no others.
+    These cosines and sines depend on no other cosine or sine.
 
     Attributes:
         before: Statements before these cosines and sines.
         angles: The angles of the cosines and sines.
         turns: Names of the results: ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements behind the cosines and sines.
+        after: Statements after the cosines and sines.
     """
 
     before: tuple[Compute, ...]
@@ -236,7 +236,7 @@ class _Parts:
 
 
 def _together(program: Program) -> _Parts:
-    """Divides a program at its first cosines and sines."""
+    """Splits a program at its first cosines and sines."""
     turns: dict[Operand, str] = {}
     angles: dict[Operand, int] = {}
     before: list[Compute] = []

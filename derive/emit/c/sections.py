@@ -1,4 +1,4 @@
-"""Comments in the C of a function: its operation counts, and the results of each section."""
+"""Comments in generated C: the operation counts of a function, and section titles."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,31 +10,31 @@ _MATRIX = 2
 
 
 def summary(operations: Operations) -> str:
-    """The operation counts of a function: ``35 operations: multiply 12, add 13, trig 10``."""
+    """Formats operation counts: ``35 operations: multiply 12, add 13, trig 10``."""
     kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
     listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
 
 
 def beside(function: SymbolicFunction) -> str:
-    """The operations of the solvers that a function calls, in words; "" where it calls none."""
+    """Returns the operation count of the called solvers in words; "" without solvers."""
     count = sum(call.operations for call in function.calls)
-    return f", behind about {count} of the iteration" if count else ""
+    return f", after about {count} operations of the loop iteration" if count else ""
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """The results of a section of statements: ``shared terms``, ``column 3 of J``, or both."""
+    """Titles a code section: ``intermediate terms``, ``column 3 of J``, or both."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
-    parts = ["shared terms"] if any(isinstance(s, Compute) for s in statements) else []
+    parts = ["intermediate terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)
     for k in sorted({store.output for store in stores}):
         entries = _entries(results[k], [s.entry for s in stores if s.output == k])
         parts.append(f"constant entries of {results[k].name}" if constant else entries)
-    return "; ".join(parts)
+    return ", then ".join(parts)
 
 
 def _entries(result: Result, entries: Iterable[int]) -> str:
-    """Names the stored entries of an output; by columns if it is a matrix."""
+    """Names the stored entries of an output; for a matrix, its columns."""
     if len(result.shape) != _MATRIX:
         return result.name
     width = result.shape[-1]

@@ -1,4 +1,4 @@
-"""The C of functions that a handwritten solver computes from tables of the robot."""
+"""Generates C for functions of handwritten solvers, which read tables of robot constants."""
 
 import textwrap
 from collections.abc import Sequence
@@ -32,11 +32,11 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""The files of each solver that takes tables; a generated file includes the first."""
+"""Files of each table-driven solver; a generated file includes the first."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
-    """The files of functions with handwritten solvers, with the files of these solvers, by name."""
+    """Returns the files of functions with handwritten solvers, and of the solvers, by name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
     names = {name for function in tabled for name in SUPPORTS[function.solver]}
@@ -44,14 +44,14 @@ def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[
 
 
 def written_file(robot: Described, function: WrittenFunction) -> str:
-    """Name of the file of a function with a handwritten solver."""
+    """Returns the file name of a function with a handwritten solver."""
     return f"{robot.name}_{function.name}.h"
 
 
 def _source(robot: Described, function: WrittenFunction) -> str:
-    """The tables of a function, and the function, which calls its solver with these tables.
+    """Prints a function's tables, and the function that calls the solver with them.
 
-    The file is included behind the functions that the solver calls.
+    The file is included after the functions that the solver calls.
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
@@ -82,7 +82,7 @@ def _source(robot: Described, function: WrittenFunction) -> str:
 def table_lines(
     robot: Described, kind: str, name: str, calls: Sequence[str], tables: Sequence[Table]
 ) -> list[str]:
-    """The definition of a constant structure: functions of the robot, then tables."""
+    """Returns the definition of a constant structure: robot functions, then tables."""
     fields = [f"  {robot.name}_{called}," for called in calls]
     fields += [line for values in tables for line in _field(values)]
     return [f"static const {kind} {name} = {{", *fields, "};\n"]

@@ -41,7 +41,7 @@ def inverse(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> W
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)
     outputs = (
-        Result("q", (), (SLOTS, n), unit, "joint coordinates, one solution a row"),
+        Result("q", (), (SLOTS, n), unit, "joint coordinates, one solution per row"),
         Result("residual", (), (SLOTS,), "m or rad", "distance of fk(q[k]) from the target"),
         Result(
             "margin",

@@ -179,7 +179,7 @@ def function_of(
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
     role = Role("inverse", domain, given=tuple(sorted(given)), labels=_labels(work))
     outputs = (
-        Result("q", q, (k, len(q)), unit, "joint coordinates, one solution a row"),
+        Result("q", q, (k, len(q)), unit, "joint coordinates, one solution per row"),
         Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
         Result(
             "margin",

@@ -1,1 +1,1 @@
-"""Fragments of a chain: parameters, screw axes, link transforms, poses and Jacobians."""
+"""Article fragments for a chain: parameters, screw axes, link transforms, poses and Jacobians."""

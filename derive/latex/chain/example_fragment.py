@@ -1,4 +1,4 @@
-r"""A worked example: one posture, the pose of its tool, and all postures with the same pose."""
+r"""Prints a worked example: a configuration, its tool pose, and all solutions for this pose."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,30 +24,30 @@ from .tables import Column, tabular
 
 FloatArray = NDArray[np.float64]
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Angles (degree) of the joints of the example, in turn, where they are within the limits."""
+"""Angles (degree) of the example's joints, used cyclically if within the limits."""
 SLIDE = 0.3
-"""Displacement (m) of a slide without limits."""
+"""Displacement (m) of a prismatic joint without limits."""
 SHARE = 0.4
-"""Part of the range between two limits at which another coordinate is."""
+"""Position of other coordinates, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
-"""Mark of a value outside its limits."""
+"""Marks a value outside its limits."""
 MOST_WIDE = 6
-"""Most coordinates of which a line holds angles with two decimals."""
+"""Maximum number of coordinates with two decimals in a table row."""
 SOLVED = 1e-9
-"""Residual (m, rad) up to which a solution is valid, as the article says."""
+"""Largest residual (m, rad) of a valid solution, as stated in the article."""
 SLACK = 1e-9
-"""Radian or metre by which a value at its limit may exceed it."""
+"""Tolerance (radian or metre) of a value at its limit."""
 
 
 def worked_example(page: Page) -> str:
-    """A posture of a serial robot, the pose of its tool, and all postures with this pose."""
+    """Prints a configuration of a serial robot, its tool pose, and all solutions for this pose."""
     angles = cycle(ANGLES)
     coordinates = page.robot.coordinates
     q = np.array([_within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
-    # The inputs of an inverse are named as the coordinates are in the equations.
+    # Inputs of an inverse have the names of the coordinates in the equations.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
     for name, function in functions.items():
         if function.role.name == "redundancy":
@@ -59,7 +59,7 @@ def worked_example(page: Page) -> str:
 
 
 def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray) -> str:
-    """The solutions of an arm whose inverse is no formula; empty for others."""
+    """Prints the solutions of an arm without a closed-form inverse; empty for other arms."""
     robot, inverse = page.robot, page.inverse
     if not inverse.written:
         return ""
@@ -86,7 +86,7 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     of_posture = f" and {listed(held)} of this configuration" if given else ""
     return sentence(
         f"For this pose{of_posture}, the arm has {_count(len(found))}"
-        f" ({_measured(robot.coordinates)}), found in numbers by the determinant of Raghavan and"
+        f" ({_measured(robot.coordinates)}), found numerically by the determinant of Raghavan and"
         " Roth:",
         table,
         _dagger(table),
@@ -103,16 +103,16 @@ def example(
     called: Mapping[str, str],
     pose: str,
 ) -> str:
-    """The pose of the tool by ``fk``, and all solutions of the first inverse for this pose.
+    """Prints the tool pose by ``fk``, and all solutions of the first inverse for this pose.
 
     Args:
         fk: The forward kinematics.
-        functions: Functions among which is the inverse, if there is one as a formula.
+        functions: Functions, including the inverse if it has a closed form.
         coordinates: The coordinates of the robot.
         symbols: LaTeX of its coordinates.
         q: The values of the coordinates (radian, metre).
-        known: The value of every joint that an inverse may take beside the pose, by its name.
-        called: LaTeX of these joints by their names, if it differs from their names.
+        known: Values of joints that an inverse may take in addition to the pose, by name.
+        called: LaTeX of these joints by name, if different from the name.
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
@@ -149,7 +149,7 @@ def solutions_of_pose(
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
-    """The pose of a main chain, and the actuated coordinates that a function finds for it.
+    """Prints the pose of a main chain, and the actuated coordinates that a function finds for it.
 
     Args:
         fk: The forward kinematics of the main chain.
@@ -182,12 +182,12 @@ def _within(coordinate: Joint | Coordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """The nearest short decimal, of degrees or metres."""
+    """Rounds to a short decimal, in degrees or metres."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
 def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
-    """The limits of a coordinate (radian, metre), infinite where there is none."""
+    """Returns the limits of a coordinate (radian, metre); infinite without a limit."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -196,12 +196,12 @@ def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
 
 
 def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
-    """Whether every input of an inverse but the pose has a value."""
+    """Whether every input of an inverse except the pose has a value."""
     return all(argument.name in known for argument in inverse.inputs[1:])
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
-    """The result of a function of the coordinates."""
+    """Evaluates a function of the coordinates."""
     (kernel,) = lower([function], "example")
     return np.array(kernel(q)).reshape(function.outputs[0].shape)
 
@@ -214,7 +214,7 @@ def _solutions(
     called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
-    """The table of all solutions, of which one is the posture itself."""
+    """Prints the table of all solutions; one is the original configuration."""
     role = inverse.role
     inputs = [np.concatenate([TARGETS[aim](T[None]) for aim in role.aims or WHOLE], axis=1)[0]]
     inputs += [np.array([known[argument.name]]) for argument in inverse.inputs[1:]]
@@ -246,7 +246,7 @@ def _solutions(
 def _columns(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
-    """A column of values for each coordinate."""
+    """Returns a column of values for each coordinate."""
     places = 2 if len(coordinates) <= MOST_WIDE else 1
     return [
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
@@ -255,7 +255,7 @@ def _columns(
 
 
 def _measured(coordinates: Sequence[Joint | Coordinate]) -> str:
-    """The units of the table in words."""
+    """States the units of the table."""
     units = {coordinate.unit for coordinate in coordinates}
     return " and ".join(words for unit, words in _UNITS.items() if unit in units)
 
@@ -269,7 +269,7 @@ def _count(count: int) -> str:
 
 
 def _value(coordinate: Joint | Coordinate, value: float, places: int) -> str:
-    """A value in degrees or metres, marked where it is outside its limits."""
+    """Formats a value in degrees or metres, with a mark outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
         shown = f"{round(math.degrees(value), places) + 0.0:.{places}f}"
@@ -282,13 +282,13 @@ def _value(coordinate: Joint | Coordinate, value: float, places: int) -> str:
 
 
 def _decimal(value: float, places: int) -> str:
-    """A rounded number, whose zero has no sign."""
+    """Formats a rounded number; zero has no sign."""
     rounded = round(value, places) + 0.0
     return f"{rounded:.{places}f}" if rounded != int(rounded) else str(int(rounded))
 
 
 def _short(value: float, places: int) -> str:
-    """A rounded number without zeros at its end."""
+    """Formats a rounded number without trailing zeros."""
     return f"{round(value, places) + 0.0:.{places}f}".rstrip("0").rstrip(".")
 
 
@@ -299,7 +299,7 @@ def _listed(
 
 
 def at_value(symbol: str, coordinate: Joint | Coordinate, value: float) -> str:
-    """A coordinate with its value, in degrees or metres."""
+    """Formats a coordinate with its value, in degrees or metres."""
     if coordinate.unit == "rad":
         return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"
     return rf"${symbol} = {_short(value, 4)}$ m"

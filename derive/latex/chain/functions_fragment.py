@@ -1,4 +1,4 @@
-r"""The fragments of derived functions: forward kinematics, Jacobians."""
+r"""Prints the fragments of derived functions: forward kinematics, Jacobians."""
 
 from collections.abc import Sequence
 
@@ -13,11 +13,11 @@ from ..setting.widths import LINE, width
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
 SHORT = 50.0
-"""Greatest width of an entry that the pose by names shows in full (pt)."""
+"""Maximum width (pt) of an entry that the matrix of named entries shows in full."""
 
 
 def forward_kinematics(page: Page) -> str:
-    """The tool's pose as one matrix where that fits a line, else entry by entry."""
+    """Prints the tool pose as one matrix if it fits a line, else entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     shared = _definitions(page, fk.definitions)
@@ -36,12 +36,12 @@ def forward_kinematics(page: Page) -> str:
 
 
 def jacobians(page: Page) -> str:
-    """The columns of the mixed and of the spatial Jacobian."""
+    """Prints the columns of the mixed and the spatial Jacobian."""
     mixed, space = page.equations.jacobian_mixed, page.equations.jacobian_space
     return text(
         r"Twists are $(v; \omega)$, linear velocity first, in the axes of the base frame. In the"
         " mixed Jacobian, $v$ is the velocity of the tool's origin; in the spatial Jacobian, it is"
-        " that of the point of the tool's body at the base frame's origin.",
+        " the velocity of the tool body's point at the base frame's origin.",
         sentence(
             _with_terms(page, mixed, "columns of the mixed Jacobian are"),
             _columns(page, mixed, "J"),
@@ -54,7 +54,7 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """The pose with the names of its entries, short entries in full where asked for."""
+    """Prints the pose with named entries; optionally shows short entries in full."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name
@@ -64,14 +64,14 @@ def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
 
 
 def _is_short(page: Page, entry: sp.Expr) -> bool:
-    """Whether an entry needs no name: a short product of symbols that need no definition."""
+    """Whether an entry needs no name: a short product of defined symbols."""
     order = page.equations.notation.order
     known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
     return known and not entry.is_Add and width(page.tex(entry)) < SHORT
 
 
 def _entries(page: Page) -> str:
-    """The equations of the named entries, entries of the rotation first."""
+    """Prints the equations of the named entries, rotation entries first."""
     fk = page.equations.fk
     rotation: list[Equation] = []
     position: list[Equation] = []
@@ -85,7 +85,7 @@ def _entries(page: Page) -> str:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """The matrix of names, and below it the matrix of entries."""
+    """Prints the matrix of names, and the matrix of entries below it."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

@@ -1,4 +1,4 @@
-r"""The fragments that follow from the description alone: screw axes and link transforms."""
+r"""Prints the fragments that need only the description: screw axes and link transforms."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,13 +14,13 @@ from ..setting.widths import LINE, width
 from .tables import counts_moving
 
 MOST_WRITTEN = 4
-"""Factors of a product that are all written out."""
+"""Maximum number of factors of a product that is written in full."""
 MOST_IN_ROW = 6
 """Transforms without an effect in one line."""
 
 
 def screws(page: Page) -> str:
-    """Screw axes and home pose: the robot as a product of exponentials."""
+    """Prints the screw axes and the home pose: the robot as a product of exponentials."""
     robot = page.robot
     values = robot.joint_values(page.equations.notation.q)
     notation = page.equations.notation
@@ -57,7 +57,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """The pose of each link in the link before it, and the product of these poses."""
+    """Prints the pose of each link in its parent link, and the product of these poses."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

@@ -1,4 +1,4 @@
-r"""The fragments of the description: joints by convention, parameters, and short symbols."""
+r"""Prints the fragments of the description: joints by convention, parameters, and short symbols."""
 
 import re
 from collections.abc import Sequence
@@ -19,22 +19,22 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
 )
 MOST_RUNS = 2
-"""Most tables of joints in one convention each; more of them become one table of transforms."""
+"""Maximum number of joint tables with one convention each; more become one table of transforms."""
 FEW = 4
-"""Most names that a sentence joins by "and"; longer lists have commas or dots."""
+"""Maximum number of names joined by "and"; longer lists have commas or dots."""
 
 
 def parameters(page: Page) -> str:
-    """The joints in their conventions, and the values of the parameters."""
+    """Prints the joints in their conventions, and the values of the parameters."""
     given = text(_coordinates(page), joints(page), values(page)).rstrip()
     legend = tables.legend(given)
     return text(given, legend, cleaned(page.robot), noted(page.robot))
 
 
 def joints(page: Page) -> str:
-    """The tables of the joints, and the legend of their abbreviations."""
+    """Prints the joint tables, and the legend of their abbreviations."""
     notation = page.equations.notation
-    # Given lengths keep their decimals, whatever the angles are.
+    # Numeric lengths keep their decimals in any case.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MOST_RUNS:
@@ -49,7 +49,7 @@ def joints(page: Page) -> str:
 
 
 def values(page: Page) -> str:
-    """The values of the parameters, if there are any."""
+    """Prints the values of the parameters, if any."""
     if not page.robot.parameters:
         return ""
     table = tables.value_table(page.robot, page.equations.printer)
@@ -57,7 +57,7 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """The table of short symbols, and the rules of their indices and accents.
+    """Prints the table of short symbols, and the rules for indices and accents.
 
     The fragment is empty if the equations contain no angle and no named constant.
     """
@@ -124,7 +124,7 @@ def _introduced(convention: Convention | None, notation: Notation) -> str:
 
 
 def _legend(page: Page) -> str:
-    """The meaning of the abbreviations that the tables use, and the couplings of joints."""
+    """Explains the abbreviations in the tables, and the joint couplings."""
     robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
@@ -136,7 +136,7 @@ def _legend(page: Page) -> str:
     one = "joint"
     if tables.counts_moving(robot):
         one = "moving joint"
-        sentences.append("The moving joints are counted by $k$, as are the screw axes.")
+        sentences.append("The index $k$ counts the moving joints and the screw axes.")
     count = tables.moving_numbers(robot)
     for joint in robot.moving:
         this = f"{one.capitalize()} {count[joint.name]}"
@@ -148,7 +148,7 @@ def _legend(page: Page) -> str:
 
 
 def _displacements(robot: SerialRobot) -> list[str]:
-    """Sentences on sliding joints whose displacement adds to no field of the link transform."""
+    """Describes prismatic joints with a displacement that is not a field of the link transform."""
     bare = [
         joint.convention
         for joint in robot.joints
@@ -166,7 +166,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """The numbers that were not taken as the file writes them, and the effect of all together."""
+    """Prints the cleaned values of the file, and their total effect."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -174,17 +174,17 @@ def cleaned(robot: SerialRobot) -> str:
     if cleaning.orientation:
         bounds += rf" and ${tables.scientific(rounded_up(cleaning.orientation))}$ rad"
     opening = (
-        "Numbers that the file rounds or blurs were taken for exact ones; together they change the "
-        f"pose of the tool by at most {bounds}:"
+        "Rounded or noisy values in the file were replaced by exact values; in total, they change "
+        f"the pose of the tool by at most {bounds}:"
     )
     return sentence(opening, tables.cleaning_table(cleaning))
 
 
 def noted(robot: SerialRobot | Mechanism) -> str:
-    """The notes of the robot that do not repeat its table of cleaned numbers."""
+    """Prints the notes of the robot, except notes that repeat the table of cleaned values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits that cannot be broken need loose lines.
+    # Unbreakable names and digits need loose lines.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

@@ -1,4 +1,4 @@
-r"""A report on the quality of a model as a fragment: determinants and verdicts on joints."""
+r"""Prints a report on model quality as a fragment: determinants and verdicts on joints."""
 
 import math
 
@@ -11,7 +11,7 @@ from . import tables
 
 
 def model_quality(report: ModelReport) -> str:
-    r"""A report on a robot's model as LaTeX, to ``\input`` in any article.
+    r"""Prints a report on a robot's model as LaTeX, to ``\input`` in any article.
 
     Args:
         report: The report of :func:`chasles.derive.model_report`.
@@ -29,15 +29,15 @@ def model_quality(report: ModelReport) -> str:
         )
     ]
     return text(
-        f"Poses of the tool tell {count}: 4 place the line of a turning joint, 2 the direction of a"
-        " sliding one, and 6 the tool. " + ". ".join(models) + ".",
+        f"Tool poses determine {count}: 4 for the axis of each revolute joint, 2 for the direction"
+        " of each prismatic joint, and 6 for the tool. " + ". ".join(models) + ".",
         *(_determinants(report, slides=slides) for slides in (False, True)),
         *(_joint(joint) for joint in report.joints),
     )
 
 
 def _determinants(report: ModelReport, *, slides: bool) -> str:
-    """The table of det(D^T D) of the conventions at turning or sliding joints."""
+    """Prints the table of det(D^T D) per convention, for revolute or prismatic joints."""
     found = report.conventions_of(slides=slides)
     if not found:
         return ""
@@ -71,6 +71,6 @@ def _joint(joint: JointQuality) -> str:
 
 
 def _tex(expression: sp.Expr) -> str:
-    """A determinant in LaTeX, its symbols as fields are printed."""
+    """Prints a determinant, with its symbols in the form of fields."""
     symbols = {symbol: names.parameter(symbol.name) for symbol in expression.free_symbols}
     return str(sp.latex(expression, symbol_names=symbols))

@@ -1,4 +1,4 @@
-r"""The table of the geometry as a vector p: the numbers of each joint, loop and frame."""
+r"""Prints the table of the geometry vector p: the values of each joint, loop and frame."""
 
 from collections.abc import Callable, Sequence
 from itertools import groupby
@@ -9,11 +9,11 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Most symbols of a run that are all written."""
+"""Maximum length of a run of symbols that is written in full."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:
-    """A row for each part of the base, a joint, a loop and the tool, with values other than 0."""
+    """Prints a row for each parameter group from base to tool, with nonzero values."""
     items = sorted(found, key=_order(found))
     rows = [list(run) for _, run in groupby(items, key=_place)]
     columns: list[tables.Column] = [
@@ -32,14 +32,14 @@ def _place(item: GeometryParameter) -> tuple[str, str]:
 def _order(
     found: Sequence[GeometryParameter],
 ) -> Callable[[GeometryParameter], tuple[int, int]]:
-    """Sorts parameters by parts of the robot from base to tool, then by their numbers in p."""
+    """Sorts parameters by components from base to tool, then by index in p."""
     joints = {item.joint: k for k, item in reversed(list(enumerate(found)))}
     parts = {_place(item): k for k, item in reversed(list(enumerate(found)))}
     return lambda item: (joints[item.joint], parts[_place(item)])
 
 
 def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
-    """The symbols of a row, the first and the last of a run."""
+    """Prints the symbols of a row; of a run, only the first and the last."""
     tex = [printer.tex(item.symbol) for item in row]
     indices = [int(item.symbol.name[1:]) for item in row]
     if len(row) > _FEW and indices == list(range(indices[0], indices[-1] + 1)):
@@ -48,6 +48,6 @@ def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
 
 
 def _number(item: GeometryParameter) -> str:
-    """The name of a number within its part, with its value unless that is zero."""
+    """Prints the name of a parameter in its group, with its value unless zero."""
     name = names.parameter(item.name.removeprefix(f"{item.joint}_"))
     return f"${name}$" if item.value == 0 else f"${name} = {number(item.value)}$"

@@ -1,4 +1,4 @@
-r"""The fragment of the parametric functions: the vector p, the pose, its derivative by p."""
+r"""Prints the parametric functions: the vector p, the pose, and its derivative columns."""
 
 from dataclasses import dataclass
 
@@ -13,40 +13,41 @@ from ..setting.printer import Printer
 from ..setting.transforms import factors
 from .parameter_table import parameter_table
 
-_COLUMNS = r"""Every elementary motion $m$ of these products is a turn or a shift by a value $v_m$,
-and has a screw: with $e_m$ its axis and $r_m$ its place in base axes, and $r$ the place of the
-tool,"""
+_COLUMNS = r"""Every elementary motion $m$ of these products is a rotation or a translation by a
+value $v_m$. Its screw in base axes, with axis $e_m$, a point $r_m$ on the axis and the tool's
+position $r$, is"""
 _SCREWS = r"""\begin{align*}
-\mathcal{S}_m &= (e_m \times (r - r_m);\, e_m) && \text{of a turn,} &
-\mathcal{S}_m &= (e_m;\, 0) && \text{of a shift.}
+\mathcal{S}_m &= (e_m \times (r - r_m);\, e_m) && \text{for a rotation,} &
+\mathcal{S}_m &= (e_m;\, 0) && \text{for a translation.}
 \end{align*}"""
-_SUM = r"""A rate of $p_k$ at coordinates at rest gives the tool the twist
+_SUM = r"""A unit rate of $p_k$ at constant coordinates gives the tool the twist
 \begin{align*}
 J_k = \sum_m \mathcal{S}_m \frac{\partial v_m}{\partial p_k},
 \end{align*}
-which is column $k$ of \texttt{identification\_jacobian}; with $q_k$ in the place of $p_k$ it is a
+which is column $k$ of \texttt{identification\_jacobian}; with $q_k$ in place of $p_k$ it is a
 column of \texttt{jacobian\_p}."""
 _BY_PART = {
-    "base": "A correction of the base moves all behind it: its column is the screw of its motion.",
-    "joint": "A length of a joint shifts the tool along its axis, an angle turns it about that.",
-    "offset": "The offset of a coordinate has the joint's own screw.",
-    "axis": "A correction of an axis acts before the joint's motion and backwards behind it: its"
-    " column is the difference of the screws at both places.",
-    "transmission": "A gain has the joint's screw times the coordinate, a wave times its sine or"
-    " cosine.",
-    "compliance": "A compliance has the joint's screw times the torque of gravity.",
-    "tool": "A correction of the tool moves the tool alone.",
+    "base": "A base correction moves the whole robot: its column is the screw of its motion.",
+    "joint": "A joint length moves the tool along its axis; a joint angle rotates it about its"
+    " axis.",
+    "offset": "The column of a coordinate offset is the joint's screw.",
+    "axis": "An axis correction acts before the joint's motion, and inversely after it: its"
+    " column is the difference of both screws.",
+    "transmission": "The column of a gain is the joint's screw times the coordinate; of a wave,"
+    " times its sine or cosine.",
+    "compliance": "A compliance's column is the joint's screw times the gravity torque.",
+    "tool": "A correction of the tool moves only the tool.",
 }
-"""A sentence on the columns of each part."""
+"""Describes the columns of each group of parameters."""
 
 
 @dataclass(frozen=True)
 class _Segments:
-    """The product cut at the joints.
+    """The product, divided at the joints.
 
     Attributes:
-        between: The motions before, between and behind the joints.
-        moving: The motions of the joints, in q, p and torques.
+        between: The motions before, between and after the joints.
+        moving: The joint motions, in q, p and torques.
     """
 
     between: tuple[Placement, ...]
@@ -54,7 +55,7 @@ class _Segments:
 
 
 def parametric(page: Page) -> str:
-    """The geometry as variables: the table of p, the pose, and the columns of its derivative."""
+    """Prints the geometry as variables: the table of p, the pose, and its derivative columns."""
     found = page.geometry
     if found is None:
         return ""
@@ -63,7 +64,7 @@ def parametric(page: Page) -> str:
     return text(
         sentence(
             "The parametric functions take the geometry as a vector $p$ of"
-            rf" ${len(found.parameters)}$ numbers, nominally zero where no value is given:",
+            rf" ${len(found.parameters)}$ parameters; the nominal value is zero unless stated:",
             parameter_table(found.parameters, printer),
         ),
         _product(page, found, printer),
@@ -81,7 +82,7 @@ def _printer(page: Page, found: Geometry) -> Printer:
 
 
 def _product(page: Page, found: Geometry, printer: Printer) -> str:
-    """The pose of the tool as a product over the joints, and the values of the joints."""
+    """Prints the tool pose as a product over the joints, and the joint values."""
     cut = _cut(found)
     turns = [isinstance(motion, Rotation) for motion in cut.moving]
     moved = [
@@ -96,8 +97,8 @@ def _product(page: Page, found: Geometry, printer: Printer) -> str:
     gravity = ""
     if found.torques:
         gravity = (
-            r"Here $\tau_k$ is the torque of gravity on coordinate $k$ (N\,m), or the force on a"
-            r" slide (N), in the nominal arm; a compliance is in rad/(N\,m), or in m/N."
+            r"Here $\tau_k$ is the gravity torque on coordinate $k$ (N\,m), or the force on a"
+            r" prismatic joint (N), in the nominal arm; a compliance is in rad/(N\,m), or in m/N."
         )
     return sentence(
         "The pose of the tool is",
@@ -123,7 +124,7 @@ def _cut(found: Geometry) -> _Segments:
 
 
 def _value(motion: Rotation | Translation) -> sp.Expr:
-    """The angle of a turn, the length of a shift along one axis."""
+    """Returns the angle of a rotation, or the length of a translation along one axis."""
     return motion.angle if isinstance(motion, Rotation) else sp.Add(*motion.vector)
 
 

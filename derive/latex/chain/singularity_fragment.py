@@ -1,4 +1,4 @@
-r"""The fragment of singular configurations: where the Jacobian of a chain loses rank."""
+r"""Prints the singular configurations: where the Jacobian of a chain is rank deficient."""
 
 import math
 from collections.abc import Sequence
@@ -13,22 +13,23 @@ from ..setting.widths import LINE, width
 from .tables import Column, tabular
 
 WHOLE = 6
-"""Joints with which the whole Jacobian is square."""
+"""Number of joints with a square Jacobian."""
 WIDEST = 0.8 * LINE
-"""Widest product that stays on one line (pt)."""
+"""Maximum width (pt) of a product on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of degrees and metres: errors of 1e-5 rad and m at most."""
+"""Decimals of degrees and metres: errors of at most 1e-5 rad and m."""
 
 
-_REGULAR = "The Jacobian has full rank in every configuration: the robot is nowhere singular."
+_REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
 
 
 def singularities(page: Page) -> str:
-    """Where the arm is singular: the determinant in factors, conditions, or postures in numbers.
+    """Prints where the arm is singular: determinant factors, conditions, or numeric configurations.
 
-    An arm that is singular everywhere has its rank there; one that is nowhere singular says so.
+    For an arm that is singular everywhere, prints the rank. An arm without singularities gets a
+    sentence.
 
-    The fragment is empty where there is nothing of these.
+    Empty if nothing is known.
     """
     found = page.singular
     if found.is_regular:
@@ -52,7 +53,7 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     if found.held:
         names = in_words([f"${page.tex(symbol)}$" for symbol in found.held])
         opening = (
-            f"With {names} held, as in the inverse, the Jacobian of the other joints has, up to"
+            f"With {names} fixed, as in the inverse, the Jacobian of the other joints has, up to"
             " its sign, the determinant"
         )
     elif len(page.robot.moving) != WHOLE:
@@ -88,7 +89,7 @@ def _numbered(
 def _everywhere(page: Page, rank: int) -> str:
     return (
         f"The rank of the Jacobian is ${rank}$ at most, less than its {len(page.robot.moving)}"
-        " columns: in every configuration rates of the joints exist that do not move the tool."
+        " columns: in every configuration, some joint rates do not move the tool."
     )
 
 
@@ -98,7 +99,7 @@ def _several(page: Page) -> str:
         every = f"{count} rows of its Jacobian, in the axes of one of its links,"
     else:
         every = f"{WHOLE} of the {count} columns of its Jacobian"
-    return f"The robot is singular where the determinants of every {every} are $0$, which is where"
+    return f"The robot is singular if the determinants of every {every} are $0$, that is, if"
 
 
 def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
@@ -114,7 +115,7 @@ def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
 
 
 def _postures(page: Page, found: PrintedSingularities) -> str:
-    """A table of postures, with the digits that are shown."""
+    """Prints a table of configurations, rounded to the shown digits."""
     joints = page.robot.moving
     symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
     columns: list[Column] = [("joint", symbols)]
@@ -127,8 +128,8 @@ def _postures(page: Page, found: PrintedSingularities) -> str:
         sought = "rates $x$ with $J x = 0$, which do not move the tool"
     whose = "of six columns of the whole Jacobian" if found.held else "of the Jacobian"
     return sentence(
-        f"The determinants {whose} do not fall into short factors. Newton's iteration for"
-        f" {sought}, found these singular postures (angles in degrees{metres}):",
+        f"The determinants {whose} have no short factors. Newton's iteration for"
+        f" {sought}, found these singular configurations (angles in degrees{metres}):",
         tabular(columns, repeated=1),
     )
 

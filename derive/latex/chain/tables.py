@@ -1,4 +1,4 @@
-r"""Tables of a robot: the given fields of its joints, values of parameters, short symbols."""
+r"""Prints the tables of a robot: joint fields, parameter values, short symbols."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
@@ -18,32 +18,32 @@ from ..setting.transforms import factors, first_number, placements, transform, t
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
-"""Heading and cells."""
+"""Heading and cells of a column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
-"""An angle, and the pattern and index of its symbols."""
+"""An angle, with the pattern and index of its symbols."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
-"""Width of the article's text (pt), which a table may fill."""
+"""Text width of the article (pt), the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Keeps a fraction apart from the rows above and below it."""
+"""Separates a fraction from the rows above and below."""
 WIDEST = LINE / 2
-"""Width from which a cell is a paragraph (pt)."""
+"""Minimum width (pt) of a cell that is set as a paragraph."""
 MOST_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Most blocks of a narrow table beside each other, and the fewest rows of a block."""
+"""Maximum number of side-by-side blocks of a narrow table, and minimum rows of a block."""
 MOST_ROWS = 36
-"""Most rows of a table on a page."""
+"""Maximum table rows per page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 ASSUMED = r"\,$^{\ast}$"
-"""Mark of a number that the source of the description does not state."""
-LEGEND = r"An asterisk marks what the source does not state and the description assumes."
+"""Marks a value that the description's source does not state."""
+LEGEND = r"An asterisk marks a value that the description assumes and its source does not state."
 
 
 def joint_tables(
     robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """One table for each run of joints in one convention, as ``(convention, LaTeX)``."""
+    """Returns one table per run of joints in one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -59,7 +59,7 @@ def joint_tables(
 
 
 def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
-    """One table of all joints with their link transforms, whatever their conventions are."""
+    """Returns one table of all joints with their link transforms, for any conventions."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [
@@ -73,17 +73,17 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether fixed joints make the number of a moving joint differ from its number among all."""
+    """Whether fixed joints shift the index of a moving joint relative to its index among all."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """The number of each moving joint among the moving joints, as of its screw axis."""
+    """Returns the index of each moving joint among the moving joints, as for its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
 def variable_field(joint: Joint) -> str:
-    """The field to which a joint adds its variable; empty where there is none."""
+    """Returns the field that contains the joint variable; empty if there is none."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -94,7 +94,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """The columns of a table, and the heading of the column that begins a second part."""
+    """Returns the columns of a table, and the heading of the first column of a second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -117,7 +117,7 @@ def _joint_columns(
 
 
 def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
-    """The given constant of a field, with the joint's variable added where the field takes it."""
+    """Returns the constant of a field, plus the joint variable if the field contains it."""
     given = dict(joint.given)
     if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
@@ -126,12 +126,12 @@ def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Prin
 
 
 def marked(cell: str, is_assumed: bool) -> str:
-    """A cell, with the mark of an assumption."""
+    """Formats a cell, with a mark for an assumption."""
     return f"{cell}{ASSUMED}" if is_assumed and cell != NONE else cell
 
 
 def legend(cells: str) -> str:
-    """The meaning of the mark, where a text has it."""
+    """Explains the mark if a text contains it."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -148,7 +148,7 @@ def _variable(joint: Joint, value: sp.Expr, printer: Printer) -> str:
 
 
 def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
-    """Limits as an interval."""
+    """Formats limits as an interval."""
     lower, upper = bounds
     if lower is None and upper is None:
         return NONE
@@ -160,7 +160,7 @@ def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
 
 
 def _limit(value: sp.Expr) -> str:
-    """A limit: multiples of pi in degrees, other values in radians or metres."""
+    """Formats a limit: multiples of pi in degrees, other values in radians or metres."""
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
@@ -169,7 +169,7 @@ def _limit(value: sp.Expr) -> str:
 
 
 def value_table(robot: SerialRobot, printer: Printer) -> str:
-    """Default values of the parameters with their units and meanings."""
+    """Returns the default parameter values with units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
         ("value", [marked(value_cell(p.value), p.assumed) for p in robot.parameters]),
@@ -181,13 +181,13 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """A number, with its decimals where it is no fraction."""
+    """Formats a number, with decimals unless it is a fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """The numbers that were not taken as written; those that became zero share a row."""
+    """Returns the table of cleaned values; all values that became zero share a row."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -203,7 +203,7 @@ def cleaning_table(cleaning: Cleaning) -> str:
 
 
 def _as_written(value: sp.Expr) -> str:
-    """The first digits of a number of a file, an angle of rational degrees in degrees."""
+    """Returns the first digits of a file's value; angles with rational degrees are in degrees."""
     if value.is_Rational:
         return cut(value, PRINTED_DIGITS)
     degrees = 180 * value / sp.pi
@@ -211,13 +211,13 @@ def _as_written(value: sp.Expr) -> str:
 
 
 def scientific(text: str) -> str:
-    """A decimal in LaTeX, its power of ten written out."""
+    """Formats a decimal in LaTeX, with an explicit power of ten."""
     digits, _, exponent = text.partition("e")
     return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """The symbols of the cosine and sine of every angle."""
+    """Returns the symbols of the cosine and sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -229,7 +229,7 @@ def symbol_table(notation: Notation, printer: Printer) -> str:
 
 
 def constant_angles(notation: Notation) -> list[sp.Symbol]:
-    """The parameters whose cosine or sine has a short symbol."""
+    """Returns the parameters with a short symbol for cosine or sine."""
     found = {
         meaning.args[0]
         for symbol, meaning in notation.meanings.items()
@@ -239,7 +239,7 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """The named constants, exact and as decimals."""
+    """Returns the named constants, exact and as decimals."""
     rows = []
     values = notation.values()
     for symbol in notation.constants:
@@ -252,7 +252,7 @@ def constant_table(notation: Notation, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """The named constants that are too wide for the table, in parameters."""
+    """Returns the named constants that are too wide for the table, in parameters."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)
@@ -265,14 +265,14 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """A table; columns that the article's text cannot hold form further parts below it.
+    """Prints a table; columns that exceed the text width form further parts below.
 
-    A table wider than a line of the article class is centred on that line.
+    A table wider than a line of the article class is centered on the line.
 
     Args:
         columns: Heading and cells of each column.
-        repeated: Number of the first columns, with which every part begins.
-        apart: Heading of the column that begins a new part where one part is too narrow.
+        repeated: Number of first columns, repeated in every part.
+        apart: Heading of the column that starts a new part if one part is too narrow.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]
@@ -289,7 +289,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """The columns in parts that fit the article's text, each with the repeated columns."""
+    """Divides the columns into parts that fit the text width, each with the repeated columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -316,18 +316,18 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _row(cells: Sequence[str]) -> str:
-    """A row, higher if it contains a fraction."""
+    """Formats a row, higher if it contains a fraction."""
     row = " & ".join(map(_boxed, cells))
     return rf"{FRACTION_STRUT}{row} \\" if r"\frac" in row else rf"{row} \\"
 
 
 def _column_kind(column: Column) -> str:
-    """The alignment of a column: centred for single characters, else to the left."""
+    """Returns the alignment of a column: centered for single characters, else left."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 
 def _boxed(cell: str) -> str:
-    """A cell, as a paragraph where it is too wide."""
+    """Formats a cell, as a paragraph if it is too wide."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
@@ -340,7 +340,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A long narrow table in as many blocks beside each other as fit a line."""
+    """Divides a long narrow table into side-by-side blocks that fit a line."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     fitting = int((WIDEST_TABLE - MARGIN) // wide)
@@ -367,7 +367,7 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Sorts angles by their joints, plain sums before accented ones."""
+    """Sorts angles by joint, plain sums before accented sums."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

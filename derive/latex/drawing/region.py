@@ -78,12 +78,12 @@ def _words(found: ToolRegion, names: Sequence[str], ends: Sequence[Ends], *, clo
     within = f" within their limits ({', '.join(ranges)})" if ranges else ""
     closed = ", as far as the loops close" if closing else ""
     if found.axes[0] == "r":
-        where = "The tool's origin reaches the shaded part of the half plane through the first axis"
+        where = "The tool origin reaches the shaded area of the half plane through the first axis"
         turning = names[found.upright]
-        after = f"; $r$ is the distance from this axis, about which ${turning}$ turns the region"
+        after = f"; $r$ is the distance from this axis, about which ${turning}$ rotates the region"
     else:
-        where, after = "The tool's origin reaches the shaded part of its plane", ""
-    turns = " A joint without limits turns once." if len(ranges) < len(moving) else ""
+        where, after = "The tool origin reaches the shaded area of its plane", ""
+    turns = " A joint without limits makes one revolution." if len(ranges) < len(moving) else ""
     return f"{where} by {listed}{within}{closed}{after}.{turns}"
 
 

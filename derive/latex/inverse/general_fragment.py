@@ -30,9 +30,9 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     right = rf"C_2^{{-1}} {motions[1]}^{{-1}} C_1^{{-1}} {motions[0]}^{{-1}} C_6^{{-1}} \ell"
     half = q[4] if split.halved else q[3]
     return sentence(
-        f"{_given(page, general)} solved as those of a general arm (Raghavan and Roth)."
+        f"{_given(page, general)} solved by the method for a general arm (Raghavan and Roth)."
         rf" With $R(\theta)$ the rotation by $\theta$ about $z${_slide(sliding)}, with the opposite"
-        r" sign where the loop is followed against the joint, and $C_{i}$ the placements between"
+        r" sign if the loop passes the joint backwards, and $C_{i}$ the placements between"
         " the joints, one of which contains the pose, the loop of arm and tool, followed"
         f" {walked}, is",
         _centred(f"{loop} = I."),
@@ -44,8 +44,8 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         rf" eight products $y$ of those of ${q[0]}$ and ${q[1]}$ on the right{_powers(sliding)}:"
         rf" $A y = B({q[2]})\, x$. Six combinations do not contain $y$. Times cosine and sine of"
         rf" ${half}/2$ they are twelve equations $M({q[2]})\, u = 0$ in as many unknowns; $\det M$"
-        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, known from samples, with at most"
-        rf" {count} real roots. For each, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
+        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, computed from samples, with at"
+        rf" most {count} real roots. For each, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
         rf" gives ${q[0]}$ and ${q[1]}$, and the loop gives ${q[5]}$. Newton steps on the pose"
         rf" refine it. {_number(count, sliding)}",
     )
@@ -53,7 +53,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
 
 def _slide(sliding: list[str]) -> str:
     """The motion of joints that slide, if there are any."""
-    return " and $D(d)$ the displacement by $d$ along it" if sliding else ""
+    return " and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
 
 
 def _number(roots: int, sliding: list[str]) -> str:
@@ -71,7 +71,7 @@ def _powers(sliding: list[str]) -> str:
     if not sliding:
         return ""
     pairs = [f"${tex}$ and ${tex}^2$" for tex in sliding]
-    return f", where {', '.join(pairs)} take the places of cosine and sine"
+    return f", where {', '.join(pairs)} replace cosine and sine"
 
 
 def _coordinates(page: Page) -> list[str]:
@@ -86,8 +86,8 @@ def _given(page: Page, general: GeneralInverse) -> str:
     joints = "joints" if slides else "revolute joints"
     if len(_coordinates(page)) < JOINTS:
         return (
-            rf"With a sixth joint of the angle ${_ADDED}$, which turns the tool about an axis of"
-            f" the tool and is 0 in the solutions of a pose, the arm's five {joints} are six."
+            rf"With a sixth joint of the angle ${_ADDED}$, which rotates the tool about a tool"
+            f" axis and is 0 in every solution, the arm's five {joints} become six."
             " They are"
         )
     if not given:
@@ -95,11 +95,11 @@ def _given(page: Page, general: GeneralInverse) -> str:
     names = listed([f"${_coordinates(page)[k]}$" for k in given])
     if len(given) > 1:
         return (
-            f"The coordinates {names} are given, so that they are parts of placements. The other"
+            f"The coordinates {names} are fixed and therefore part of placements. The other"
             " joints are"
         )
     kind = "displacement" if given[0] in slides else "angle"
-    return f"The {kind} {names} is given, so that it is part of a placement. The other joints are"
+    return f"The {kind} {names} is fixed and therefore part of a placement. The other joints are"
 
 
 def _centred(formula: str) -> str:

@@ -52,8 +52,8 @@ def inverse_of_loops(page: LoopPage) -> str:
         )
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(
-        "Loops keep part of the main chain from turning, so that this part shifts the rest like"
-        " slides; their lengths are found first.",
+        "Loops prevent part of the main chain from rotating, so that this part acts like"
+        " prismatic joints; their displacements are found first.",
         _written(chain, found, actuators).rstrip(),
         "The actuators of the joints above follow from them as in the solution of the loops.",
         _position_task(found),
@@ -64,15 +64,17 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
     """How the actuators follow where the loops are iterated forward, and closed back."""
     freedoms = len(page.hybrid.q)
     reached = (
-        f" The loops leave the tool {freedoms} freedoms: the residual of another pose is not zero."
+        f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
+        f" zero."
         if freedoms < len(page.hybrid.theta)
         else ""
     )
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"
-        f" chain. Choices that make no difference have no slots, so that \\texttt{{ik}} has"
-        f" {function.branches} slots; at each the loops close at the pose.{reached} A slot is a"
-        " solution where \\texttt{fk} returns to the pose; its residual is infinite where the loops"
+        f" chain. Equivalent choices share a slot, so \\texttt{{ik}} has"
+        f" {function.branches} slots; in each slot the loops close at the pose.{reached} A"
+        f" slot is a"
+        " solution if \\texttt{fk} returns to the pose; its residual is infinite if the loops"
         " close there in another assembly mode."
     )
 
@@ -83,8 +85,9 @@ def _position_task(found: Inverses) -> str:
         return ""
     names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
     return (
-        f"The nominal robot does not turn its tool, and the true one by little: {names} asks for"
-        " the position alone, from the same starts."
+        f"The nominal robot does not rotate its tool, and the true robot only slightly: {names}"
+        f" solves"
+        " for the position only, from the same starts."
     )
 
 
@@ -103,7 +106,7 @@ def _sides_of_loops(found: Inverses | None) -> str:
     sides = f" on both sides of {in_words([escape(name) for name in names])}" if names else ""
     return (
         f"The actuators follow from the joints as in the solution of the loops{sides}."
-        " Choices that make no difference have no slots, so that the inverse of"
+        " Equivalent choices share a slot, so the inverse of"
         f" the robot has {solved.function.branches} slots."
     )
 
@@ -127,9 +130,9 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
 
 
 _FREE = (
-    "This is the structure of the chain in which the joints that follow others are free. A pose of"
-    " the robot has among the solutions of the free chain those in which they follow their laws,"
-    " and no others: the residual, by the laws, tells them apart. The command"
+    "This is the structure of the chain with its dependent joints free. The solutions of the"
+    " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
+    " includes the couplings. The command"
     r" \texttt{chasles-derive -{}-explain} prints the steps."
 )
 
@@ -140,9 +143,9 @@ def _together_at_last(found: Inverses) -> str:
         return ""
     return (
         "The pose has more conditions than the chain has joints, and the steps use as many as there"
-        " are joints. Where a solution is near the pose and not at it, one step of Gauss and Newton"
+        " are joints. If a solution nearly reaches the pose, one Gauss-Newton step"
         r" on all conditions, $(J^{\mathsf{T}} J + \mu I)\, \Delta q = J^{\mathsf{T}} e$ with the"
-        r" twist $e$ to the pose and a small $\mu$, is taken if it makes the error smaller."
+        r" twist $e$ to the pose and a small $\mu$, is used if it reduces the error."
     )
 
 
@@ -171,8 +174,8 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
     numbered = ""
     if any("subproblem" in method for method in methods):
         numbered = (
-            "Subproblems are numbered as by Elias and Wen (2022); those of one turn, of two turns"
-            " and of a turn to a distance are Paden's (1986)."
+            "Subproblems are numbered as by Elias and Wen (2022); the subproblems of one rotation,"
+            " of two rotations and of a rotation to a distance are Paden's (1986)."
         )
     equations = [step.step.found for task in tasks for step in task.steps]
     two = [found for found in equations if found.sign is not None]
@@ -180,10 +183,10 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
         return numbered
     return sentence(
         numbered,
-        r"A step with two solutions chooses by a sign. An equation $A \cos\theta + B \sin\theta"
-        r" = C$ has them on either side of the angle of $(A, B)$; they meet where"
-        r" $C^2 = A^2 + B^2$. Beyond, where the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
-        r" counts as $0$, which gives the least-squares answer. The margin of a solution is the"
+        r"In a step with two solutions, a sign selects one. An equation $A \cos\theta + B"
+        r" \sin\theta = C$ has solutions on both sides of the angle of $(A, B)$; they meet if"
+        r" $C^2 = A^2 + B^2$. If the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
+        r" is set to $0$, which gives the least-squares answer. The margin of a solution is the"
         r" smallest margin of its steps.",
     )
 
@@ -331,7 +334,9 @@ def _rest(page: Page, task: PrintedTask) -> str:
     if task.rest:
         parts.append(sentence("From the sum follows", aligned(definitions(printer, task.rest))))
     if task.free:
-        parts.append(f"The task leaves {listed(map(page.tex, task.free))} free, at $0$.")
+        parts.append(
+            f"The task does not determine {listed(map(page.tex, task.free))}, which is set to $0$."
+        )
     return sentence(*parts)
 
 
@@ -358,9 +363,9 @@ def _slots(page: Page, task: PrintedTask) -> str:
 def _residual() -> str:
     return (
         "The residual of a solution is the larger of the distance (m) and the angle (rad) between"
-        " the pose that forward kinematics gives for it and the wanted pose; up to $10^{-9}$ the"
-        " solution is valid. Every step uses the results of earlier steps, in a degenerate case the"
-        " value taken there: angles found independently of each other would not be consistent."
+        " the pose by forward kinematics and the target pose; a residual up to $10^{-9}$ is"
+        " valid. Every step uses the results of earlier steps, in a degenerate case the value"
+        " chosen there: independently computed angles would not be consistent."
     )
 
 

@@ -56,10 +56,10 @@ def _loop_of_three(
         rows.append((name, [f"({x},", f"{y},", f"{z})"]))
     yield aligned(rows)
     yield (
-        rf"The rotation by ${two}$ changes neither the length of a vector nor its component along"
+        rf"The rotation by ${two}$ preserves the length of a vector and its component along"
         rf" $\vec{{k}}_{{2}}$: two equations that are linear in the cosines and sines of ${one}$"
-        rf" and ${three}$, a quartic with up to four real roots. Then ${two}$ turns one side to the"
-        " other."
+        rf" and ${three}$, a quartic with up to four real roots. Then ${two}$ rotates one side to"
+        rf" the other."
     )
 
 

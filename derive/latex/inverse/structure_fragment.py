@@ -36,18 +36,20 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
     added = [escape(axis.name) for axis in classification.lines.added]
     if added:
         sentences.append(
-            f"To the arm's joints {in_words(added)} is added, a joint whose angle is 0 where they"
-            f" reach the pose. Axes are counted with it; its angle has the last number."
+            f"To the arm's joints {in_words(added)} is added, a joint with angle 0 in every"
+            f" solution. The axis count includes it; its angle has the last index."
         )
     if found.backwards:
         sentences.append(
-            "The chain is read from the tool, which is held fixed while the joints move the base."
+            "The chain is read from the tool: the tool is fixed, and the joints move the base."
         )
     if classification.tier == "snapped":
         missed = _in_degrees(page.words(missed_by(classification)))
         sentences.append(
-            f"The axes miss it by little ({missed}). The solutions below are those of a nominal arm"
-            " that has it exactly; Newton's iteration leads from them to the true arm."
+            f"The axes deviate slightly from this structure ({missed}). The solutions below"
+            f" belong to a"
+            " nominal arm with the exact structure; Newton's iteration refines them to the true"
+            " arm."
         )
     return " ".join(sentences)
 
@@ -67,7 +69,7 @@ def _lacking(missed: Iterable[tuple[str, str]]) -> str:
     conditions = "; ".join(
         f"{text} ({off if off == NEVER else f'off by {off}'})" for text, off in missed
     )
-    return f"it asks that {_in_degrees(escape(conditions))}."
+    return f"it requires that {_in_degrees(escape(conditions))}."
 
 
 def _in_degrees(words: str) -> str:

@@ -100,9 +100,9 @@ def _legs(printed: PrintedLegs) -> str:
     ]
     shown += [_radius(printed, i, L) for i, L in enumerate(legs.L, 1)]
     return sentence(
-        "The platform is held by three legs. With its actuator held, each leaves one equation"
+        "The platform rests on three legs. With a fixed actuator, each leg gives one equation"
         rf" between the platform's position $\mathbf{{p}} = ({x}, {y})$ and angle ${phi}$. With"
-        r" points $\mathbf{a}_i$ apart from the platform, and points"
+        r" points $\mathbf{a}_i$ off the platform, and points"
         rf" $\mathbf{{b}}_i = \mathbf{{p}} + R({phi})\,\mathbf{{b}}'_i$ of the platform,",
         _conditions(len(legs.L)),
         _lines(legs),
@@ -135,7 +135,7 @@ def _lines(legs: Triad) -> str:
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
-    parts += [f"stands apart from it for $i = {', '.join(others)}$"] if others else []
+    parts += [f"is fixed off the platform for $i = {', '.join(others)}$"] if others else []
     if not parts:
         return ""
     return rf"A line, whose normal $\mathbf{{n}}_i$ is of length $1$, {' and '.join(parts)}."
@@ -154,7 +154,7 @@ def _elimination(printed: PrintedLegs) -> str:
     )
     left, right = found.polynomial
     return sentence(
-        r"\paragraph{All assembly modes} of given actuators follow from one polynomial. Let"
+        r"\paragraph{All assembly modes} at actuator values follow from one polynomial. Let"
         r" $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$. The vectors"
         r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$"
         rf" from it to $\mathbf{{b}}_i - \mathbf{{a}}_i$ of the other legs, and the normals,"
@@ -193,9 +193,9 @@ def _solved(printed: PrintedLegs) -> str:
         else ("The first two lines are", "the third line")
     )
     return sentence(
-        f"With $J$ the quarter turn, {whose[0].lower()}{whose[1:]} solved by",
+        f"With the quarter turn $J$, {whose[0].lower()}{whose[1:]} solved by",
         _equation(rf"\mathbf{{w}} = {shown},"),
-        f"which, put into {into}, gives",
+        f"which, substituted into {into}, gives",
     )
 
 
@@ -222,8 +222,8 @@ def _harmonics(printed: PrintedLegs) -> str:
         rf"and a polynomial of degree ${2 * count}$ in"
         rf" ${root} = \mathrm{{e}}^{{\mathrm{{i}}{phi}}}$. Its zeros with $|{root}| = 1$ give"
         rf" angles of the platform: there are at most {COUNTS[2 * count]} assembly modes. They are"
-        " found on parts of the circle in each of which the Taylor series of the sum proves that it"
-        " has no zero, or one. The position follows as",
+        " isolated on intervals of the circle, where the Taylor series of the sum proves that"
+        " there is no zero or exactly one. The position follows as",
         aligned(
             [
                 printed.equation(name, value)
@@ -231,7 +231,7 @@ def _harmonics(printed: PrintedLegs) -> str:
             ],
             end=",",
         ),
-        "and Newton's iteration on the equations of the legs makes every pose exact.",
+        "and Newton's iteration on the leg equations refines every pose.",
         _singular_pair(printed),
     )
 
@@ -239,7 +239,7 @@ def _harmonics(printed: PrintedLegs) -> str:
 def _singular_pair(printed: PrintedLegs) -> str:
     """What holds where the linear equations do not determine w."""
     if not printed.legs.L:
-        return "Those two of the three lines that cross nearest to a right angle give the position."
+        return "The two lines that intersect closest to a right angle give the position."
     gap = printed.letters["gap"]
     chosen = (
         r"a line's normal, of length $1$"
@@ -247,13 +247,14 @@ def _singular_pair(printed: PrintedLegs) -> str:
         else r"the longer of $\mathbf{u}_2$ and $\mathbf{u}_3$"
     )
     return sentence(
-        rf"Where both vectors of the linear pair are parallel, it is singular. With $\mathbf{{m}}$"
-        rf" {chosen}, and ${gap}$ of the same index,",
+        rf"If both vectors of the linear pair are parallel, the pair is singular. With"
+        rf" $\mathbf{{m}}$ {chosen}, and ${gap}$ of the same index,",
         _equation(
             rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{m}} \pm \sqrt{{\ell_1^2 |\mathbf{{m}}|^2 -"
             rf" {gap}^2}}\,J \mathbf{{m}}}}{{|\mathbf{{m}}|^2}}"
         ),
-        "holds there too. The other leg tells the sign; where it does not, both are modes.",
+        "holds there too. The other leg determines the sign; if it allows both signs, both are"
+        " modes.",
     )
 
 

@@ -11,16 +11,16 @@ same joints as in the sections above with the corrections $p$ in their places, N
 \begin{align*}
 u \leftarrow u - \left(\frac{\partial f}{\partial u}\right)^{-1} f(q, u, p)
 \end{align*}
-starts at the posture of the nominal robot at $q$, and \texttt{fk\_p} is $T$ where it ends."""
-_SLOPES = r"""With $\mathcal{S}_x$ the twist of the tool by the rate of $x$, the others at rest, the
-theorem of the implicit function gives
+starts at the nominal configuration at $q$, and \texttt{fk\_p} is $T$ at its end."""
+_SLOPES = r"""With $\mathcal{S}_x$ the tool twist per unit rate of $x$ with all other variables
+constant, the implicit function theorem gives
 \begin{align*}
 J_p = \mathcal{S}_p - L \frac{\partial f}{\partial p}, \qquad
 J_q = \mathcal{S}_q - L \frac{\partial f}{\partial q}, \qquad
 L = \mathcal{S}_u \left(\frac{\partial f}{\partial u}\right)^{-1},
 \end{align*}
-where $J_p$ is \texttt{identification\_jacobian} and $J_q$ is \texttt{jacobian\_p}. $L$ takes six
-linear systems, however many numbers $p$ has."""
+where $J_p$ is \texttt{identification\_jacobian} and $J_q$ is \texttt{jacobian\_p}. $L$ requires six
+linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
@@ -36,7 +36,7 @@ def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
     return text(
         sentence(
             "The parametric functions take the geometry as a vector $p$ of"
-            rf" ${len(found)}$ numbers, nominally zero where no value is given:",
+            rf" ${len(found)}$ parameters; the nominal value is zero unless stated:",
             parameter_table(found, printer),
         ),
         _LOOPS,

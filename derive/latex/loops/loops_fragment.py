@@ -49,8 +49,9 @@ def _least_squares(page: LoopPage, count: int, z: str) -> str:
     metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
-        rf" $z$: {z}. They repeat constraints that contradict each other as the robot is built:"
-        rf" {escape(str(page.hybrid.left_open))}. The posture is that of the least sum of squared"
+        rf" $z$: {z}. Some constraints are redundant and contradict each other for the robot as"
+        rf" built:"
+        rf" {escape(str(page.hybrid.left_open))}. The configuration minimizes the sum of squared"
         rf" gaps, entries of rotations times ${metres}$,",
         aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
         r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
@@ -63,8 +64,9 @@ def _introduction(equations: Sequence[LoopEquations]) -> str:
     return (
         rf"{one} closed where the product of the exponentials around it is $1$: out along one"
         r" branch, through the closure or member, and back along the other branch. The screws"
-        r" $\mathcal{S} = (v; \omega)$ are taken at zero configuration, in the frame of the body"
-        r" where both branches meet; a component that is $0$ in all of them is left out. $M$ is the"
+        r" $\mathcal{S} = (v; \omega)$ are given at the zero configuration, in the frame of the"
+        r" body"
+        r" where both branches meet; a component that is $0$ in all screws is omitted. $M$ is the"
         r" displacement between the branches there."
     )
 

@@ -75,8 +75,8 @@ def _followers(page: LoopPage) -> str:
         symbol = page.tex(page.joints[drive.joint])
         ratio = page.tex(page.printed_terms.constant(drive.ratio))
         formula = tables.marked(f"${symbol} / {ratio}$", drive.assumed)
-        told.append(f"the motor {escape(drive.name)} turns by {formula}{_by(drive)}")
-    return f"Not actuated but driven along, {'; '.join(told)}." if told else ""
+        told.append(f"the motor {escape(drive.name)} rotates by {formula}{_by(drive)}")
+    return f"Not actuated but driven: {'; '.join(told)}." if told else ""
 
 
 def _place(page: LoopPage, c: Coordinate) -> int:
@@ -99,7 +99,7 @@ def _others(page: LoopPage) -> str:
         ("axis", [_axis(page, joint) for joint in others]),
     ]
     return sentence(
-        "The other joints, each at a point of the body that carries it, are",
+        "The other joints, each at a point of its parent body, are",
         tabular(columns, repeated=1, apart="at"),
     )
 

@@ -44,23 +44,23 @@ def _sentences(found: Mobility) -> list[str]:
     said = []
     if found.idle:
         said.append(
-            f"{found.idle} members on balls can turn about their own axes without moving any other"
-            " body: these turns are counted but are no coordinates."
+            f"{found.idle} members between ball joints can spin about their own axes without moving"
+            " any other body. These rotations are counted but are not coordinates."
         )
     if found.equations > found.rank:
         said.append(
             f"The mechanism is overconstrained: {found.equations - found.rank} of its"
-            f" {found.equations} equations repeat others."
+            f" {found.equations} equations are redundant."
         )
     idle = found.idle if found.order == SPATIAL else 0
     if found.kutzbach - idle != found.true and found.order == SPATIAL:
         said.append(
-            rf"Gr\"ubler and Kutzbach's formula counts ${found.kutzbach}$, the rank gives"
+            rf"Gr\"ubler and Kutzbach's formula gives ${found.kutzbach}$, the rank gives"
             rf" ${found.true}$: in the group of order ${SPATIAL}$, constraints of planar loops"
-            " repeat each other."
+            " are redundant."
         )
     if found.by_loops - found.idle != found.true:
-        said.append(f"The count loop by loop is ${found.by_loops}$, the rank gives ${found.true}$.")
+        said.append(f"The loop-by-loop count is ${found.by_loops}$, the rank gives ${found.true}$.")
     if not said:
         said.append("All counts agree.")
     if found.actuated == found.true:

@@ -244,7 +244,7 @@ def _lengths(printed: PrintedPlatform) -> str:
     equal = "" if length is None else f" = {printed.printed_terms.tex(length)}"
     names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
     return sentence(
-        rf"The platform is held by {names}. {each} is of length $\ell_i$ and connects the"
+        rf"The platform is supported by {names}. {each} is of length $\ell_i$ and connects the"
         rf" point {from_points} with the point {on_platform} of the platform:",
         _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
         _axes(printed),
@@ -302,7 +302,7 @@ def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]
 
 def _velocities(printed: PrintedPlatform) -> str:
     free = listed(TWIST[k] for k in printed.free)
-    alone = "" if len(printed.free) == SPACE else f", of which {free} alone can move"
+    alone = "" if len(printed.free) == SPACE else f", of which only {free} can move"
     return sentence(
         r"Differentiated and divided by $\ell_i$, with the directions"
         r" $\mathbf{n}_i = (\mathbf{b}_i - \mathbf{a}_i) / |\mathbf{b}_i - \mathbf{a}_i|$ and the"
@@ -359,12 +359,12 @@ def _singularities(printed: PrintedPlatform) -> str:
     columns = [rf"of {listed(angular)} in $\mathbf{{J}}_x$"]
     columns += [rf"of {listed(turning)} in $\mathbf{{J}}_q$"] if turning else []
     units = (
-        f" For these to be pure numbers, the columns {' and '.join(columns)} are divided by one"
-        r" length at all poses, by default the root mean square of the entries that angular rates"
-        r" have in $\mathbf{J}_x$ at the reference configuration."
+        f" To make these dimensionless, the columns {' and '.join(columns)} are divided by one"
+        r" constant length, by default the root mean square of the entries of angular rates in"
+        r" $\mathbf{J}_x$ at the reference configuration."
     )
     return sentence(
-        r"There are three types of singularity (Gosselin and Angeles 1990). The distances from them"
+        r"There are three types of singularity (Gosselin and Angeles 1990). Their distances"
         r" are, with $\sigma_{\min}$ the smallest singular value,",
         aligned(
             [
@@ -373,9 +373,11 @@ def _singularities(printed: PrintedPlatform) -> str:
                 (r"\sigma_{3}", [r"\max(\sigma_{1}, \sigma_{2})"]),
             ]
         ),
-        r"At $\sigma_{1} = 0$ the platform loses a freedom: a leg is stretched or folded. At"
-        r" $\sigma_{2} = 0$ it gains a freedom: locked actuators do not hold it, and assembly modes"
-        rf" meet. At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
+        r"At $\sigma_{1} = 0$ the platform loses a degree of freedom: a leg is stretched or"
+        r" folded. At"
+        r" $\sigma_{2} = 0$ it gains a degree of freedom: locked actuators do not fix it, and"
+        r" assembly"
+        rf" modes meet. At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
     )
 
 
@@ -391,24 +393,24 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     )
     components = [(tex(name), terms(value)) for u in triad.u for name, value in u]
     return sentence(
-        r"\paragraph{All assembly modes} of given actuators follow from one polynomial (Hunt 1983;"
+        r"\paragraph{All assembly modes} at actuator values follow from one polynomial (Hunt 1983;"
         r" Gosselin, Sefrioui and Richard 1992). Let $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$ be"
         rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. The vectors from it to"
         r" the others,"
         r" $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
         rf" depend on ${phi}$ alone,",
         aligned(components, end=","),
-        "and the rods have their lengths where",
+        "and the rod lengths require",
         _equation(
             r"|\mathbf{w}|^2 = \ell_1^2, \qquad |\mathbf{w} + \mathbf{u}_i|^2 = \ell_i^2,"
             r" \quad i = 2, 3."
         ),
-        r"The first equation subtracted from the others leaves two that are linear in"
+        r"Subtracting the first equation from the others gives two equations linear in"
         rf" $\mathbf{{w}}$, {linear}, with",
         aligned([(tex(name), terms(value)) for name, value in triad.k]),
-        "With $J$ the quarter turn, they are solved by",
+        "With the quarter turn $J$, their solution is",
         _equation(rf"\mathbf{{w}} = {shown(triad.equations.solution)},"),
-        "which, put into the first equation, gives",
+        "which, substituted into the first equation, gives",
         _equation(f"{shown(left)} = {shown(right)}."),
     )
 
@@ -434,8 +436,8 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
             rf" + ({a} + \mathrm{{i}} {b})\,{root}^{{3-m}}\bigr) = 0."
         ),
         rf"Its zeros with $|{root}| = 1$ give angles ${phi}$ of the platform: there are at most six"
-        " assembly modes. They are found on parts of the circle in each of which the Taylor series"
-        " of the sum proves that it has no zero, or one.",
+        " assembly modes. They are isolated on intervals of the circle, where the Taylor series"
+        " of the sum proves that there is no zero or exactly one.",
         _position(printed, triad),
     )
 
@@ -443,19 +445,19 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 def _paths() -> str:
     """All modes of six rods in space."""
     return sentence(
-        r"\paragraph{All assembly modes} of given actuators are real solutions of equations in"
-        r" Study's coordinates (Wampler 1996). A quaternion $\mathbf{e}$ turns the pins of the"
-        r" platform, and $\mathbf{g} = \mathbf{p}\,\mathbf{e}$ holds its position,"
+        r"\paragraph{All assembly modes} at actuator values are real solutions of equations in"
+        r" Study coordinates (Wampler 1996). A quaternion $\mathbf{e}$ rotates the pins of the"
+        r" platform, and $\mathbf{g} = \mathbf{p}\,\mathbf{e}$ contains its position,"
         r" $\mathbf{e} \cdot \mathbf{g} = 0$. With products of quaternions, the lengths are",
         _equation(
             r"|\mathbf{g} + \mathbf{e}\,\mathbf{b}'_i - \mathbf{a}_i\,\mathbf{e}|^2"
             r" = \ell_i^2\,|\mathbf{e}|^2, \quad i = 1, \dots, 6."
         ),
-        r"The last equation subtracted from the others leaves no $|\mathbf{g}|^2$ in them. The"
+        r"Subtracting the last equation from the others eliminates $|\mathbf{g}|^2$. The"
         r" equations have at most forty solutions, most of them complex (Raghavan 1993). All are"
-        r" known for rods with generic complex numbers; where these move along a straight line to"
-        r" the rods of given actuators, the solutions move along paths that do not meet, and end in"
-        r" all solutions for the given rods. The real ones are the modes.",
+        r" known for rods with generic complex dimensions. When these dimensions move along a"
+        r" straight line to the actual rods, the solutions follow paths that do not meet, and end"
+        r" in all solutions for the actual rods. The real solutions are the modes.",
     )
 
 
@@ -469,14 +471,15 @@ def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
             [(name, terms(value)) for name, value in zip(names, triad.position, strict=True)],
             end=",",
         ),
-        "and Newton's iteration on the lengths of the rods makes every pose exact. Where"
+        "and Newton's iteration on the rod lengths refines every pose. If"
         r" $\mathbf{u}_2$ and $\mathbf{u}_3$ are parallel, the linear pair is singular. With"
         rf" $\mathbf{{u}}$ the longer of both and ${gap}$ of the same index,",
         _equation(
             rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{u}} \pm"
             rf" \sqrt{{\ell_1^2 |\mathbf{{u}}|^2 - {gap}^2}}\,J \mathbf{{u}}}}{{|\mathbf{{u}}|^2}}"
         ),
-        "holds there too. The third rod tells the sign; where it does not, both are modes.",
+        "holds there too. The third rod determines the sign; if it allows both signs, both are"
+        " modes.",
     )
 
 

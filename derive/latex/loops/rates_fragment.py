@@ -138,7 +138,7 @@ def rates(page: LoopPage) -> str:
             _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates,")
         )
     dead = (
-        r"The loops' equations, differentiated, are linear in the rates; the factors on the left"
+        r"The differentiated closure equations are linear in the rates; the factors on the left"
         r" vanish at dead points."
     )
     return text(
@@ -177,7 +177,7 @@ def _rates(
         words,
         aligned(unknowns, end="," if joints else "."),
         sentence("and with these", aligned(joints)) if joints else "",
-        "Dots on intermediate results are their rates, by the chain rule." if found.inner else "",
+        "Dots denote rates of intermediate results, by the chain rule." if found.inner else "",
     )
 
 
@@ -190,7 +190,7 @@ def _jacobian(page: LoopPage) -> str:
             " joints that are not actuated"
         )
     return sentence(
-        r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$, and"
+        r"Let $J_\theta$ be the mixed Jacobian with respect to the main-chain joints $\theta$, and"
         rf" $\partial \theta / \partial q$ {maps}. In actuated coordinates, the twist of the tool"
         " and the Jacobian are",
         aligned([("V", [r"J_q\,\dot{q}"]), ("J_q", [rf"J_\theta\,{theta}"])]),

@@ -48,9 +48,9 @@ def _note(page: LoopPage) -> str:
         return ""
     return (
         r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies."
-        r" The branch of a root is that of the reference"
+        r" Each root has the branch of the reference"
         r" configuration. A margin is positive where the step closes, $0$ at a dead point and"
-        r" negative out of reach. Angles are taken between $-\pi$ and $\pi$."
+        r" negative out of reach. Angles are between $-\pi$ and $\pi$."
     )
 
 
@@ -85,7 +85,7 @@ def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
         shown = page.tex(page.printed_terms.sum(turned))
-        axes += f" (components below: turned by ${shown}$)"
+        axes += f" (components below: rotated by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
 
 
@@ -208,12 +208,12 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
         ],
     )
     return sentence(
-        rf"There is no closed form for {unknown}. They are followed from the reference"
-        r" configuration by Newton's iteration on the equations of the loops,",
+        rf"There is no closed form for {unknown}. Newton's iteration on the"
+        r" closure equations solves for them along a path from the reference configuration,",
         rf"\begin{{equation*}}\n{newton[0]} {newton[1][0]},\n\end{{equation*}}%".replace(
             r"\n", "\n"
         ),
-        rf"where ${p}$ are the entries of $z$ that are not given.",
+        rf"where ${p}$ are the unknown entries of $z$.",
     )
 
 
@@ -244,8 +244,8 @@ def _collapsed(page: LoopPage) -> list[str]:
     return [
         sentence(
             rf"The angles {listed(page.members.theta[k] for k in gone)} of the main chain have a"
-            " constant sum, so that the bodies behind these joints only translate,",
+            " constant sum, so that the bodies after these joints only translate,",
             aligned(moves, end=","),
-            "in the plane of these joints. The loops' equations eliminate all solved angles.",
+            "in the plane of these joints. The closure equations eliminate all solved angles.",
         )
     ]

@@ -198,7 +198,7 @@ class LoopClosure:
         count = len(self.entries)
         return self._function(
             "closure",
-            "Least equations of the loops, zero where the loops are closed, and their derivative.",
+            "Reduced closure equations, zero where the loops are closed, and their derivative.",
             "|b - a| - l of each strut; the equations of constraint(z) for other loops",
             ("w",),
             Result("residual", self.entries, (count,), "m or 1", "residuals"),

@@ -230,7 +230,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
     found |= backward_makers(of_chain.joints)
     found["actuator_margin"] = lambda _: of_chain.margin(
         "actuator_margin",
-        "Square of the determinant of the loops' equations, the main chain given.",
+        "Squared determinant of the closure equations with the main chain fixed.",
         "1 at the reference, 0 at a singularity, NaN where the loops do not close",
     )
     return found
@@ -240,20 +240,20 @@ def _near(iteration: Iteration, name: str) -> SymbolicFunction:
     """Builds the function for all joints, and the pose, from a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
-    seed = replace(z, name="seed", meaning="configuration nearby, swings unused")
+    seed = replace(z, name="seed", meaning="nearby configuration; strut swings are ignored")
     found = Result("z", iteration.joints.configuration, z.shape, z.unit, z.meaning)
-    text = "from a configuration nearby, in at most eight steps of Newton's iteration"
+    text = "from a nearby configuration by at most eight Newton steps"
     if name == "fk_near":
         pose = iteration.tool_functions(["fk"])["fk"].outputs
         summary, identity = (
             f"Pose of the tool and configuration, {text}.",
-            "(fk(q), z) on the branch of the seed; NaN where it is too far away",
+            "(fk(q), z) on the branch of the seed; NaN if the seed is too far from q",
         )
     else:
         pose = ()
         summary, identity = (
             f"All joints, swings and cylinder lengths, {text}.",
-            "constraint(z) = 0; NaN where the seed is too far away",
+            "constraint(z) = 0; NaN if the seed is too far from q",
         )
     made = h.function(
         name, summary, identity, ("q",), *pose, found, role=Role("near", codomain="configuration")

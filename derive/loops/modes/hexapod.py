@@ -120,11 +120,11 @@ def rod_ends(h: Hybrid) -> SymbolicFunction:
     lengths = tuple(map(h.terms.let, found.lengths))
     return h.function(
         CALLED,
-        "Ends of the rods apart from the platform, in the axes of its first three joints, and the "
-        "rods' lengths.",
+        "Rod ends on the actuated side, in the axes of the first three main-chain joints, and rod "
+        "lengths.",
         "|b_i(theta) - a_i(q)| = l_i",
         ("q",),
-        Result("a", a, (RODS, 3), "m", "ends apart from the platform"),
+        Result("a", a, (RODS, 3), "m", "rod ends on the actuated side"),
         Result("l", lengths, (RODS,), "m", "lengths"),
         role=Role("rod ends"),
     )
@@ -145,13 +145,13 @@ def modes(h: Hybrid) -> WrittenFunction | None:
         "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",
         (h.arguments["q"],),
         (
-            Result("theta", (), (n, len(FREE)), "m, rad", "joints of the main chain, a mode a row"),
+            Result("theta", (), (n, len(FREE)), "m, rad", "main-chain joints, one mode per row"),
             Result(
                 "margin",
                 (),
                 (n,),
                 "1",
-                "|det J_x| over the lengths of its rows: 0 where the "
+                "|det J_x| over the product of its row norms: 0 if the "
                 "platform is singular and two modes meet",
             ),
             Result(

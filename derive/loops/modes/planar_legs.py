@@ -242,8 +242,8 @@ def legs(h: Hybrid, triad: Triad) -> SymbolicFunction:
     residuals = tuple(leg_residuals(h.terms, triad, h.theta))
     return h.function(
         "legs",
-        "Distance of the platform from the circle or line of each leg, rods first.",
-        "|p + R b_i - A_i(q)| - L_i, or n_i . (p + R b_i - A_i(q)) where a joint of the leg slides",
+        "Distance of each platform joint from the circle or line of its leg, rods first.",
+        "|p + R b_i - A_i(q)| - L_i, or n_i . (p + R b_i - A_i(q)) if the leg has a slider",
         ("theta", "q"),
         Result("residual", residuals, (LEGS,), "m", "distances"),
         role=Role("lengths"),
@@ -255,7 +255,7 @@ def legs_D_chain(h: Hybrid, triad: Triad) -> SymbolicFunction:
     columns = derivative_columns(h.terms, leg_residuals(h.terms, triad, h.theta), h.theta)
     return h.function(
         "legs_D_chain",
-        "Derivative of the legs' residuals by the main chain's joints.",
+        "Derivative of the leg residuals with respect to the main-chain joints.",
         "legs_D_chain[:, k] = d legs / d theta_k",
         ("theta", "q"),
         Result("residual_D_theta", matrix_entries(columns), (LEGS, LEGS), "1, m", "derivative"),

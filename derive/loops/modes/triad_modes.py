@@ -36,24 +36,22 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
     """
     return WrittenFunction(
         "modes",
-        f"Every assembly mode of the platform, up to {SLOTS}, in the order of phi.",
+        f"Every assembly mode of the platform, up to {SLOTS}, sorted by phi.",
         "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite"
         if legs == "rods"
         else f"{legs}(theta[k], q) = 0 wherever theta[k] is finite",
         (q,),
         (
-            Result(
-                "theta", (), (SLOTS, CHAIN), "m, rad", "joints of the main chain, one mode a row"
-            ),
+            Result("theta", (), (SLOTS, CHAIN), "m, rad", "main-chain joints, one mode per row"),
             Result(
                 "margin",
                 (),
                 (SLOTS,),
                 "1",
-                "|det J_x| over the lengths of its rows: 0 where the platform is singular and two "
-                "modes meet",
+                "|det J_x| over the product of its row norms: 0 if the platform is singular and "
+                "two modes meet",
             ),
-            Result("unsure", (), (1,), "1", "0 where no mode is missing for certain"),
+            Result("unsure", (), (1,), "1", "0 if certainly no mode is missing"),
         ),
         "triad",
         (size,),

@@ -168,7 +168,7 @@ class _Numbered:
             return ()
         turns: Placement = ()
         for axis in _TURNS if closer.kind != "pin" else _TURNS[:2]:
-            words = f"correction: turn of its axes on {getattr(closer, side).body} about {axis}"
+            words = f"correction: rotation of its axes on {getattr(closer, side).body} about {axis}"
             symbol = self.made.new(closer.name, f"{side}_turn_{axis}", "rad", words, part="loop")
             turns += rotation(axis, symbol)
         return turns

@@ -136,7 +136,7 @@ class ParametricLoops:
         count = len(entries)
         return self._function(
             "closure_p",
-            "Equations of the loops of any geometry, zero where they are closed.",
+            "Closure equations for any geometry, zero where the loops are closed.",
             "closure_p(w, p) = 0",
             Result("residual", entries, (count,), "m or 1", "residuals"),
             Result(
@@ -153,9 +153,11 @@ class ParametricLoops:
         shape = (len(slopes), self.arguments["p"].size)
         return self._function(
             "closure_p_D_p",
-            "Derivative of the equations of the loops by the parameters.",
+            "Derivative of the closure equations with respect to the parameters.",
             "residual_D_w wd + residual_D_p pd = 0",
-            Result("residual_D_p", _flat(slopes), shape, "1, m, 1/m", "their derivative by p"),
+            Result(
+                "residual_D_p", _flat(slopes), shape, "1, m, 1/m", "derivative with respect to p"
+            ),
         )
 
     def _tool(self) -> SymbolicFunction:
@@ -163,7 +165,7 @@ class ParametricLoops:
         name = f"T_{h.base_frame}_{h.tool_frame}"
         return self._function(
             "tool_p",
-            "Pose of the tool of any geometry, from the coordinates and unknown variables.",
+            "Tool pose for any geometry, from the coordinates and unknown variables.",
             f"{name}(w, p)",
             Result(name, pose_entries(self._end.pose), (4, 4), "1, m", "pose of the tool"),
         )
@@ -178,9 +180,11 @@ class ParametricLoops:
         ]
         return self._function(
             f"tool_p_D_{name}",
-            f"Twist (v, omega) of the tool in base axes by the rates of {name}.",
-            f"V = tool_p_D_{name}(w, p) {name}d with the other input at rest",
-            Result("J", _flat(rows), (6, len(symbols)), "m, 1", f"derivative by {name}"),
+            f"Twist (v, omega) of the tool in base axes per unit rate of {name}.",
+            f"V = tool_p_D_{name}(w, p) {name}d with the other input constant",
+            Result(
+                "J", _flat(rows), (6, len(symbols)), "m, 1", f"derivative with respect to {name}"
+            ),
         )
 
     def _parts(self) -> SymbolicFunction:
@@ -192,9 +196,9 @@ class ParametricLoops:
         return replace(
             self._function(
                 PARTS,
-                "Frames of the parts of any geometry, at coordinates zero.",
-                "the numbers of a robot file",
-                Result("frames", entries, (len(frames), 4, 4), "1, m", "frames in their bodies"),
+                "Frames of the joints and loop ends for any geometry, at zero coordinates.",
+                "the frame values of a robot file",
+                Result("frames", entries, (len(frames), 4, 4), "1, m", "frames in body axes"),
             ),
             inputs=(self.arguments["p"],),
         )

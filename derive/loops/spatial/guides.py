@@ -39,8 +39,8 @@ class Guides(LoopStep):
 
     title: ClassVar[str] = "guides"
     reason: ClassVar[str] = (
-        "The turns of the bearings are about independent axes, so that the bearings keep their"
-        " angles; the slides follow from the position of the closure."
+        "The bearings rotate about independent axes, so their angles stay constant; the"
+        " prismatic joints follow from the closure position."
     )
 
     @classmethod

@@ -134,7 +134,7 @@ class UniversalLeg(LoopStep):
         "Let, with $D$ from the joint's centre to the ball in the axes of its first joint at zero,"
         " and other vectors in those of its second joint,"
     )
-    dead_point: ClassVar[str] = "the rod is as near to the axis of the first joint as it can be"
+    dead_point: ClassVar[str] = "the angle between the rod and the first joint's axis is minimal"
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
@@ -204,8 +204,8 @@ class UniversalLeg(LoopStep):
     def remark(self) -> str:
         """A sentence on the other branch."""
         return (
-            "The other sign of ${h}$ turns the fork over: the rod points the same way from its"
-            " other side."
+            "The other sign of ${h}$ is the flipped fork: the rod then points in the same"
+            " direction."
         )
 
 

@@ -55,7 +55,7 @@ def test_article_and_explanation_state_that_mimic_joints_are_free():
     (article,) = (
         text.decode() for name, text in written.items() if name.endswith("latex/inverse.tex")
     )
-    assert "the joints that follow others are free" in article
+    assert "the chain with its dependent joints free" in article
     assert "j4 follows another joint, and is free in these steps" in str(explain(robot))
 
 

@@ -198,8 +198,8 @@ def test_assumed_values_are_noted_and_marked_in_latex():
     assert [c.assumed for c in robot.coordinates] == [True, False]
     printed = fragments(derive(robot))["parameters.tex"]
     assert printed.count(r"\,$^{\ast}$") >= 3
-    assert "An asterisk marks what the source does not state" in printed
-    assert "the motor other turns by $" in printed
+    assert "An asterisk marks a value that the description assumes" in printed
+    assert "the motor other rotates by $" in printed
     text = bridge().replace(", assumed = true", "").replace("assumed = true", "")
     stated = read_text(text.replace('assumed = ["limits"]', ""))
     assert stated.notes == ()

@@ -437,7 +437,7 @@ def test_snapped_numbers_are_printed_as_a_table(tmp_path):
     joints = [("a_1", half), ("b", tiny), ("c", half)]
     robot = urdf(tmp_path, *((name, "revolute", "0 0 1", roll, "") for name, roll in joints))
     table = parameters_of(robot)
-    assert r"together they change the pose of the tool by at most $" in table
+    assert r"in total, they change the pose of the tool by at most $" in table
     assert r"$3.1416$ & $\pi$ & roll of a\_1; roll of c" in table
     assert r"up to $1.2 \cdot 10^{-16}$ & $0$ & roll of b" in table
     assert "Notes" not in table

@@ -285,7 +285,7 @@ a = "W"
 
 def test_article_measures_deviation_from_nearest_structure():
     text = article("jaco2")["inverse.tex"]
-    assert "spherical wrist: it asks that axes" in text
+    assert "spherical wrist: it requires that axes" in text
     assert "(off by 37 mm)" in text
     assert r"\ell" in text
 

@@ -135,6 +135,6 @@ def test_article_prints_leg_equations_and_assembly_mode_count():
     assert r"\input{latex/legs}" in document(derivation)
     assert r"= \ell_i, \quad i = 1, \qquad" in text
     assert r"\mathbf{n}_i \cdot (\mathbf{b}_i - \mathbf{a}_i) = 0, \quad i = 2, 3." in text
-    assert "belongs to the platform for $i = 2$ and stands apart from it for $i = 3$" in text
+    assert "belongs to the platform for $i = 2$ and is fixed off the platform for $i = 3$" in text
     assert "at most six assembly modes" in text
     assert "at most two assembly modes" in legs(printed("lines that turn alike")[2].page)

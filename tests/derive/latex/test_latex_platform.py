@@ -225,7 +225,7 @@ def test_printing_platform_twice_gives_identical_text():
 
 def test_slider_crank_prints_a_single_rod():
     shown = platform(printed("slider_crank").page)
-    assert "held by connecting rod. It is of length" in shown
+    assert "supported by connecting rod. It is of length" in shown
     assert r"(\mathbf{J}_q)_{11} &= r \mathbf{n}_{1y} \cos q_{1}" in shown
     assert "all other entries" not in shown
 

@@ -1,7 +1,8 @@
-/* Batches on lanes, of poses by the row; part of chasles, the same for every robot.
+/* Batches on vector lanes, with one pose per row. Part of chasles; the same for every robot.
  *
- * Included behind chasles_lanes.h for each instruction set. It gives `lanes_run`, which walks over
- * rows of any step in tiles of LANES rows: rows to lanes, a kernel on lanes, lanes to rows.
+ * Included after chasles_lanes.h for each instruction set. Defines `lanes_run`, which processes
+ * rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a kernel and
+ * transposes back.
  */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
@@ -11,12 +12,12 @@
 
 #define LANES_MOST_INPUTS 256  /* doubles in all inputs of a kernel */
 #define LANES_MOST_OUTPUTS 512 /* doubles in all outputs */
-#define LANES_MOST_ARGUMENTS 8 /* inputs, and outputs */
+#define LANES_MOST_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
 #define LANES_LINE 8           /* doubles in a cache line */
-/* Lanes of inputs, of outputs, and of outputs that are staged with a line each. */
+/* Work lanes: inputs, outputs, and staged outputs with one extra line each. */
 #define LANES_MOST_WORK \
     (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
-/* Results larger than this (bytes) go past the caches: they would not be found there anyway. */
+/* Results larger than this (bytes) bypass the caches, which could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
@@ -24,9 +25,9 @@ typedef struct {
     const int *sizes; /* doubles of each input, then of each output */
 } lanes_shape;
 
-/* A result on its way to memory, in whole cache lines: rows are staged behind the first line of
- * `stage`, at whose end `held` doubles of earlier rows wait for the rest of the line that begins at
- * `to`; the first `skipped` of them belong to somebody else. */
+/* A result that is written to memory in whole cache lines. Rows are staged after the first line of
+ * `stage`. At the end of this first line, `held` doubles of earlier rows wait until the line at
+ * `to` is complete; the first `skipped` doubles of that line are not part of the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -36,9 +37,9 @@ typedef struct {
 
 typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
-/* ---- results past the caches ---- */
+/* ---- results that bypass the caches ---- */
 
-/* Writes the whole lines among the doubles that are staged, keeps the rest for the next tile. */
+/* Writes the complete lines of the staged doubles; the rest waits for the next tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
     const double *from = stream->stage + LANES_LINE - stream->held;
@@ -77,12 +78,12 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* On a page of its own: elsewhere, by chance, storing and loading it again took twice as long.
+    /* Aligned to a page: at other addresses, storing and reloading sometimes took twice as long.
      */
     lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MOST_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* One behind the other: arrays that begin on pages of their own would share few cache lines. */
+    /* Contiguous: page-aligned arrays would compete for few cache lines. */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

@@ -1,43 +1,40 @@
-/* The solution of an inverse nearest to a seed within limits; part of chasles, the same for every
+/* The solution of an inverse nearest to a seed within limits. Part of chasles; the same for every
  * robot.
  *
- * A joint that a full turn brings back to the same pose counts at the turn nearest to the seed
- * within its limits.
+ * A periodic joint is shifted by full turns to the value nearest to the seed within its limits.
  */
 #ifndef CHASLES_NEAREST_H
 #define CHASLES_NEAREST_H
 
 #include "chasles_distance.h"
 
-#define CHASLES_SOLVED 1e-9 /* largest residual of a solution [m, rad] */
-#define CHASLES_AT_LIMIT                                                                         \
-    1e-12                     /* distance by which rounding may put a coordinate outside a limit \
-                               */
-#define CHASLES_MAX_SLOTS 64  /* slots of an inverse */
-#define CHASLES_MAX_JOINTS 64 /* coordinates of a robot */
+#define CHASLES_SOLVED 1e-9    /* largest residual of a solution [m, rad] */
+#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
+#define CHASLES_MAX_SLOTS 64   /* slots of an inverse */
+#define CHASLES_MAX_JOINTS 64  /* coordinates of a robot */
 
-/* Results that are no slot: the reason why there is no solution. */
+/* Results other than a slot: the reason for a missing solution. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no slot reaches the pose */
-#define CHASLES_OUTSIDE_LIMITS (-2) /* slots reach the pose, all of them outside the limits */
+#define CHASLES_OUTSIDE_LIMITS (-2) /* all slots that reach the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
 
-/* The meaning of a move of each coordinate. */
+/* Limits, weights and periods of the coordinates. */
 typedef struct {
-    const double *lower, *upper; /* its limits, infinite for none */
-    const double *scale;         /* the factor of its move in the distance: its weight */
+    const double *lower, *upper; /* limits, infinite for no limit */
+    const double *scale;         /* weight of the displacement in the distance */
     const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, else 0 */
 } chasles_moves;
 
-/* The slots of an inverse, row by row. */
+/* The slots of an inverse, one per row. */
 typedef struct {
     int n, slots;
     const double *q, *residual, *margin;
     double tolerance; /* largest residual of a solution */
 } chasles_slots;
 
-/* Writes the coordinates of a slot at the turns nearest to the seed within the limits, and returns
- * their distance; INFINITY if a coordinate has no turn within its limits. A coordinate that
- * rounding has put outside a limit is set to the limit. */
+/* Writes the coordinates of a slot, shifted by full turns to be nearest to the seed within the
+ * limits. Returns their distance, or INFINITY if a coordinate has no value within its limits. A
+ * coordinate that violates a limit only by rounding is set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
                                      const double *q_seed, double *q)
 {
@@ -63,8 +60,8 @@ static inline double chasles_limited(int n, const chasles_moves *moves, const do
     return distance;
 }
 
-/* Writes the coordinates of a slot at the turns nearest to the seed, and returns whether they are
- * within the limits. */
+/* Writes the coordinates of a slot, shifted by full turns to be nearest to the seed. Returns
+ * whether they are within the limits. */
 static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
                                     const double *q_seed, double *q)
 {
@@ -77,7 +74,8 @@ static inline int chasles_is_inside(int n, const chasles_moves *moves, const dou
     return inside;
 }
 
-/* Writes the distance of each slot from the seed without limits: a lower bound with them. */
+/* Writes the distance of each slot from the seed without limits, a lower bound of the distance with
+ * limits. */
 static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
                                      const double *q_seed, double *distance)
 {
@@ -88,8 +86,8 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
     }
 }
 
-/* Returns the slot with the smallest distance, the lowest of several that are equal but for
- * rounding; -1 if all are infinite. The slot takes the place of the rounding. */
+/* Returns the slot with the smallest distance, or -1 if all are infinite. If distances differ only
+ * by rounding, returns the lowest slot: the slot number replaces the rounding bits. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
@@ -100,8 +98,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Writes NaN to q and the residual and margin of the slot nearest to the pose, and returns the
- * reason why there is no solution. */
+/* Writes NaN to q, and the residual and margin of the slot with the smallest residual. Returns the
+ * reason for the missing solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
@@ -127,8 +125,8 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* chasles_nearest from distances without limits: tries the slots in their order, until one is as
- * near with its limits. Changes the distances. */
+/* chasles_nearest from distances without limits: tries the slots by distance until one is as near
+ * with limits. Changes the distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -158,8 +156,9 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 #define CHASLES_NEAREST_SIX 0
 #endif
 
-/* Returns the slot nearest to the seed without limits, -1 if there is none, and whether it is
- * within the limits; writes the distances, and its coordinates at the turns nearest to the seed. */
+/* Returns the slot nearest to the seed without limits, or -1 if there is none; also returns whether
+ * it is within the limits. Writes all distances, and the coordinates of this slot nearest to the
+ * seed. */
 static inline int chasles_nearest_turns(const chasles_slots *of, const chasles_moves *moves,
                                         const double *q_seed, double *distance, double *at,
                                         int *is_inside)
@@ -176,9 +175,9 @@ static inline int chasles_nearest_turns(const chasles_slots *of, const chasles_m
     return best;
 }
 
-/* Writes the solution nearest to the seed, its residual and margin, and returns its slot, the
- * lowest of several at the same distance. Where there is none it returns the reason, and writes NaN
- * and the residual and margin of the slot nearest to the pose. q may be q_seed. */
+/* Writes the solution nearest to the seed, its residual and margin. Returns its slot, the lowest of
+ * several at the same distance. Without a solution, returns the reason, and writes NaN and the
+ * residual and margin of the slot with the smallest residual. q may be q_seed. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {

@@ -1,16 +1,16 @@
-/* chasles_nearest_turns for six coordinates and a multiple of four slots, on vectors of AVX2; part
- * of chasles, the same for every robot. Included by chasles_nearest.h. */
+/* chasles_nearest_turns for six coordinates and a multiple of four slots, with AVX2 vectors. Part
+ * of chasles; the same for every robot. Included by chasles_nearest.h. */
 #ifndef CHASLES_NEAREST_SIX_H
 #define CHASLES_NEAREST_SIX_H
 
 #include <immintrin.h>
 
-/* Four coordinates of the seed, with what a move of each means. */
+/* Four coordinates of the seed, with their limits, weights and periods. */
 typedef struct {
     __m256d seed, turn, scale;
 } chasles_four;
 
-/* Joints 0 and 1 of a seed, twice; and its joints 2 to 5. */
+/* Seed joints 0 and 1, twice; and seed joints 2 to 5. */
 static inline chasles_four chasles_first_two(const chasles_moves *moves, const double *q_seed)
 {
     const chasles_four found = {_mm256_broadcast_pd((const __m128d *)q_seed),
@@ -34,7 +34,7 @@ static inline __m256d chasles_turns(__m256d q, const chasles_four *of)
     return _mm256_round_pd(apart, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
 }
 
-/* The moves of four coordinates in the distance. */
+/* The weighted displacements of four coordinates. */
 static inline __m256d chasles_four_moves(__m256d q, const chasles_four *of)
 {
     const __m256d apart = _mm256_sub_pd(q, of->seed);
@@ -42,8 +42,8 @@ static inline __m256d chasles_four_moves(__m256d q, const chasles_four *of)
     return _mm256_mul_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.0), move), of->scale);
 }
 
-/* The first two coordinates of two rows. Loads that overlap the stores of an inverse wait for them:
- * it stores the first four and the last four of a row. */
+/* The first two coordinates of two rows. Loads that overlap recent stores wait: the inverse stored
+ * the first four and the last four coordinates of a row. */
 static inline __m256d chasles_two_rows(const double *row)
 {
     return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(row)), _mm_loadu_pd(row + 6),
@@ -73,8 +73,8 @@ static inline __m256d chasles_four_distances(const double *q, const chasles_four
     return _mm256_max_pd(low, _mm256_permute4x64_pd(chasles_max_of_pairs(a[0], a[1]), 0xD8));
 }
 
-/* Returns the coordinates at the turns nearest to the seed; clears is_inside unless they are within
- * the limits. */
+/* Returns the coordinates nearest to the seed by full turns; clears is_inside unless they are
+ * within the limits. */
 static inline __m256d chasles_turned(__m256d q, const chasles_four *of, __m256d lower,
                                      __m256d upper, int *is_inside)
 {
@@ -85,7 +85,8 @@ static inline __m256d chasles_turned(__m256d q, const chasles_four *of, __m256d 
     return at;
 }
 
-/* Writes a row at the turns nearest to the seed, and whether it is within the limits. */
+/* Writes a row, shifted by full turns to be nearest to the seed. Returns whether it is within the
+ * limits. */
 static inline void chasles_turn_six(const double *row, const chasles_moves *moves,
                                     const chasles_four *first, const chasles_four *last, double *at,
                                     int *is_inside)

@@ -1,4 +1,4 @@
-/* Vectors of numbers, of as many samples or solutions; part of chasles, the same for every robot.
+/* Vectors with one sample or solution per lane. Part of chasles; the same for every robot.
  */
 #ifndef CHASLES_VECTORS_H
 #define CHASLES_VECTORS_H
@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdint.h>
 
-/* As wide as registers are: wider vectors would go through memory. */
+/* As wide as registers: wider vectors would spill to memory. */
 #if defined(__AVX512F__)
 #define CHASLES_LANES 8
 #elif defined(__AVX__)
@@ -15,15 +15,15 @@
 #define CHASLES_LANES 2
 #endif
 
-/* GCC's and Clang's vectors: of plain arrays, sums would go through memory. */
+/* GCC and Clang vector types: sums of plain arrays would spill to memory. */
 typedef double chasles_vector __attribute__((vector_size(8 * CHASLES_LANES)));
 typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_LANES)));
 
 #define CHASLES_INLINE static inline __attribute__((always_inline))
-/* Matrices of vectors stay in registers where their indices are known. */
+/* Unrolled loops: matrices of vectors stay in registers if their indices are constants. */
 #define CHASLES_UNROLL _Pragma("GCC unroll 16")
 
-/* By bits: what is not chosen may be NaN. */
+/* Selects by bits: the unselected value may be NaN. */
 CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
                                                     chasles_vector y)
 {
@@ -35,7 +35,7 @@ CHASLES_INLINE chasles_vector chasles_vector_sizes(chasles_vector x)
     return (chasles_vector)((chasles_vector_mask)x & INT64_MAX);
 }
 
-/* The size of x with the sign of y. */
+/* The magnitude of x with the sign of y. */
 CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_vector y)
 {
     return (chasles_vector)(((chasles_vector_mask)x & INT64_MAX) |

@@ -1,7 +1,7 @@
-/* Assembly modes of an inverse through iterated loops; part of chasles, the same for every robot.
+/* Assembly modes of an inverse through iterated loops. Part of chasles; the same for every robot.
  *
- * The legs of a platform reach a pose with coordinates q, and fk(q) is the pose that the loops have
- * on the branch of the reference. Both are the same pose, or two assembly modes. */
+ * The legs of a platform reach a pose with coordinates q; fk(q) is the pose on the reference branch
+ * of the loops. The two poses are equal, or belong to two assembly modes. */
 #ifndef CHASLES_CLOSURE_MODES_H
 #define CHASLES_CLOSURE_MODES_H
 
@@ -9,9 +9,9 @@
 
 #include "chasles_closure_tolerances.h"
 
-/* The residual of a slot whose legs miss the pose T by `legs` and whose fk is `reached`, NaN where
- * fk does not get there: infinite in another assembly mode, else the larger of both deviations.
- * Lengths count in parts of the robot's size where modes are told apart. */
+/* The residual of a slot: the larger of the leg error `legs` and the deviation of its fk pose
+ * `reached` from T. Infinite in another assembly mode; NaN if fk fails. Modes are distinguished
+ * with lengths relative to the robot size. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {
@@ -28,7 +28,7 @@ static inline double chasles_mode_residual(const double T[16], const double reac
     if (!is_near && legs <= CLOSURE_ON_LEGS * size)
         return INFINITY;
     const double residual = distance > angle ? distance : angle;
-    /* NaN is kept: a comparison with it is false. */
+    /* NaN propagates, because comparisons with NaN are false. */
     return legs > residual ? legs : residual;
 }
 

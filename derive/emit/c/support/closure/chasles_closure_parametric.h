@@ -1,5 +1,5 @@
-/* Loops whose geometry p is an input, closed by Newton's iteration from the posture of the nominal
- * robot, and the tool's derivatives through them; part of chasles, the same for every robot.
+/* Loops with geometry p as input, closed by Newton's iteration from the nominal configuration, and
+ * tool derivatives through these loops. Part of chasles; the same for every robot.
  *
  * Included once for each robot, which defines
  *
@@ -9,12 +9,12 @@
  *   CLOSURE_P                  parameters of the geometry
  *   CLOSURE_AT(s)              computes s->c and s->D at s->w and s->p
  *   CLOSURE_Z                  entries of the nominal configuration z
- *   CLOSURE_POSTURE(q, z)      it at q, NaN where the nominal loops do not close
+ *   CLOSURE_POSTURE(q, z)      computes z at q; NaN if the nominal loops do not close
  *   tables actuated, ratio     the variable of each coordinate, and 1
  *          unknown, of_z       the unknown variables, and their indices in z
- *          size_u, size_c      what compares unknowns and equations: a length (metre), or 1
+ *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
  *
- * No allocation, no state. */
+ * The code allocates nothing and has no state. */
 #include <string.h>
 
 #include "chasles_closure_newton.h"
@@ -32,8 +32,8 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* L = J_u c_u^-1, (6 x M), from the tool's Jacobian J (6 x W): one system a row, c_u^T l = j, by
- * R^T y = j and l = Q y. */
+/* L = J_u c_u^-1 (6 x M), from the tool's Jacobian J (6 x W). Each row solves c_u^T l = j by R^T y
+ * = j and l = Q y. */
 static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
 {
     CLOSURE_NAME(factored)(s);
@@ -57,7 +57,7 @@ static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, doub
     }
 }
 
-/* J = J_x - L c_x for the first columns of tables J_x and c_x of some widths. */
+/* J = J_x - L c_x for the first columns of arrays J_x and c_x with different row lengths. */
 static void CLOSURE_NAME(through)(const double *J_x, const double *L, const double *c_x, int width,
                                   int columns, double *J)
 {
@@ -70,14 +70,15 @@ static void CLOSURE_NAME(through)(const double *J_x, const double *L, const doub
         }
 }
 
-/* The tool's Jacobian (6 x Q) by the coordinates, from that by w. */
+/* The tool's Jacobian (6 x Q) with respect to the coordinates, from the Jacobian with respect to
+ * w. */
 static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w, const double *L,
                                double *J)
 {
     CLOSURE_NAME(through)(J_w, L, s->D, CLOSURE_W, CLOSURE_Q, J);
 }
 
-/* The tool's Jacobian (6 x P) by the parameters, from that with w at rest. */
+/* The tool's Jacobian (6 x P) with respect to the parameters, from the Jacobian at constant w. */
 static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p, const double *L,
                                const double *c_p, double *J)
 {
@@ -85,8 +86,7 @@ static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p
     CLOSURE_NAME(through)(J_p, L, c_p, CLOSURE_P, CLOSURE_P, J);
 }
 
-/* Twists (6 x P) of the tool's origin in base axes become those of the body's point at the base's
- * origin. */
+/* Converts mixed twists (6 x P) to space twists. */
 static void CLOSURE_NAME(in_space)(const CLOSURE_NAME(closed) * s, const double T[16], double *J)
 {
     (void)s;
@@ -101,7 +101,7 @@ static void CLOSURE_NAME(in_space)(const CLOSURE_NAME(closed) * s, const double 
     }
 }
 
-/* They become those in the tool's axes. */
+/* Converts mixed twists (6 x P) to body twists, in tool axes. */
 static void CLOSURE_NAME(in_body)(const CLOSURE_NAME(closed) * s, const double T[16], double *J)
 {
     (void)s;

@@ -1,11 +1,11 @@
-/* Rates and derivatives of closed loops by the implicit function theorem; part of chasles, the same
- * for every robot, included by chasles_closure.h.
+/* Rates and derivatives of closed loops by the implicit function theorem. Part of chasles; the same
+ * for every robot. Included by chasles_closure.h.
  *
  *     c_w w_q = 0,   c_w wd = 0,   c_w wdd = -(c_w)' wd,   c_w (w_q)' = -(c_w)' w_q
  *
- * with the actuated rows given. D_u is factored once, at the closed configuration. */
+ * with known actuated rows. D_u is factored once, at the closed configuration. */
 
-/* (W x Q) the derivative of all variables by the coordinates. */
+/* (W x Q) derivative of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
 {
     for (int j = 0; j < CLOSURE_Q; j++) {
@@ -19,7 +19,7 @@ static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
     }
 }
 
-/* Rates of all variables from those of the coordinates. */
+/* Rates of all variables, from the coordinate rates. */
 static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd, double *wd)
 {
     double x[CLOSURE_U];
@@ -30,7 +30,7 @@ static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd
         wd[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * qd[k];
 }
 
-/* x = -c_u^+ bend v, the part of a second derivative that is due to the bend of the equations. */
+/* x = -c_u^+ bend v, the curvature term of a second derivative. */
 static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *bend, const double *v,
                                int step, double x[CLOSURE_U])
 {
@@ -43,7 +43,7 @@ static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *ben
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Accelerations of all variables from those of the coordinates, and the rates wd. */
+/* Accelerations of all variables, from coordinate accelerations and the rates wd. */
 static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const double *wd,
                                         const double *qdd, double *wdd)
 {
@@ -55,7 +55,7 @@ static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const do
         wdd[CLOSURE_NAME(unknown)[k]] += x[k];
 }
 
-/* (W x Q) the rate of the derivative w_q at rates wd of all variables. */
+/* (W x Q) time derivative of w_q at rates wd of all variables. */
 static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double *wd,
                                     const double *w_q, double *D)
 {
@@ -70,7 +70,7 @@ static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double
     }
 }
 
-/* (Q x W x Q) the derivative of w_q by each coordinate, one after the other. */
+/* (Q x W x Q) derivative of w_q with respect to each coordinate. */
 static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *w_q, double *D)
 {
     for (int k = 0; k < CLOSURE_Q; k++) {
@@ -81,7 +81,7 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* The square of det c_u in parts of that at the reference: 0 at a singularity, NaN out of reach. */
+/* The squared det c_u relative to its reference value: 0 at a singularity, NaN out of reach. */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

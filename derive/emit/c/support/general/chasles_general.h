@@ -1,5 +1,5 @@
-/* Inverse kinematics of an arm of any geometry, of which six joints are solved for and all others
- * given; part of chasles, the same for every such robot.
+/* Inverse kinematics of an arm with general geometry: six joints are solved for, all other joints
+ * are fixed. Part of chasles; the same for every robot.
  */
 #ifndef CHASLES_GENERAL_H
 #define CHASLES_GENERAL_H
@@ -11,18 +11,19 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* Poses nearby whose solutions are surely all known, that are enough for those of a pose. */
+/* Number of nearby poses with certainly complete solutions that makes the result of a pose
+ * complete. */
 #define CHASLES_AGREED 4
 
-/* Solutions found so far, none twice. */
+/* Solutions found so far, without duplicates. */
 typedef struct {
     int count;
-    int open; /* how often steps ended short of what may be a solution */
+    int open; /* number of iterations that ended close to a possible solution */
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
-/* The place of a solution that makes room for one that stands alone: one of infinitely many. Or -1
- * where the new one does not. */
+/* Returns the index of the most singular solution, which an isolated solution replaces. Returns -1
+ * if the new solution is even more singular. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {
@@ -36,8 +37,7 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* The first place, from a place on, whose solution is the same as a configuration; their number
- * where there is none. */
+/* Returns the first index at or after `from` with the same solution as q, or the solution count. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {
@@ -53,14 +53,14 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
     return found->count;
 }
 
-/* Keeps a solution; returns its place, or -1 where it is none. */
+/* Stores a solution. Returns its index, or -1 if it is not a solution. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_way *way)
 {
     if (!(way->left <= CHASLES_SOLVED))
         return -1;
     int own = chasles_general_same(six, found, way->q, 0);
-    /* Among infinitely many solutions a better one may be the same as two of them. */
+    /* In a continuum of solutions, a refined solution may be the same as two stored solutions. */
     if (own < found->count && (found->residual[own] <= way->left ||
                                chasles_general_same(six, found, way->q, own + 1) < found->count))
         return own;
@@ -75,7 +75,7 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     return own;
 }
 
-/* The direction in which J moves the pose least, by one step of inverse iteration. */
+/* The joint direction with the smallest pose change under J, by one step of inverse iteration. */
 static void chasles_general_least(const double *J, double length, double *direction)
 {
     double a[6][7], norm = 0.0;
@@ -97,12 +97,13 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* The rest of the steps of a configuration; returns the place of what was found, as a bit. */
+/* Finishes the iteration of a configuration. Returns a bit mask with the index of its solution. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_way *way, chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, way);
-    /* Onto a double solution a step goes half of the way: it is to be told from no other. */
+    /* Near a double solution, a step only halves the error: iterate longer to recognize
+     * duplicates. */
     if (way->left <= CHASLES_SOLVED && !way->is_over)
         chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
     const int own = chasles_general_keep(six, found, way);
@@ -110,7 +111,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Begins on both sides of a start where two roots meet. */
+/* Begins on both sides of a start at a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
                                   const chasles_general_start *start, chasles_general_way *ways)
 {
@@ -133,8 +134,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Whether solutions may be missing near a root: they are as many as real roots there, or more by
- * pairs. */
+/* Whether solutions may be missing near a root. The solution count there must equal the number of
+ * real roots, or exceed it by an even number. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_general_start *starts, int count,
@@ -154,7 +155,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* What is found from both vectors of each start that another one is near; places as bits. */
+/* Finds solutions from both null vectors of each start with a nearby root. Returns their indices as
+ * a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_split *split,
                                          const chasles_general_system *system,
@@ -173,7 +175,7 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
     return places;
 }
 
-/* What is found from the starts; places as bits. */
+/* Finds solutions from the starts. Returns their indices as a bit mask. */
 static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
@@ -196,7 +198,8 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
     return places;
 }
 
-/* The solutions at the roots of a split; whether they surely are as many as solutions there. */
+/* Finds the solutions at the roots of a split. Returns whether their number is certainly
+ * complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     const chasles_general_system *system,
@@ -214,12 +217,12 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     sure = sure && found->open == 0;
     for (int k = 0; k < count; k++)
         sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
-    /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
+    /* Solutions come in pairs. A split that misses a solution of another split is unreliable. */
     const int own = chasles_general_bits(places);
     return sure && own == found->count && own % 2 == 0;
 }
 
-/* The solutions that a split gives; whether they surely are all. */
+/* Finds the solutions of a split. Returns whether they are certainly complete. */
 static int chasles_general_by_split(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     chasles_general_found *found)
@@ -231,12 +234,12 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
     return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
 }
 
-/* Sizes of the differences of poses nearby (rad, and parts of the length). */
+/* Offsets of the nearby poses (rad, and relative to the arm length). */
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
- * the end of the reach. */
+/* A slightly rotated and shifted pose, in a different direction for each `way`. Offsets come in
+ * opposite pairs, because the pose may be at the boundary of the reach. */
 static void chasles_general_nudged(const double *T, double length, double size, int way,
                                    double *near)
 {
@@ -250,7 +253,7 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     size = way % 2 ? -size : size;
     const double a = size * w[0], b = size * w[1], c = size * w[2];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Cayley's rotation, so that the pose stays one. */
+    /* Cayley's formula, so that the result is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -265,8 +268,8 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* The solutions that the splits give, one after the other until one surely gives all; whether it
- * does. Where two splits find none there is none. */
+/* Tries the splits until one certainly finds all solutions. Returns whether a split did. Two splits
+ * without solutions count as proof that none exists. */
 static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -279,8 +282,8 @@ static int chasles_general_by_splits(const chasles_general_six *six, const doubl
     return 0;
 }
 
-/* Adds the solutions of a pose to which the solutions of poses nearby lead; whether enough of these
- * poses surely have no others. */
+/* Adds the solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
+ * whether enough nearby poses have certainly complete solutions. */
 static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -299,8 +302,8 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
     return sure >= CHASLES_AGREED;
 }
 
-/* All solutions of a pose. Where roots run together or the equations fail, they are found from
- * those of poses nearby, all of which are known surely. */
+/* Finds all solutions of a pose. If roots coincide or the equations fail, starts from the complete
+ * solutions of nearby poses. */
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
@@ -308,18 +311,18 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
         chasles_general_by_nearby(six, T, found);
 }
 
-/* What is left of the pose by each of a few answers; they are no solutions, or near to none. */
+/* Approximate answers and their residuals; they are not solutions. */
 typedef struct {
     double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
 } chasles_general_rest;
 
-/* Where nothing reaches a pose, or several solutions run together and steps get short: the nearest
- * answers from many starts. */
+/* Finds the nearest answers from many starts, if no solution is known: the pose is out of reach, or
+ * several solutions coincide and convergence is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* Evenly distributed without a pattern: multiples of square roots. Slides start within pi
-     * lengths of the arm. */
+    /* Multiples of square roots are evenly distributed without a pattern. Prismatic joints start
+     * within pi arm lengths. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
     chasles_general_way way;
@@ -347,8 +350,7 @@ static double chasles_general_least_left(const chasles_general_rest *rest)
     return least;
 }
 
-/* Adds the solutions at which Newton's steps end that start along the curve through a
- * configuration.
+/* Adds the solutions of Newton's iteration from starts along the curve through a configuration.
  */
 static void chasles_general_by_curve(const chasles_general_six *six, const double *T,
                                      const double *q, chasles_general_found *found)
@@ -365,7 +367,7 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Adds solutions on curves that solutions of poses nearby are close to, until there are some. */
+/* Adds solutions on self-motion curves near the solutions of nearby poses, until some are found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -379,7 +381,7 @@ static void chasles_general_by_self_motion(const chasles_general_six *six, const
     }
 }
 
-/* A configuration that is no solution, in all slots: none is there twice. */
+/* Fills all slots with one configuration that is not a solution. */
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
 {
@@ -396,8 +398,9 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
     }
 }
 
-/* Every solution of a pose in sixteen slots: solutions first, by the suppressed joint of the first
- * split. The others hold the nearest answers where there is none, else what is no solution. */
+/* Writes every solution of a pose into sixteen slots. Solutions come first, sorted by the
+ * suppressed joint of the first split. Without solutions, the slots contain the nearest answers;
+ * otherwise the remaining slots contain a configuration that is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)
@@ -443,8 +446,8 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     }
 }
 
-/* Every solution of a pose in sixteen slots, at values of the given joints (rad or m); NULL where
- * none is given. */
+/* Writes every solution of a pose into sixteen slots, at values of the fixed joints (rad or m);
+ * NULL if no joint is fixed. */
 static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
                                       const double *value, double *q, double *residual,
                                       double *margin)

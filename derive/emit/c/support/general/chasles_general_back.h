@@ -1,6 +1,6 @@
-/* The other joints at each root of the suppressed one; part of chasles, the same for every robot of
- * six joints without a structure. Where a joint slides, c and s are its displacement and the
- * square.
+/* Back-substitution: the other joints at each root of the suppressed joint. Part of chasles; the
+ * same for every robot. For a prismatic joint, c and s are its displacement and the squared
+ * displacement.
  */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
@@ -12,7 +12,7 @@
 #include "chasles_general_newton.h"
 #include "chasles_general_roots.h"
 
-/* cos and sin of the direction of (x, y); of the angle 0 where it has none. */
+/* cos and sin of the direction of (x, y); 1 and 0 for the zero vector. */
 CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -23,12 +23,12 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
     *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
-/* cos and sin of the two joints behind the suppressed one, from the vector that M takes to zero:
- * of its half angle in place 0, of the other one in place 1, which may slide. */
+/* cos and sin of the two joints after the suppressed joint, from the null vector of M. Index 0 is
+ * the half-angle joint; index 1 is the other joint, which may be prismatic. */
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
-    /* n is a product (sin, cos) x (1, cos, sin): its directions, from the larger row. */
+    /* n is a product (sin, cos) x (1, cos, sin); the larger row gives its directions. */
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     const chasles_vector zero = {0.0};
     const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -56,7 +56,7 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* cos and sin of a joint of the pair from its two products with 1. */
+/* cos and sin of a pair joint, from its two products with 1. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -66,8 +66,9 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* cos and sin of the pair, from those of the three joints behind it. Returns the residual of the
- * equations whose pivots are 0: where both of the pair slide, three products never appear. */
+/* cos and sin of the pair, from the cosines and sines of the three joints after the pair. Returns
+ * the residual of the equations with zero pivots: three products are absent if both pair joints are
+ * prismatic. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {
@@ -92,7 +93,7 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
     return left;
 }
 
-/* cos and sin of the last joint, from those of all others: they turn x by its angle, backwards. */
+/* cos and sin of the last joint: all other joints rotate the x axis by its negative angle. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -110,7 +111,7 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
     c[5] = turned[0], s[5] = -turned[1];
 }
 
-/* All joints of as many starts as there are lanes, or fewer, from their vectors. */
+/* All joints of at most CHASLES_LANES starts, from their null vectors. */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
@@ -142,7 +143,7 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     }
 }
 
-/* Two vectors that a triangle takes nearest to zero, by inverse iteration on both. */
+/* The two smallest singular vectors of a triangular matrix, by simultaneous inverse iteration. */
 static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 {
     for (int k = 0; k < 6; k++)
@@ -176,8 +177,8 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
     }
 }
 
-/* The two products (sin, cos) x (1, cos, sin) in a plane of vectors: of a + z b, rows are parallel.
- * Returns 0 where there are none. */
+/* The two products (sin, cos) x (1, cos, sin) in the span of a and b: the rows of a + z b are
+ * parallel. Returns 0 if there are no such products. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -201,7 +202,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     const double square = of[1] * of[1] - 4.0 * of[0] * of[2];
     if (!(square >= 0.0))
         return 0;
-    /* z = x / y: the roots of of[2] z^2 + of[1] z + of[0]. */
+    /* z = x / y solves of[2] z^2 + of[1] z + of[0] = 0. */
     const double sum = -0.5 * (of[1] + copysign(sqrt(square), of[1]));
     const double x[2] = {sum, of[0]}, y[2] = {of[2], sum};
     for (int v = 0; v < 2; v++) {
@@ -211,7 +212,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* The triangles that are singular at roots, one a lane. */
+/* The triangular matrices, singular at the roots, one per lane. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
@@ -227,8 +228,9 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Whether A tells the pair of joints at this pose: where one of them slides, round numbers often
- * make A singular at right angles, and one solution of the others then has several of the pair. */
+/* Whether A determines the pair at this pose. With a prismatic pair joint and round dimensions, A
+ * is often singular at right angles; several pair solutions then belong to one solution of the
+ * other joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;
@@ -236,7 +238,7 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
         return 1;
     for (int i = 0; i < 8; i++) {
         const double pivot = fabs(system->factor[i][i]);
-        /* Products that never appear, where both slide. */
+        /* This product is absent because both pair joints are prismatic. */
         if (pivot == 0.0)
             continue;
         least = pivot < least ? pivot : least;
@@ -245,7 +247,7 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
     return least > CHASLES_TELLS * most;
 }
 
-/* Isolates the real roots of the determinant; whether no more of them may be hidden. */
+/* Isolates the real roots of the determinant. Returns whether no root may be hidden. */
 static int chasles_general_isolated(const chasles_general_system *system,
                                     chasles_circle_roots *roots)
 {
@@ -260,8 +262,8 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* Leaves out starts at roots of the six equations that do not solve the others, as half of them
- * where both of the pair slide; how many are kept. */
+/* Removes starts that solve the six equations but not the others: with two prismatic pair joints,
+ * half of the roots are such. Returns how many starts remain. */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
@@ -275,8 +277,8 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
     return kept;
 }
 
-/* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Also
- * whether no more than two are near each other. */
+/* Computes starts for Newton's iteration: one per real root, and one per nearly double root.
+ * Returns their number; `sure` is whether no three roots are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_split *split,
                                   const chasles_general_system *system,
@@ -294,7 +296,7 @@ static int chasles_general_starts(const chasles_general_six *six,
             before += i < k && apart < CHASLES_TWINS;
         }
         *sure = *sure && near < 2;
-        /* Where many are near each other, they are found from poses nearby. */
+        /* Solutions at clusters of roots are found from nearby poses. */
         if (near > 1 && before > 0)
             continue;
         along[count] = starts[count].along = roots->angle[k];
@@ -321,7 +323,7 @@ static int chasles_general_starts(const chasles_general_six *six,
     return chasles_general_kept(system, starts, count);
 }
 
-/* Two more starts for each of those that another one is near, by both of their vectors; how many.
+/* Adds two starts for each start with a nearby root, one per null vector. Returns their number.
  */
 static int chasles_general_twins(const chasles_general_six *six, const chasles_general_split *split,
                                  const chasles_general_system *system,

@@ -1,21 +1,21 @@
-/* The equations of Raghavan and Roth for an arm of six joints, as they are for one pose; part of
- * chasles, the same for every such robot.
+/* The equations of Raghavan and Roth for a six-joint arm at one pose. Part of chasles; the same for
+ * every robot.
  *
- * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations
- * A y = B(s) x for the products y of the cosines and sines of two joints (the pair), and
- * x = (1, cos, sin) of joint v times (1, cos, sin) of joint w; s is the angle of one more joint,
- * the suppressed one. The pose may be in any of the placements. Six combinations of rows are free
- * of y. With the half angle of v they are twelve equations M(s) u = 0 in as many unknowns, and det
- * M is a trigonometric polynomial of degree 8 in s. It is sampled (chasles_general_roots.h);
- * its real roots are isolated (chasles_general_roots.h), and give the other joints
- * (chasles_general_back.h). Newton's steps on the pose end it (chasles_general_newton.h). One such
- * order of the joints is a split; where it fails, others and poses nearby are tried
- * (chasles_general.h). All of this is computed in vectors, of samples, roots or solutions
- * (chasles_vectors.h). No allocation, no state, libm alone.
+ * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
+ * B(s) x. Here y contains the products of the cosines and sines of two joints (the pair), and x is
+ * (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint, the
+ * suppressed joint. The pose may be in any of the placements. Six row combinations are free of y.
+ * With the half angle of v, they become twelve equations M(s) u = 0 in twelve unknowns. det M is a
+ * trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
+ * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
+ * Newton's iteration on the pose refines them (chasles_general_newton.h). Such an order of the
+ * joints is a split. If a split fails, other splits and nearby poses follow (chasles_general.h).
+ * All computations use vectors of samples, roots or solutions (chasles_vectors.h). The code
+ * allocates nothing, has no state and depends only on libm.
  *
- * A joint that slides by d has d and d^2 in the places of cosine and sine. It is one of the pair,
- * or that of v and w whose angle is not halved. Where both of the pair slide, half of the roots are
- * no solutions.
+ * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. It belongs to
+ * the pair, or is the one of v and w without a half angle. If both pair joints are prismatic, half
+ * of the roots are not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -26,102 +26,101 @@
 
 #include "chasles_circle_roots.h"
 
-/* m, rad: residual up to which a slot is a solution, as the runtime judges it. */
+/* m, rad: largest residual of a solution, as in the runtime. */
 #define CHASLES_SOLVED 1e-9
-/* m, rad: residual at which Newton's steps end: rounding of forward kinematics is a tenth of it. */
+/* m, rad: residual at which Newton's iteration ends, ten times the rounding of forward
+ * kinematics. */
 #define CHASLES_CLOSED 1e-14
-/* m, rad: residual below which a step that does not help ends them: rounding may be in its way. */
+/* m, rad: below this residual, a step without improvement ends the iteration: rounding may
+ * dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
-/* rad, parts of the length: coordinates of solutions closer than this are one. Double solutions
- * differ by about 1e-8. */
+/* rad or relative to the arm length: solutions with coordinates closer than this are equal.
+ * Computed copies of a double solution differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
-/* m, rad: residual beyond which a pose may be out of reach, and slow steps are given up. */
+/* m, rad: above this residual, a pose may be out of reach, and slow iterations are abandoned. */
 #define CHASLES_NEAR 1e-4
-/* Added to pivots that may be 0; rows are of order 1, and rounding leaves about 1e-16 of them. */
+/* Added to pivots that may be 0. Rows have order 1; rounding errors are about 1e-16. */
 #define CHASLES_PIVOT_FLOOR 1e-30
-/* Part of the determinant's greatest coefficient that its errors may be: six digits remain. */
+/* Allowed error of the determinant relative to its largest coefficient: six digits remain. */
 #define CHASLES_NOISE 1e-6
-/* The determinant, of entries of order 1, where it may vanish for every angle but for rounding;
- * unless its errors are a smaller part of it than those of what rounding alone leaves. Of an arm
- * that is 1e-3 off a structure for which it vanishes, it may be 1e-20 and good to twelve digits. */
+/* Below this largest coefficient, the determinant (entries of order 1) may be zero for every angle,
+ * with rounding errors only. It is accepted if its relative error is below CHASLES_CLEAN: for an
+ * arm 1e-3 off a structure with zero determinant, it may be 1e-20 with twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* Residual, in parts of the length and its square, of the equations beside the six at a root that
- * is a solution: single ones leave 1e-8, other roots 0.01 and more. */
+/* Largest residual of the eight other equations at a root that is a solution, relative to the
+ * length or its square. Simple solutions have 1e-8, spurious roots 0.01 and more. */
 #define CHASLES_SOLVES_ALL 1e-4
-/* Least pivot of the equations of the pair over the greatest, where they are not singular: rounding
- * leaves 1e-16. */
+/* Smallest pivot ratio of regular pair equations; rounding alone gives 1e-16. */
 #define CHASLES_TELLS 1e-9
-/* rad^2: square of an angle so small that its series ends with its third power. */
+/* rad^2: squared angle below which a series of third order is exact. */
 #define CHASLES_SMALL_TURN 1e-7
-/* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
- * to one, where it is dropped, and where steps are given up. */
+/* Damping of Newton's steps relative to the squared entries of J: initial values far from and near
+ * a solution, the value below which damping is dropped, and the value of abandoned steps. */
 #define CHASLES_DAMPING_FAR 1e-5
 #define CHASLES_DAMPING_NEAR 1e-14
 #define CHASLES_DAMPING_DROPPED 1e-13
 #define CHASLES_DAMPING_MOST 1e3
-/* What is added to the diagonal of J^T J, whose eigenvector of the least eigenvalue is looked for.
- */
+/* Added to the diagonal of J^T J in the inverse iteration for the smallest eigenvector. */
 #define CHASLES_SHIFT 1e-10
 
-/* The quantities of a line are fifteen: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and the 1. */
+/* A line has fifteen quantities: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and 1. */
 #define CHASLES_EQUATIONS 14
 #define CHASLES_MOST_JOINTS 12
 #define CHASLES_MOST_GIVEN (CHASLES_MOST_JOINTS - 6)
 #define CHASLES_SPLITS 4
-/* Newton's steps at most. */
+/* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* rad: the half angle is counted from here, where no arm's right angles are. */
+/* rad: origin of the half angle; it differs from the right angles of typical arms. */
 #define CHASLES_HALF_FROM 0.61
 
 /* The order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* index among the six: the pair, suppressed, two more, the last */
+    int joint[6]; /* index among the six: pair, suppressed, v and w, last */
     int sense;    /* 1 along the arm, -1 against it */
-    int halved;   /* the joint of the half angle: 0 the first of the two more, 1 the second */
+    int halved;   /* joint with the half angle: 0 for the first of v and w, 1 for the second */
 } chasles_general_split;
 
-/* What a joint is. */
+/* A joint. */
 #define CHASLES_SOLVED_TURN 0
 #define CHASLES_GIVEN_TURN 1
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* What an arm is. Six of its joints are solved for; all others are given. Where five are solved
- * for, a further joint behind the last turns the tool and is the sixth. */
+/* An arm. Six joints are solved for; all others are fixed. If only five are solved for, an extra
+ * joint after the last rotates the tool and is the sixth. */
 typedef struct {
-    /* fk and its Jacobian, mixed: the robot's own. */
+    /* fk and mixed Jacobian of the robot. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
     int kind[CHASLES_MOST_JOINTS];
-    double
-        direction[CHASLES_MOST_JOINTS]; /* motion of a joint about or along z by its coordinate */
-    double length;                      /* m, the arm's size: weighs metres against radians */
-    double placed[CHASLES_MOST_JOINTS + 1][12]; /* (3, 4) before, between and behind the joints */
+    double direction[CHASLES_MOST_JOINTS];      /* sign of a joint's motion about or along z */
+    double length;                              /* m, the arm's size: converts radians to metres */
+    double placed[CHASLES_MOST_JOINTS + 1][12]; /* (3, 4) before, between and after the joints */
     int splits;
-    chasles_general_split split[CHASLES_SPLITS]; /* the best first */
+    chasles_general_split split[CHASLES_SPLITS]; /* best first */
 } chasles_general_arm;
 
-/* The six joints that are solved for, at values of the others; lengths in parts of the arm's, those
- * of slides among the coordinates of the six too. */
+/* The six unknown joints at values of the fixed joints. Lengths are relative to the arm length,
+ * also the coordinates of the prismatic joints among the six. */
 typedef struct {
     const chasles_general_arm *arm;
-    double value[CHASLES_MOST_GIVEN]; /* rad or m, of the joints that are given */
+    double value[CHASLES_MOST_GIVEN]; /* rad or m, of the fixed joints */
     int own[6];                       /* indices of the six */
-    int slides[6];                    /* whether each of them does */
+    int slides[6];                    /* whether each of them is prismatic */
     int has_slides;
-    int has_tool_joint; /* whether the sixth turns the tool */
+    int has_tool_joint; /* whether the sixth joint rotates the tool */
     double placed[7][12];
 } chasles_general_six;
 
 /* The equations of a split at a pose. */
 typedef struct {
     double loop[6][12];      /* C_1 ... C_6 */
-    int slides[6];           /* whether each joint of the split does */
-    double factor[8][8];     /* the triangle of A */
-    double head[3][8][9];    /* the rows of B that go with it */
-    double rest[3][6][9];    /* the rows without y: of 1, cos and sin of the suppressed angle */
-    double form[3][3][6][3]; /* the same for the half angle: by 1, cos, sin; by A, B, C */
+    int slides[6];           /* whether each joint of the split is prismatic */
+    double factor[8][8];     /* triangular factor of A */
+    double head[3][8][9];    /* the corresponding rows of B */
+    double rest[3][6][9];    /* rows without y: factors of 1, cos, sin of the suppressed angle */
+    double form[3][3][6][3]; /* same for the half angle, indexed by (1, cos, sin) and (A, B, C) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -151,13 +150,13 @@ static int chasles_general_is_solved(const chasles_general_arm *arm, int joint)
     return arm->kind[joint] == CHASLES_SOLVED_TURN || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
-/* Whether an arm's joint slides. */
+/* Whether an arm's joint is prismatic. */
 static int chasles_general_slides(const chasles_general_arm *arm, int joint)
 {
     return arm->kind[joint] == CHASLES_GIVEN_SLIDE || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
-/* Number of an arm's joints that are given. */
+/* Number of fixed joints of an arm. */
 static int chasles_general_given(const chasles_general_arm *arm)
 {
     int given = 0;
@@ -166,7 +165,7 @@ static int chasles_general_given(const chasles_general_arm *arm)
     return given;
 }
 
-/* The placement behind a joint that is given, from the placement before it. */
+/* The placement after a fixed joint, from the placement before the joint. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
 {
@@ -180,7 +179,7 @@ static void chasles_general_fixed(const chasles_general_arm *arm, int joint, dou
     chasles_general_product(moved, arm->placed[joint + 1], placed);
 }
 
-/* The arm with the joints that are given, if there are any, at their values. */
+/* The arm with its fixed joints at their values. */
 static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {
@@ -215,7 +214,7 @@ static double chasles_general_direction(const chasles_general_six *six, int join
     return six->arm->direction[six->own[joint]];
 }
 
-/* A coordinate without whole turns. */
+/* A coordinate reduced by full turns. */
 static double chasles_general_wrapped(const chasles_general_six *six, int joint, double value)
 {
     return six->slides[joint] ? value : chasles_circle_wrapped(value);
@@ -257,7 +256,7 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* The quantities of a line that is moved: they are linear in those before. */
+/* The quantities of a moved line; they are linear in the original quantities. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -282,7 +281,7 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* The parts of 1, cos and sin of a line's quantities turned by sign * angle about z. */
+/* Coefficients of 1, cos and sin in a line's quantities after rotation by sign * angle about z. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -296,7 +295,7 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* The parts of 1, d and the square of d of a line's quantities moved by sign * d along z. */
+/* Coefficients of 1, d and d^2 in a line's quantities after translation by sign * d along z. */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);
@@ -312,7 +311,7 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* The parts of a line's quantities moved by a joint. */
+/* The coefficients of a line's quantities moved by a joint. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)
@@ -321,8 +320,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* The fourteen equations: the columns of y, then those of B, with what is free of y in its first.
- * `slides` tells of the joints of the split whether they do. */
+/* The fourteen equations: the columns of A, then of B; the first column of B includes the constants
+ * of the left side. `slides` states which joints of the split are prismatic. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
@@ -363,7 +362,7 @@ static void chasles_general_rows(const double (*C)[12], const int *slides, doubl
     }
 }
 
-/* Householder's reflections of the columns of y. */
+/* Householder reflections of the columns of A. */
 static void chasles_general_reflect(double (*S)[36])
 {
     for (int j = 0; j < 8; j++) {

@@ -1,5 +1,5 @@
-/* Newton's steps of an arm of six joints onto a pose, damped where they do not help; part of
- * chasles, the same for every such robot.
+/* Newton's iteration of a six-joint arm to a pose; steps without improvement are damped. Part of
+ * chasles; the same for every robot.
  */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
@@ -13,27 +13,27 @@
 
 typedef struct {
     double q[6];
-    double n[6];      /* the vector that M takes to zero */
+    double n[6];      /* null vector of M */
     double along;     /* the suppressed angle */
     double c, s;      /* of this angle */
     double imaginary; /* of this angle; 0 for a real root */
     int has_twin;     /* whether another root is near */
-    double left;      /* residual of the equations beside the six */
+    double left;      /* residual of the eight other equations */
 } chasles_general_start;
 
-/* A configuration on its way to a pose. */
+/* An iterate of a configuration towards a pose. */
 typedef struct {
     double q[6], J[36];
-    double e[6];    /* the twist that is left */
-    double left;    /* metre or radian, the larger */
-    double cost;    /* the sum of squares that steps make smaller */
-    double damping; /* of the next step; 0 for Newton's */
-    int steps;      /* so far */
-    int is_over;    /* whether no further step may help */
+    double e[6];    /* remaining twist */
+    double left;    /* its larger norm (metre or radian) */
+    double cost;    /* sum of squares, decreased by each step */
+    double damping; /* damping of the next step; 0 for a Newton step */
+    int steps;      /* steps so far */
+    int is_over;    /* whether no further step can improve */
 } chasles_general_way;
 
-/* All joints of the robot (rad, m), from those that are solved for, whose slides are in parts of a
- * length (m). */
+/* All joints of the robot (rad, m), from the unknown joints; their prismatic coordinates are
+ * relative to a length (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -47,14 +47,14 @@ static void chasles_general_all_joints(const chasles_general_six *six, const dou
     }
 }
 
-/* All joints of the robot (rad, m), from the six. */
+/* All joints of the robot (rad, m), from the six unknowns. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
 {
     chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
-/* The pose of five joints and of a sixth that turns the tool about an axis of the tool, and six
- * columns of the Jacobian. */
+/* The pose and the six Jacobian columns of five joints and a sixth that rotates the tool about a
+ * tool axis. */
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
@@ -86,8 +86,7 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
     }
 }
 
-/* The robot's own forward kinematics, and the six columns of its Jacobian, by the coordinates of
- * the six. */
+/* The robot's forward kinematics, and the six Jacobian columns of the unknown joints. */
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
@@ -112,9 +111,9 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Difference of two poses (metre, radian) as a twist from the one to the other, at the tool.
- * Returns the larger of the distance and the angle: by all entries, so that what is no rotation is
- * seen. */
+/* Twist at the tool from one pose to another (metre, radian). Returns the larger of distance and
+ * angle. The angle uses all matrix entries, so that it is large for a matrix that is not a
+ * rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
@@ -131,7 +130,7 @@ static double chasles_general_error(const double *T, const double *at, double *e
         position += e[k] * e[k];
     }
     const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    /* The angle over its sine; where it is small, to 1e-13 without an arc tangent. */
+    /* Angle over sine; a series with error 1e-13 replaces the arc tangent for small angles. */
     const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
                           : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
                                                       : 1.0;
@@ -140,7 +139,7 @@ static double chasles_general_error(const double *T, const double *at, double *e
     return sqrt(position > turned ? position : turned);
 }
 
-/* A step of Levenberg and Marquardt towards the pose. */
+/* A Levenberg-Marquardt step towards the pose. */
 static void chasles_general_damped(const chasles_general_way *way, double length, double *step)
 {
     double a[6][7], b[6][7];
@@ -161,7 +160,7 @@ static void chasles_general_damped(const chasles_general_way *way, double length
     chasles_solve_six(b, step);
 }
 
-/* What is left of a pose as the sum of squares that steps make smaller. */
+/* The pose error as a sum of squares, which each step decreases. */
 static double chasles_general_cost(const double *e, double length)
 {
     double metres = 0.0, radians = 0.0;
@@ -183,8 +182,8 @@ static void chasles_general_begin(const chasles_general_six *six, const double *
     way->is_over = way->left <= CHASLES_CLOSED;
 }
 
-/* Takes a step, half a radian or half of the arm's length at most, if it helps; else the next one
- * is damped more. */
+/* Takes a step of at most half a radian or half the arm length if the error decreases; otherwise
+ * increases the damping of the next step. */
 static void chasles_general_advance(const chasles_general_six *six, const double *T,
                                     const double *step, chasles_general_way *way)
 {
@@ -202,7 +201,7 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     way->steps++;
     if (cost < way->cost) {
         const int is_slow = cost > 0.999999 * way->cost && way->left > CHASLES_NEAR;
-        /* Where a step did much, the next may be Newton's. */
+        /* After a large improvement, the next step may be an undamped Newton step. */
         way->damping = cost < 0.25 * way->cost || way->damping < CHASLES_DAMPING_DROPPED
                            ? 0.0
                            : 0.03 * way->damping;
@@ -220,7 +219,7 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     }
 }
 
-/* Newton's next steps of as many configurations as there are lanes, or fewer. */
+/* The next Newton steps of at most CHASLES_LANES configurations. */
 static void chasles_general_newton(const chasles_general_six *six, const double *T,
                                    chasles_general_way *const *ways, int count)
 {
@@ -246,7 +245,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     }
 }
 
-/* A step that is damped. */
+/* A damped step. */
 static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
                                         chasles_general_way *way)
 {
@@ -255,7 +254,7 @@ static void chasles_general_step_damped(const chasles_general_six *six, const do
     chasles_general_advance(six, T, step, way);
 }
 
-/* Steps of many configurations towards the pose, damped where they do not help. */
+/* Iterates many configurations towards the pose, with damping where needed. */
 static void chasles_general_together(const chasles_general_six *six, const double *T,
                                      chasles_general_way *ways, int count)
 {
@@ -278,7 +277,7 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
     }
 }
 
-/* The same steps of one of them. */
+/* Iterates one configuration towards the pose, with damping where needed. */
 static void chasles_general_polish(const chasles_general_six *six, const double *T, int most,
                                    chasles_general_way *way)
 {
@@ -293,7 +292,7 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         way->q[i] = chasles_general_wrapped(six, i, way->q[i]);
 }
 
-/* |det J| over the product of its columns' lengths, of many J: 1 at best, 0 where J is singular. */
+/* |det J| over the product of the column norms, for many J: at most 1, 0 for a singular J. */
 static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
     double rows[6][6][CHASLES_LANES];
@@ -322,18 +321,18 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
     }
 }
 
-/* rad, or parts of the length: distance of two points of a walk. */
+/* rad, or relative to the length: distance between points of a walk. */
 #define CHASLES_WALK_STEP 0.1
-/* Points of a walk in one sense: about one turn of two joints. */
+/* Points of a walk in one sense: about one revolution of two joints. */
 #define CHASLES_WALK_POINTS 100
-/* Steps onto the curve. */
+/* Maximum number of corrector steps onto the curve. */
 #define CHASLES_WALK_CORRECTIONS 8
 
-/* A point of a walk. */
+/* A point of a walk along a self-motion curve. */
 typedef struct {
     chasles_general_way way;
     double v[6], u[6];
-    double left; /* u . e: what no joint removes */
+    double left; /* u . e: error that no joint removes */
 } chasles_general_walk_point;
 
 /* Solves (J + u v^T) x = b, or with its transpose. Returns whether x is finite. */
@@ -365,7 +364,7 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the curve: u is left of its error alone. Returns whether it is there. */
+/* Moves a point onto the curve, where the error is parallel to u. Returns whether it converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {
@@ -400,7 +399,7 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
     return 0;
 }
 
-/* The point of the curve near a configuration. Returns whether there is one. */
+/* Finds the curve point near a configuration. Returns whether it exists. */
 static int chasles_general_walk_start(const chasles_general_six *six, const double *T,
                                       const double *q, chasles_general_walk_point *point)
 {
@@ -411,8 +410,8 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Configurations of a walk in one sense from which Newton's steps may end at a solution: where the
- * error that is left changes its sign or is least. Returns their number. */
+/* Walks along the curve in one sense and stores starts for Newton's iteration: points where the
+ * remaining error changes its sign or has a minimum. Returns their number. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_way *ways, int most)

@@ -1,6 +1,6 @@
-/* Inverse kinematics of an arm of any geometry, of which five joints are solved for as six whose
- * last turns the tool and stays at 0, and all others given; part of chasles, the same for every
- * such robot.
+/* Inverse kinematics of an arm with general geometry and five unknown joints; all other joints are
+ * fixed. A sixth joint is added that rotates the tool and must be 0. Part of chasles; the same for
+ * every robot.
  */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
@@ -8,12 +8,12 @@
 #include "chasles_general.h"
 
 #define CHASLES_TOOL_STEPS 8
-/* Damped steps from far away at most. */
+/* Maximum number of damped steps from a distant start. */
 #define CHASLES_TOOL_FAR_STEPS 60
 
 typedef chasles_general_arm chasles_general_tool_arm;
 
-/* The pose of five joints, and their columns of the Jacobian. */
+/* The pose of five joints, and their Jacobian columns. */
 static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
                                          double *J)
 {
@@ -26,7 +26,7 @@ static void chasles_general_tool_forward(const chasles_general_six *six, const d
     }
 }
 
-/* A step of Levenberg and Marquardt of the five joints, from what J leaves of a pose. */
+/* A Levenberg-Marquardt step of the five joints, from J and the pose error. */
 static void chasles_general_tool_step(double length, const double *J, const double *e,
                                       double damping, double *step)
 {
@@ -48,7 +48,7 @@ static void chasles_general_tool_step(double length, const double *J, const doub
     memcpy(step, found, 5 * sizeof *step);
 }
 
-/* Leads five joints that nearly reach a pose onto it; returns what is left (metre or radian). */
+/* Refines five joints that nearly reach a pose. Returns the residual (metre or radian). */
 static double chasles_general_tool_polish(const chasles_general_six *six, const double *T,
                                           double *q)
 {
@@ -69,7 +69,7 @@ static double chasles_general_tool_polish(const chasles_general_six *six, const 
     return left;
 }
 
-/* Damped steps of five joints that are far from a pose, until they nearly reach it. */
+/* Damped steps of five joints from a distant start, until they nearly reach the pose. */
 static void chasles_general_tool_descend(const chasles_general_six *six, const double *T, double *q)
 {
     double at[16], J[30], e[6], step[5], next[5], next_J[30], next_e[6], damping = 1e-3;
@@ -96,9 +96,9 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Starts without a pattern, multiples of square roots, led towards a pose. Where a slide moves
- * along the plane of other joints, solutions are infinitely many, and the determinant has roots
- * beside them alone. */
+/* Iterates from patternless starts, multiples of square roots, towards a pose. If a prismatic joint
+ * moves in the plane of other joints, solutions with the added joint form a continuum, and the
+ * determinant misses them. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
@@ -111,7 +111,7 @@ static void chasles_general_tool_restart(const chasles_general_six *six, const d
     }
 }
 
-/* Whether some residual is a solution's. */
+/* Whether some residual is small enough for a solution. */
 static int chasles_general_tool_is_solved(const double *left)
 {
     for (int k = 0; k < CHASLES_SLOTS; k++) {
@@ -121,7 +121,7 @@ static int chasles_general_tool_is_solved(const double *left)
     return 0;
 }
 
-/* Whether two configurations of five joints are one. */
+/* Whether two configurations of five joints are equal. */
 static int chasles_general_tool_is_same(const chasles_general_six *six, const double *a,
                                         const double *b)
 {
@@ -134,7 +134,7 @@ static int chasles_general_tool_is_same(const chasles_general_six *six, const do
     return 1;
 }
 
-/* Replaces answers of which none is a solution by what restarts reach, if this is one. */
+/* If no answer is a solution, replaces the answers by the solutions from restarts. */
 static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {
@@ -154,8 +154,8 @@ static void chasles_general_tool_search(const chasles_general_six *six, const do
     }
 }
 
-/* Every solution of a pose at values of the given joints (rad or m; NULL where none is given), in
- * sixteen slots, solutions first. */
+/* Writes every solution of a pose into sixteen slots, solutions first, at values of the fixed
+ * joints (rad or m; NULL if no joint is fixed). */
 static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
                                     const double *value, double *q, double *residual,
                                     double *margin)
@@ -177,7 +177,7 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
-    /* Slots that the five joints lead to one solution: the first holds it. */
+    /* Several slots may converge to one solution; the first slot keeps it. */
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
             if (left[i] <= CHASLES_SOLVED &&

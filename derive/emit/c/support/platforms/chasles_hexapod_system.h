@@ -1,16 +1,16 @@
-/* The equations of a platform on six rods in Study's coordinates, for many poses at once, one a
- * lane; part of chasles, the same for every such robot.
+/* The equations of a platform on six rods in Study coordinates, for many poses at once, one per
+ * lane. Part of chasles; the same for every robot.
  *
- * Quaternions e and g = p e, e.g = 0, hold the rotation b -> e b / e and the position p. A rod of
- * length l from a to b holds
+ * Quaternions e and g = p e, with e.g = 0, represent the rotation b -> e b / e and the position p.
+ * A rod of length l from a to b satisfies
  *
  *     |g + e b - a e|^2 = l^2 e.e     or, with M = R(b) - L(a), S = c + 2 L(a) R(b),
  *                                     c = |a|^2 + |b|^2 - l^2:
  *     g.g + 2 g.M e + e.S e = 0
  *
- * L and R are the matrices of the products from the left and from the right. The last rod's
- * equation, subtracted from the others, leaves no g.g in them. For given b all coefficients are
- * linear in a and c, and so in the parameter t of a path.
+ * L and R are the matrices of left and right multiplication. Subtracting the last rod's equation
+ * eliminates g.g from the others. For constant b, all coefficients are linear in a and c, and thus
+ * in the path parameter t.
  *
  * Source:
  *     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -36,19 +36,19 @@ typedef struct {
     double re, im;
 } chasles_hexapod_number;
 
-/* The coefficients of the rods: entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of M, which
- * is antisymmetric, and the upper triangle of S. */
+/* Coefficients of the rods: entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
+ * antisymmetric M, and the upper triangle of S. */
 typedef struct {
     chasles_hexapod_number M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_forms;
 
-/* Coefficients at the start of a path, and their change to its end. */
+/* Coefficients at the start of a path, and their change until its end. */
 typedef struct {
     chasles_hexapod_forms at, change;
     int moves; /* whether more than c changes */
 } chasles_hexapod_way;
 
-/* The coefficients on each lane's place of the way. */
+/* The coefficients at each lane's path parameter. */
 typedef struct {
     chasles_hexapod_lanes M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_place;
@@ -73,7 +73,7 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
                                 chasles_hexapod_number c, chasles_hexapod_number *M,
                                 chasles_hexapod_number *S)
 {
-    /* Entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of L and R by axis and sign. */
+    /* Axis and sign of the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of L and R. */
     static const int axis[6] = {0, 1, 2, 2, 1, 0};
     static const double of_left[6] = {-1.0, -1.0, -1.0, -1.0, 1.0, -1.0};
     static const double of_right[6] = {-1.0, -1.0, -1.0, 1.0, -1.0, 1.0};
@@ -96,7 +96,7 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* All coefficients, of the differences for all rods but the last. */
+/* All coefficients; for all rods except the last, differences to the last rod. */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
 {
@@ -111,7 +111,7 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
     }
 }
 
-/* The number on the way at each lane's t. */
+/* The interpolated value at each lane's t. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
                                            const chasles_vector *t, chasles_hexapod_lanes *value)
@@ -120,7 +120,7 @@ static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
     value->im = at->im + *t * change->im;
 }
 
-/* Moves coefficients to a place of the way; all of them if they are computed for the first time. */
+/* Updates the coefficients for a path parameter; the first call computes all of them. */
 static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_vector *t, int all,
                                    chasles_hexapod_place *place)
 {
@@ -140,7 +140,7 @@ static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles
     }
 }
 
-/* Half the gradient of a rod's equation at (e, g), without that of g.g. */
+/* Half the gradient of a rod's equation at (e, g), without the term g.g. */
 static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
                                             const chasles_hexapod_lanes *S,
                                             const chasles_hexapod_lanes *x,
@@ -164,8 +164,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Half of the Jacobian, with the value of each equation behind it, both of opposite sign for the
- * values; the last row keeps steps orthogonal to x, of which only the direction counts. */
+/* Half of the Jacobian; the last column contains half of each negative equation value. The last row
+ * keeps steps orthogonal to x, because only the direction of x matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
@@ -188,7 +188,7 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
     }
 }
 
-/* Half the change of each equation along the way, of opposite sign, behind the Jacobian. */
+/* Writes half the negative rate of each equation along the path into the last column. */
 static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {
@@ -220,7 +220,7 @@ static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_
     a[6][8].re = a[6][8].im = a[7][8].re = a[7][8].im = zero;
 }
 
-/* Exchanges two numbers on the lanes of a mask. */
+/* Swaps two values on the lanes of a mask. */
 static inline void chasles_hexapod_exchange(const chasles_vector_mask *mask, chasles_vector *x,
                                             chasles_vector *y)
 {
@@ -234,8 +234,8 @@ static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x, chasle
     *square = x->re * x->re + x->im * x->im;
 }
 
-/* Solves eight equations by elimination with pivots of each lane's own; the right sides are the
- * last column. */
+/* Solves eight equations by elimination with separate pivots per lane; the last column is the right
+ * side. */
 static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {

@@ -1,24 +1,25 @@
-/* Tolerances of planar platforms on three rods: name, value, unit and reason; part of chasles, the
- * same for every such robot.
+/* Tolerances for planar platforms on three rods: name, value, unit and reason. Part of chasles; the
+ * same for every robot.
  */
 #ifndef CHASLES_TRIAD_TOLERANCES_H
 #define CHASLES_TRIAD_TOLERANCES_H
 
-/* Errors of the polynomial's coefficients: they are sums of products of order 1. */
+/* Error of the polynomial's coefficients, which are sums of products of order 1. */
 #define CHASLES_TRIAD_NOISE 4e-15
-/* Greatest coefficient of a polynomial that vanishes but for rounding: the rods can stay parallel.
+/* Largest coefficient of a polynomial that vanishes except for rounding: the rods can stay
+ * parallel.
  */
 #define CHASLES_TRIAD_VANISHED 1e-12
-/* Parts of the platform's size: error in the length of a rod up to which a pose is a mode. */
+/* Relative to the platform size: largest rod length error of a mode. */
 #define CHASLES_TRIAD_CLOSED 1e-12
-/* The same, at which Newton's steps have nothing left to gain. */
+/* Rod length error at which Newton's iteration ends. */
 #define CHASLES_TRIAD_POLISHED 1e-15
-/* rad: angle that a step may turn by: further away lies another mode. */
+/* rad: maximum rotation per step; a larger rotation may reach another mode. */
 #define CHASLES_TRIAD_STEP 0.3
-/* rad: distance up to which roots are looked for beside others where rounding may hide some. */
+/* rad: search distance around roots for other roots hidden by rounding. */
 #define CHASLES_TRIAD_BESIDE 2e-2
-/* Parts of the platform's size, and rad, below which two modes are one: at a double root the
- * lengths, which change with the square of the distance, determine no more digits. */
+/* Two modes closer than this (relative to the platform size, and rad) are equal. At a double root,
+ * rod lengths change with the squared distance and determine no more digits. */
 #define CHASLES_TRIAD_SAME 1e-7
 
 #endif

@@ -1,41 +1,41 @@
-/* Inverse kinematics of an arm that nearly has a structure: every branch of the nominal arm, led to
- * the true arm by Newton's iteration; part of chasles, the same for every such robot.
+/* Inverse kinematics of a nearly structured arm: Newton's iteration refines every branch of the
+ * nominal arm to the true arm. Part of chasles; the same for every robot.
  *
  * Included once for each robot, which defines
  *
  *   POLISH_NAME(name)          the names of its functions
  *   POLISH_N, POLISH_SLOTS     coordinates, and slots of the nominal arm
- *   POLISH_RESULTS             these slots and further ones, for solutions that they cannot hold
- *   POLISH_INPUTS              doubles in all inputs: the pose, then what is given beside it
+ *   POLISH_RESULTS             these slots and extra slots for additional solutions
+ *   POLISH_INPUTS              doubles in all inputs: the pose, then the other inputs
  *   POLISH_NOMINAL(in, out)    the inverse of the nominal arm: q, residual and margin of each slot
  *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), on lanes
- *   POLISH_FREE, POLISH_TURNS  of each coordinate: 1 where the iteration moves it; turns in a unit
- *                              of it, 0 where it does not turn
+ *   POLISH_FREE, POLISH_TURNS  of each coordinate: 1 if the iteration moves it; revolutions per
+ *                              unit, 0 for a prismatic coordinate
  *   POLISH_MOVING              number of coordinates that the iteration moves
- *   POLISH_LENGTH              the arm's length (metre), which compares lengths with angles
- *   POLISH_DEVIATION           between axes of the two arms (radian, parts of the length)
- *   POLISH_MEETS               whether three neighbouring axes nearly meet in a point
+ *   POLISH_LENGTH              the arm's length (metre), which converts angles to lengths
+ *   POLISH_DEVIATION           axis deviation of the two arms (radian, or relative to the length)
+ *   POLISH_MEETS               whether three consecutive axes nearly intersect in a point
  *
- *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
- *                              (chasles_general.h) tells what branches are unsure of
- *   POLISH_IS_ASKED            whether this solver is asked at every pose, since folds may not show
- *                              all solutions
- *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
- * with loops, where a nominal solution may be on a branch that the true loops do not have
- *   POLISH_IS_POSITION         whether the position of a pose is asked for and its turn is not
- *   POLISH_ON_LANES            whether chasles_lanes.h was included before: a branch a lane
- *   POLISH_SEEDS               variables of loops that are iterated, 0 for other robots; then
- *   POLISH_FROM_SEED(q, w, at) the same as POLISH_POSE from their values w nearby, or from the
- *                              reference where w[0] is NaN; w becomes that at q
- *   POLISH_REFERENCE           coordinates of that reference: turning ones stay within half a turn
- *                              of them, as loops may bar the way round
+ *   POLISH_IS_GENERAL          whether POLISH_GENERAL defines the arm for the general solver
+ *                              (chasles_general.h), which completes uncertain branches
+ *   POLISH_IS_ASKED            whether the general solver runs at every pose, because folds may
+ *                              miss solutions
+ *   POLISH_IS_SEARCHED         whether to search near uncertain branches; not for robots with
+ *                              loops, where the true loops may lack a nominal branch
+ *   POLISH_IS_POSITION         whether the target is a position only
+ *   POLISH_ON_LANES            whether chasles_lanes.h was included before: one branch per lane
+ *   POLISH_SEEDS               variables of iterated loops, 0 for other robots; then
+ *   POLISH_FROM_SEED(q, w, at) POLISH_POSE from nearby loop variables w, or from the reference if
+ *                              w[0] is NaN; sets w to its values at q
+ *   POLISH_REFERENCE           coordinates of that reference; angles stay within half a turn of
+ *                              them, because loops may block full turns
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
- * pose and lambda in proportion to |e|^2: that damps steps near singularities and fades with the
- * error. Near singularities the true solutions may be anywhere, and the nominal arm's are taken at
- * poses around as well. Pose, Jacobian and residual are those of the true arm, but for slots that
- * the nominal one misses by far while loops are iterated: these keep its residual. No allocation,
- * no state.
+ * pose and lambda proportional to |e|^2. This damping acts near singularities and fades with the
+ * error. Near singularities the true solutions may be anywhere, so nominal solutions of surrounding
+ * poses are starts as well. Pose, Jacobian and residual belong to the true arm. One exception: with
+ * iterated loops, a slot that the nominal arm misses by far keeps the nominal residual. The code
+ * allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
@@ -44,10 +44,9 @@
 #include "chasles_polish_lanes.h"
 #include "chasles_polish_tolerances.h"
 
-/* Equations of a step: of the pose or, where they are fewer, of the coordinates. */
+/* Equations of a step: one per pose component or, if fewer, one per coordinate. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
-/* Whether branches that meet are looked for at folds: where as many coordinates move as a pose has
- * freedoms. */
+/* Whether to search for branch pairs at folds: only if six coordinates move. */
 #define POLISH_UNFOLDS (POLISH_MOVING == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_equations.h"
@@ -62,10 +61,10 @@
 #endif
 
 #if POLISH_IS_SEARCHED
-/* Lines of poses on which to look for further solutions near a branch, 0 where there are none.
+/* Number of pose lines to search for further solutions near a branch.
  *
- * Where the nominal arm does not quite reach, two branches meet at a fold. Where its Jacobian is
- * singular, by `least`, branches may be anywhere. */
+ * If the nominal arm just misses the pose, two branches meet at a fold. If its Jacobian is singular
+ * (pivots `least`), branches may be anywhere. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
@@ -76,7 +75,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
     }
     if (is_distinct && residual <= POLISH_SETTLED && !first)
         return 0;
-    /* Fewer joints than freedoms reach a pose on some branches alone. */
+    /* With fewer than six joints, only some branches reach the pose. */
     if (POLISH_N < 6 && !(residual <= POLISH_SETTLED) && !first)
         return 0;
     return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_WAYS;
@@ -84,7 +83,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Begins once more from starts on the branch of the true loops that Newton's steps led astray. */
+/* Restarts branches that start on the true loop branch but diverged. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
@@ -103,7 +102,7 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
         to[i] = LANES_CHOICE(astray, from[i], to[i]);
 }
 
-/* Newton's steps and, where they are led astray, halved ones. */
+/* Newton's iteration; diverging branches repeat with halved steps. */
 static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(slots) * start, int b,
                                           const lanes_where *near, POLISH_NAME(configurations) * c,
                                           lanes *first)
@@ -117,7 +116,7 @@ static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(sl
     POLISH_NAME(newton)(in, near, c, first);
     POLISH_NAME(again)(in, start->q, b, near, first, c);
 #if POLISH_SEEDS
-    /* From seeds the loops may have come to another branch than from the reference. */
+    /* From nearby variables, the loops may have reached another branch than from the reference. */
     if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
         c->seed[0] = NAN;
         POLISH_NAME(evaluate)(in, c);
@@ -126,7 +125,7 @@ static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(sl
 }
 #endif
 
-/* Finds all branches of the true arm, in the slots of the nominal one's; a solution may be in
+/* Finds all branches of the true arm, in the slots of the nominal branches. A solution may occur in
  * several slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
@@ -173,7 +172,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
         int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
-        /* Where no branch has a solution, any may be the nearest. */
+        /* If no branch has a solution, any branch may be the nearest. */
         if (s->count == 0 && isfinite(start.residual[k]))
             ways = POLISH_FEW_WAYS;
         is_unsure[k] = ways > 0;
@@ -190,7 +189,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #if POLISH_N >= 6
     POLISH_NAME(look)(s, is_unsure);
 #endif
-    /* Arms of fewer joints cannot leave the poses that they reach along a line. */
+    /* With fewer than six joints, lines of poses leave the reachable set. */
     if (POLISH_N < 6 || s->count == 0)
         POLISH_NAME(around)(s, is_unsure);
     if (s->waiting > 0)
@@ -202,7 +201,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
 }
 
-/* All branches of the true arm, each solution in one slot. */
+/* Writes all branches of the true arm, each solution in one slot. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
 {

@@ -1,10 +1,10 @@
-/* Whether known roots of the determinant are all of its real ones; part of chasles, the same for
- * every robot whose inverse is led from a nominal arm.
+/* Tests whether the known roots are all real roots of the determinant. Part of chasles; the same
+ * for every robot.
  *
- * Over sin((s - r) / 2) for an even number of roots r, the determinant is again a trigonometric
- * polynomial in s, of a degree that is lower by half as many. Where this quotient has no real root,
- * the determinant has no others, and these once. That costs less than to isolate them: there are
- * fewer samples and cells, and no root to be found.
+ * Divided by sin((s - r) / 2) for an even number n of roots r, the determinant is a trigonometric
+ * polynomial in s with a degree lower by n / 2. If this quotient has no real root, the known roots
+ * are all roots, and simple. This test is cheaper than root isolation: it needs fewer samples and
+ * cells, and finds no roots.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
@@ -12,19 +12,19 @@
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Samples around the circle; least and greatest number of roots: with fewer of them, no degree is
- * left that tells errors. */
+/* Samples around the circle; minimum and maximum number of known roots. With fewer roots, no spare
+ * degree remains for error estimation. */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
-/* rad: error of a known root that the quotient must show. Solutions are known to 1e-6. */
+/* rad: root error that the quotient must reveal. Solutions have errors of 1e-6. */
 #define CHASLES_SHOWN 1e-4
-/* Cells that are looked at. */
+/* Number of cells to examine. */
 #define CHASLES_WIDE_CELLS 48
-/* Halvings of such a cell, to 1e-4 rad: beyond, a root is about real. */
+/* Halvings of a cell, to 1e-4 rad: a root closer to the real axis counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
-/* The determinant over the products, at the samples; the greatest of the determinant's. */
+/* Samples of the determinant divided by the products. Returns the largest determinant. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
 {
@@ -55,7 +55,7 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     return most;
 }
 
-/* The polynomial of a degree from its samples; what is left of degrees above tells its errors. */
+/* The polynomial of a degree from its samples; higher-degree coefficients estimate its error. */
 static void chasles_polish_interpolated(const double *value, int degree,
                                         chasles_circle_series *series)
 {
@@ -81,7 +81,7 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Bound of what the Taylor series leaves out of a polynomial of a degree, in parts of a radius. */
+/* Truncation bound of a polynomial's Taylor series within a radius. */
 static double chasles_polish_left_out(const chasles_circle_series *series, int degree,
                                       double radius)
 {
@@ -95,11 +95,10 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Whether all solutions are known: what a split can tell. */
+/* Completeness of the known solutions, according to a split. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* Complete where a polynomial of a degree has no real root, nor one that is nearly real; incomplete
- * where it has a real one. */
+/* Complete if the polynomial has no real or nearly real root; incomplete if it has a real root. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
@@ -149,7 +148,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Whether these angles may be told to be all real roots: an even number, none near another. */
+/* Whether these angles can be tested as all real roots: an even number, none near another. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_LEAST_KNOWN || count > CHASLES_MOST_KNOWN)
@@ -163,8 +162,8 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
-/* Whether the noise of a quotient of a degree shows that the known roots are exact: an error of a
- * root leaves this error times the quotient's value there. */
+/* Whether the noise of a quotient shows that the known roots are exact. A root error adds this
+ * error times the quotient's value at the root. */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {
@@ -184,7 +183,7 @@ static int chasles_polish_shows_roots(const chasles_circle_series *series, int d
     return 1;
 }
 
-/* Whether these angles, which may be all, surely are all real roots of the determinant. */
+/* Whether these angles certainly are all real roots of the determinant. */
 static chasles_polish_verdict chasles_polish_are_all(const chasles_general_system *system,
                                                      const double *root, int count)
 {

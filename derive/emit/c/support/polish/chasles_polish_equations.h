@@ -1,11 +1,10 @@
-/* Linear equations of a damped step on lanes, a configuration a lane; part of chasles, the same for
- * every robot whose inverse is led from a nominal arm. Included by chasles_polish.h, once for each
- * robot.
+/* Linear equations of a damped step, one configuration per lane. Part of chasles; the same for
+ * every robot. Included by chasles_polish.h, once for each robot.
  */
-/* Beside dead points of loops, entries are so large that inverses of blocks lose the small ones. */
+/* Near dead points of loops, block inverses lose small entries next to very large ones. */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED
-/* Inverts a symmetric matrix, given by its lower half, in place; keeps its two least pivots. Its
- * quotients do not wait for each other, as those of an elimination would. */
+/* Inverts a symmetric matrix in place, from its lower half; updates the two smallest pivots. Its
+ * divisions are independent, unlike in an elimination. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
 {
     lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -26,7 +25,7 @@ POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
     r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
 }
 
-/* The product of a symmetric matrix, given by its lower half, with a vector. */
+/* Multiplies a symmetric matrix, stored as its lower half, by a vector. */
 POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
 {
     const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -35,7 +34,7 @@ POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lan
     y[2] = r2[0] * x[0] + r2[1] * x[1] + r2[2] * x[2];
 }
 
-/* Solves equations that were solved before for another right side. */
+/* Solves factored equations for another right side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
     lanes x[3], y[3];
@@ -49,11 +48,11 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
         b[k] = x[k] - (a[3][k] * b[3] + a[4][k] * b[4] + a[5][k] * b[5]);
 }
 
-/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
- * Keeps the two least pivots, which are squares of lengths.
+/* Solves the symmetric system a x = b for several b. a is stored as its lower half; x replaces b.
+ * Updates the two smallest pivots, which are squared lengths.
  *
- * With a = (P, L^T; L, R) in blocks of three, the inverses of P and of R - L P^-1 L^T replace P
- * and R, and L P^-1 replaces L. */
+ * With 3 x 3 blocks a = (P, L^T; L, R), the inverses of P and of R - L P^-1 L^T replace P and R,
+ * and L P^-1 replaces L. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, lanes *pivots)
 {
     lanes L[3][3];
@@ -88,12 +87,12 @@ POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
     }
 }
 #else
-/* Solves the symmetric a x = b for right sides b; a is given by its lower half, and x replaces b.
- * Keeps the two least pivots, which are squares of lengths. */
+/* Solves the symmetric system a x = b for several b. a is stored as its lower half; x replaces b.
+ * Updates the two smallest pivots, which are squared lengths. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* a = L D L^T: L D replaces the lower half, L, transposed, the upper, 1 / D the diagonal. */
+    /* a = L D L^T: L D replaces the lower half, L^T the upper half, 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
@@ -125,7 +124,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
-/* Solves the same equations once more for another right side. */
+/* Solves the factored equations for another right side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes *b)
 {
     POLISH_UNROLL
@@ -146,7 +145,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], l
 #endif
 
 #if POLISH_N >= 6
-/* The lower half of J J^T with `added` on the diagonal. */
+/* The lower half of J J^T, plus `added` on the diagonal. */
 POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
 {
     POLISH_UNROLL
@@ -162,7 +161,7 @@ POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added
 }
 #endif
 
-/* The matrix of the damped step's equations: J^T J or, with six coordinates and more, J J^T. */
+/* The matrix of the damped step: J^T J or, with six or more coordinates, J J^T. */
 POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
                                           lanes a[POLISH_ROWS][POLISH_ROWS])
 {
@@ -200,7 +199,7 @@ POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e,
 #endif
 }
 
-/* The step dq of a solution of these equations. */
+/* The step dq, from the solution of these equations. */
 POLISH_INLINE void POLISH_NAME(step_of)(lanes (*J)[POLISH_N], const lanes *b, lanes *dq)
 {
 #if POLISH_N < 6

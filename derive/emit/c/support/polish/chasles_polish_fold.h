@@ -1,20 +1,20 @@
-/* Folds, at which two branches meet; part of chasles, the same for every robot whose inverse is led
- * from a nominal arm. Included by chasles_polish.h, once for each robot.
+/* Folds, where two branches meet. Part of chasles; the same for every robot. Included by
+ * chasles_polish.h, once for each robot.
  *
- * Where the Jacobian is nearly singular, v is the direction in which coordinates move the pose
- * least, and u that of the twist which they reach least. At q + s v the twist to the pose is, along
- * u and to second order, lack - slope s - bend s^2 / 2. It vanishes at two places s, on both sides
- * of the fold, or at none: the discriminant slope^2 + 2 bend lack tells which. So the two branches
- * of the true arm are begun at their own places, even where the nominal arm has none.
+ * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
+ * the twist direction that the joints reach worst. At q + s v, the twist to the pose along u is
+ * lack - slope s - bend s^2 / 2 to second order. It vanishes at two values of s, on both sides of
+ * the fold, or nowhere, depending on the discriminant slope^2 + 2 bend lack. The two branches of
+ * the true arm start at these values, even if the nominal arm has no solution.
  */
-/* What is known of folds, one a lane: a configuration near each; v and u; the parts of the
- * equation, of which lack is not negative; the square of the step that is left beside v. */
+/* Folds, one per lane: a nearby configuration, v, u and the coefficients of the equation (lack is
+ * never negative); the step orthogonal to v, and its square. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
 } POLISH_NAME(folds);
 
-/* Finds v and u at the configurations, and the step beside v. */
+/* Finds v and u at the configurations, and the step orthogonal to v. */
 POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 {
     const lanes added = POLISH_OF(POLISH_LEAST_DAMPING);
@@ -23,7 +23,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     POLISH_NAME(evaluate)(T, &f->c);
     POLISH_NAME(weighted)(&f->c, J);
     POLISH_NAME(squared)(J, &added, a);
-    /* Two steps of inverse iteration, from what is no axis of an arm. */
+    /* Two steps of inverse iteration, from a generic direction. */
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
@@ -62,7 +62,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Steps beside v, finds v and u there, and the bend from a place beside. */
+/* Steps orthogonally to v and finds v and u there; measures the bend at a displaced point. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
     POLISH_NAME(configurations) beside;
@@ -84,14 +84,13 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BESIDE);
 }
 
-/* Folds near which solutions are looked for: places of the two branches of each, and the square of
- * how far solutions may be from them. */
+/* Folds to search: start points of their two branches, and the squared search distance. */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
 } POLISH_NAME(pairs);
 
-/* Whether a solution is known near a place. */
+/* Whether a solution is known near a configuration. */
 static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, double far2)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -101,9 +100,9 @@ static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, 
     return 0;
 }
 
-/* Whether a branch without a solution of its own may be one of two that meet: where the true arm
- * may reach the pose and the nominal one does not, also from afar if a second singularity is near;
- * where the iteration led nowhere new. */
+/* Whether a branch without a solution may be one of two meeting branches. Either the iteration
+ * found nothing new, or the nominal arm misses a pose that the true arm may reach; the miss may be
+ * large near a second singularity. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -116,27 +115,26 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Whether solutions may be elsewhere than at a fold, though the nominal arm misses the pose by far:
- * it is singular at its nearest place, and not so that its error is in the direction that it lacks.
- * So it is where a turn of the wrist that leaves the tool in its place would bring it within reach.
- * `cost` is the squared error (radian, parts of the length). */
+/* Whether solutions may lie away from a fold although the nominal arm misses the pose by far: its
+ * nearest configuration is singular, but its error is not along the unreachable direction. For
+ * example, a wrist rotation that keeps the tool fixed would bring the pose within reach. `cost` is
+ * the squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Whether further solutions may be near a branch that has one, by its steps: where the true arm is
- * nearly singular there, and the deviation moved the joints far for that. So it is where the wrist
- * has four solutions in place of two. */
+/* Whether further solutions may be near a solved branch: the true arm is nearly singular there, and
+ * the deviation moved the joints far. For example, the wrist has four solutions instead of two. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
     return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
-/* Begins branches on both sides of folds, one a lane, unless their solutions are known; whether it
- * is clear of each fold that it has two solutions, or none. */
+/* Starts branches on both sides of folds, one per lane, unless their solutions are known. Returns
+ * whether each fold certainly has two solutions or none. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot, int count,
                                           POLISH_NAME(pairs) * pairs)
@@ -174,9 +172,8 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Looks for the solutions of branches that meet; whether all solutions are surely known: they come
- * in pairs, and each fold has two or none. `first` holds what is known of the first steps of each
- * branch. */
+/* Searches for solutions at folds. Returns whether the solutions are certainly complete: they come
+ * in pairs, and each fold has two or none. `first` contains data of each branch's first steps. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {
@@ -192,7 +189,7 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
         if (s->taken[k]) {
             is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
         } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
-            /* Beside a second singularity there is more than a fold. */
+            /* Near a second singularity, a fold alone is not enough. */
             is_clear = is_clear && !(own[LANES] < unsure * unsure);
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];

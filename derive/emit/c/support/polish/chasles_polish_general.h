@@ -1,9 +1,9 @@
-/* The solutions of the arm as a general one, in the slots of the branches to which they are
- * nearest; part of chasles, the same for every robot whose inverse is led from a nominal arm.
- * Included by chasles_polish.h, once for each robot that the general solver takes.
+/* Solutions from the general solver, in the slots of their nearest branches. Part of chasles; the
+ * same for every robot. Included by chasles_polish.h, once for each robot that the general solver
+ * supports.
  */
-/* Keeps a further solution in the slot that holds it less exactly, else in the one without a
- * solution whose nominal branch is nearest, else in a further one. */
+/* Stores a further solution: in the slot with a less exact copy, else in the free slot of the
+ * nearest nominal branch, else in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -32,8 +32,8 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
     s->count++;
 }
 
-/* Whether solutions are missing: they come in pairs and, off singularities, are as many as the
- * nominal arm's. */
+/* Whether solutions are missing: solutions come in pairs and, away from singularities, are as many
+ * as nominal solutions. */
 static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     int reached = 0;
@@ -42,8 +42,8 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
     return s->count == 0 || s->count % 2 || s->count < reached;
 }
 
-/* Whether the nominal arm misses a pose by far on every branch. That alone does not tell that the
- * true arm does: near several singularities solutions are where the nominal arm is 0.8 m off. */
+/* Whether the nominal arm misses a pose by far on every branch. The true arm may still reach the
+ * pose: near several singularities, solutions exist where the nominal arm is 0.8 m off. */
 static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 {
     for (int k = 0; k < POLISH_SLOTS; k++) {
@@ -53,8 +53,8 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Whether the known solutions are one at each real root of a split, none of which is near another:
- * then they are all. Roots that meet beside the real line, surely, are no solutions. */
+/* Whether the known solutions match the real roots of a split one to one, with no two roots near
+ * each other: then the solutions are complete. Certain complex double roots are not solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
@@ -83,7 +83,7 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* The angles of the known solutions as roots of a split; how many. */
+/* Converts the known solutions to root angles of a split. Returns their number. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_split *split, double *root)
 {
@@ -97,9 +97,9 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Whether the known solutions are all, by the first of some splits that tells it: by roots none of
- * which is near another, for an elbow has the same angle on several branches. The equations of the
- * last one that was asked are in `system`; it is a null pointer where there is none. */
+/* Whether the known solutions are complete, according to the first split that decides. A split
+ * decides only if no two roots are near each other; an elbow, for example, has the same angle on
+ * several branches. `system` receives the equations of the last evaluated split, or stays null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int splits,
                                                    chasles_general_system *system,
@@ -120,8 +120,8 @@ static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s
     return verdict;
 }
 
-/* The solutions of the general solver, unless those that are known are all; whether they surely
- * are. */
+/* Runs the general solver unless the known solutions are complete. Returns whether the result is
+ * certainly complete. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
                                         const POLISH_NAME(slots) * start,
                                         const chasles_general_six *six,
@@ -131,7 +131,7 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     chasles_circle_roots roots;
     const chasles_general_split *asked;
     found->count = 0;
-    /* Where solutions are missing, no further split will tell that there are none. */
+    /* If solutions are missing, no further split can prove completeness. */
     const int splits = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->splits;
     if (POLISH_NAME(verdict)(s, six, splits, &system, &asked) == CHASLES_COMPLETE)
         return 1;
@@ -146,11 +146,11 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    /* Where the arms differ much, the search along lines of poses misses solutions. */
+    /* For large deviations, the search along lines of poses misses solutions. */
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
-/* Adds the solutions of the general solver that no slot holds. */
+/* Adds the new solutions of the general solver. */
 static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                    const chasles_general_six *six,
                                    const chasles_general_found *found)
@@ -163,7 +163,7 @@ static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(sl
     }
 }
 
-/* Asks the general solver and adds its solutions; whether they surely are all. */
+/* Runs the general solver and adds its solutions. Returns whether they are certainly complete. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;
@@ -178,7 +178,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
     return is_sure;
 }
 
-/* Adds solutions on a self-motion that the errors have spoiled, where slots are near to the pose.
+/* Adds solutions near a nominal self-motion, if slots nearly reach the pose.
  */
 static void POLISH_NAME(walk)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {

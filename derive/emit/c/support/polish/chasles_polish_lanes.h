@@ -1,5 +1,5 @@
-/* The lanes of chasles_polish.h: vectors of chasles_lanes.h where POLISH_ON_LANES is 1, else plain
- * numbers; part of chasles, the same for every robot. Included once for each robot, like that.
+/* Lane types of chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, else scalars.
+ * Part of chasles; the same for every robot. Included once for each robot.
  */
 #undef POLISH_INLINE
 #undef POLISH_UNROLL
@@ -21,7 +21,7 @@
 #define POLISH_MIN(x, y) LANES_MIN(x, y)
 #define POLISH_RSQRT(value, x) LANES_LET1(value, rsqrt, x)
 #else
-/* Those of another robot in the same file. */
+/* Removes the macros of another robot in the same file. */
 #undef LANES
 #undef LANES_TARGET
 #undef LANES_LT

@@ -1,26 +1,25 @@
-/* The search for solutions to which Newton's iteration does not lead from the nominal arm's; part
- * of chasles, the same for every such robot. Included by chasles_polish.h, once for each robot.
+/* Searches for solutions that Newton's iteration from the nominal solutions misses. Part of
+ * chasles; the same for every robot. Included by chasles_polish.h, once for each robot.
  *
- * Near a singularity the displacement between the two arms, however small, moves solutions
- * anywhere. So poses on a straight line through the wanted one are looked at, T displaced by -mu u
- * with u a constant twist: at its ends the nominal arm is off its singularity, and Newton's
- * iteration leads to the true arm's solutions. From there the curve of configurations is followed
- * along which the error is mu u. It passes the folds at which branches meet, and crosses mu = 0 at
- * solutions.
+ * Near a singularity, even a small deviation of the arms moves solutions far away. The search uses
+ * poses on a straight line through the target: T displaced by -mu u, with a constant twist u. At
+ * the line's ends, the nominal arm is away from its singularity, and Newton's iteration finds the
+ * true solutions. From there, the search follows the curve of configurations with error mu u. This
+ * curve passes through folds, and crosses mu = 0 at solutions of the target.
  */
-/* Solutions found so far, and starts that wait until they fill the lanes. */
+/* Solutions found so far, and queued starts that wait to fill all lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
-    int taken[POLISH_RESULTS]; /* whether a slot holds a solution that no other does */
+    int taken[POLISH_RESULTS]; /* whether a slot has a unique solution */
     int count;                 /* of these */
-    int ways;                  /* lines to be tried where a solution is known */
+    int ways;                  /* lines to try for branches with a known solution */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
 } POLISH_NAME(search);
 
-/* Whether a taken slot holds a configuration. */
+/* Whether an occupied slot contains a configuration. */
 static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -30,7 +29,7 @@ static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
     return 0;
 }
 
-/* Marks the slots with a solution that no earlier slot has. */
+/* Marks the slots with a solution that is in no earlier slot. */
 static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
 {
     s->count = 0;
@@ -43,8 +42,8 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Keeps what a start led to: a new solution in the slot of its branch, or where that has one in
- * another; and what comes nearest in a slot without a solution. */
+/* Stores the result of a start. A new solution goes into its branch's slot, or another slot if that
+ * is occupied. A slot without a solution keeps its nearest result. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
 {
     double found[POLISH_N], left;
@@ -66,7 +65,7 @@ static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
     s->margin[slot] = s->margin_of[lane];
 }
 
-/* Repeats the first lane in those from `count` on. */
+/* Repeats the first lane in lane `count` and all later lanes. */
 static void POLISH_NAME(repeat)(double *rows, int n, int count)
 {
     for (int i = 0; i < n; i++) {
@@ -76,8 +75,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Ends the steps of a slot whose residual is valid but not settled. Returns whether they lead to
- * the solution of another slot. */
+/* Finishes the iteration of a slot with a valid but not settled residual. Returns whether it
+ * reaches another slot's solution. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -96,7 +95,7 @@ static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, in
 }
 #endif
 
-/* Empties a slot whose residual is valid if it repeats the solution of another slot. */
+/* Empties a slot with a valid residual if it repeats another slot's solution. */
 static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int slot)
 {
     double *q = s->q + POLISH_N * slot;
@@ -118,7 +117,7 @@ static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int sl
         q[i] = NAN;
 }
 
-/* Follows the starts that wait. */
+/* Iterates the queued starts. */
 static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
 {
     POLISH_NAME(repeat)((double *)s->c.q, POLISH_N, s->waiting);
@@ -128,7 +127,7 @@ static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
     s->waiting = 0;
 }
 
-/* Adds the start of a branch. */
+/* Queues the start of a branch. */
 static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double *q, int slot,
                                           double margin)
 {
@@ -142,11 +141,11 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* A twist of about `size` (radian, parts of the arm's length), each time another way: linear part
- * first. */
+/* A twist of about `size` (radian, or relative to the arm's length), in a different direction for
+ * each index; linear part first. */
 static void POLISH_NAME(direction)(int way, double size, double *u)
 {
-    /* The six axes of an icosahedron: with their opposites, seen from anywhere they lie around. */
+    /* The six axes of an icosahedron, evenly distributed together with their opposites. */
     static const double axes[6][3] = {
         {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
@@ -157,14 +156,14 @@ static void POLISH_NAME(direction)(int way, double size, double *u)
     }
 }
 
-/* The inputs with a pose nearby, displaced by such a twist. */
+/* The inputs for a nearby pose, displaced by such a twist. */
 static void POLISH_NAME(nearby)(const double *in, double size, int way, double *near)
 {
     double u[6];
     POLISH_NAME(direction)(way, size, u);
     const double a = 0.5 * u[3], b = 0.5 * u[4], c = 0.5 * u[5];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Cayley's rotation, so that the pose stays one. */
+    /* Cayley's formula, so that the result is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -178,7 +177,7 @@ static void POLISH_NAME(nearby)(const double *in, double size, int way, double *
     }
 }
 
-/* Whether the upper left part of a pose is a rotation; no other has solutions. */
+/* Whether the upper left block of a pose is a rotation; otherwise the pose has no solutions. */
 static int POLISH_NAME(is_rigid)(const double *T)
 {
     double off = 0.0;
@@ -193,7 +192,7 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Looks for solutions on branches that are unsure, from the nominal arm's at poses around. */
+/* Searches uncertain branches, starting from nominal solutions of surrounding poses. */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -211,22 +210,21 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Half the length of a line in the measure in which its curves are followed, beside radians: at a
- * fold, coordinates change by the root of the displacement. */
+/* Scaled half length of a line, comparable with radians along its curves: near a fold, coordinates
+ * change with the square root of the displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
-/* Curves that are followed, one a lane: the configuration and mu, the direction of the curve, and
- * the branch on which it began. */
+/* Curves, one per lane: configuration and mu, curve direction, and the branch at its start. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
-    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the end */
+    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the end pose */
     double margin[LANES];
-    int side, arrived; /* the end where they began; how many branches came to the other */
+    int side, arrived; /* start end of the curves; number of branches that reached the other end */
 } POLISH_NAME(curves);
 
-/* Brings configurations onto their curves: the least change of (q, mu) to e = mu u, to first order;
- * the direction is what is left of the earlier one. */
+/* Corrects configurations onto their curves: the smallest first-order change of (q, mu) to e = mu
+ * u. The new direction is the projection of the previous direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -272,8 +270,7 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Starts the iteration where a curve crossed mu = 0 between two points, at the share `part` of the
- * way from the first. */
+/* Queues a start where a curve crossed mu = 0, at the fraction `part` between two points. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -286,8 +283,8 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
     POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
 }
 
-/* Follows curves to the ends of the line, and starts the iteration wherever they cross mu = 0 or
- * nearly touch it. */
+/* Follows curves to the ends of the line. Queues a start wherever a curve crosses or nearly touches
+ * mu = 0. */
 static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k)
 {
@@ -316,7 +313,7 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
                 } else if (b < a && b < c && b < POLISH_TOUCH * half &&
                            first[lane] * then[lane] > 0.0) {
-                    /* A parabola through three points, as if in equal strides. */
+                    /* A parabola through three points, assumed equidistant. */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
                     const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
@@ -343,8 +340,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve that begins at a configuration, for the line's value mu there; it leads to the other
- * end than `side`. */
+/* Adds a curve from a configuration with line parameter mu; it leads to the end opposite to
+ * `side`. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)
@@ -362,7 +359,7 @@ static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const doubl
         POLISH_NAME(trace)(s, u, k);
 }
 
-/* Looks for solutions on branches that are unsure, along lines of poses. */
+/* Searches uncertain branches along lines of poses. */
 static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -381,7 +378,7 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* Curves that came from the other end leave no more to follow from this one. */
+            /* Curves from the other end already cover all curves from this end. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

@@ -1,8 +1,8 @@
-/* Steps of Newton's iteration on lanes, a configuration a lane; part of chasles, the same for every
- * robot whose inverse is led from a nominal arm. Included by chasles_polish.h, once for each robot.
+/* Steps of Newton's iteration, one configuration per lane. Part of chasles; the same for every
+ * robot. Included by chasles_polish.h, once for each robot.
  */
-/* Configurations on lanes: coordinates; pose and Jacobian there; the twist to the pose, its lengths
- * in parts of the arm's; the squares of this twist and of the residual; the seed of iterated loops.
+/* Configurations on lanes: coordinates; their pose and Jacobian; the twist to the target, with
+ * lengths relative to the arm length; the squared twist and residual; the start of iterated loops.
  */
 typedef struct {
     lanes q[POLISH_N], at[16 + 6 * POLISH_N], e[6], cost, residual2;
@@ -11,7 +11,7 @@ typedef struct {
 #endif
 } POLISH_NAME(configurations);
 
-/* Solutions of the nominal arm: coordinates, residuals, margins, in the order of its results. */
+/* Nominal solutions: coordinates, residuals and margins, in output order. */
 typedef struct {
     double q[POLISH_SLOTS * POLISH_N], residual[POLISH_SLOTS], margin[POLISH_SLOTS];
 } POLISH_NAME(slots);
@@ -22,7 +22,7 @@ static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes
     POLISH_POSE(q, at);
 }
 
-/* The pose alone: the compiler leaves out what the Jacobian takes. */
+/* Only the pose: the compiler removes the Jacobian's operations. */
 static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 {
     lanes all[16 + 6 * POLISH_N];
@@ -43,7 +43,7 @@ static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 }
 #endif
 
-/* The twist that is left of a pose, and its sizes, from the pose at the coordinates. */
+/* The twist to the target and its norms, from the pose at the coordinates. */
 POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes *at = c->at;
@@ -64,7 +64,7 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         w[1] += at[8 + k] * T[k] - at[k] * T[8 + k];
         w[2] += at[k] * T[4 + k] - at[4 + k] * T[k];
     }
-    /* The axis times twice the tangent of half the angle, bounded near half a turn. */
+    /* The rotation axis times twice the tangent of half the angle, bounded near half a turn. */
     const lanes factor = 2.0 / POLISH_MAX(trace + 1.0, POLISH_HALF_TURN);
     c->cost = distance2 * (1.0 / (POLISH_LENGTH * POLISH_LENGTH));
 #if POLISH_IS_POSITION
@@ -77,7 +77,7 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
-    /* The square of the residual of every inverse: NaN where one of the two is. */
+    /* The squared residual of an inverse: the larger of both errors, or NaN if one is NaN. */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
@@ -94,8 +94,8 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     POLISH_NAME(compare)(T, c);
 }
 
-/* The Jacobian, with lengths in parts of the arm's and without the coordinates that are given. Its
- * angular rows are zero where a position alone is asked for. */
+/* The Jacobian, with lengths relative to the arm length and without fixed coordinates. For a
+ * position target, its angular rows are zero. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
 {
@@ -109,7 +109,7 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     }
 }
 
-/* Coordinates without whole turns. */
+/* Coordinates reduced by full turns. */
 POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
 {
     static const double turns[] = POLISH_TURNS;
@@ -122,13 +122,13 @@ POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
 #else
         const lanes apart = q[k];
 #endif
-        /* A number of less than 2^51 in a sum with 1.5 * 2^52 is rounded to a whole one. */
+        /* Adding 1.5 * 2^52 rounds a number below 2^51 to an integer. */
         const lanes whole = (apart * turns[k] + 6755399441055744.0) - 6755399441055744.0;
         q[k] = turns[k] > 0.0 ? q[k] - whole * 6.283185307179586 : q[k];
     }
 }
 
-/* Moves q by dq, each coordinate by POLISH_STEP at most, angles by the shorter way round. */
+/* Moves q by dq, each coordinate by at most POLISH_STEP, angles in the shorter direction. */
 POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *q)
 {
     lanes longest = POLISH_OF(POLISH_STEP);
@@ -140,12 +140,12 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     POLISH_NAME(unwind)(q);
 }
 
-/* Equations of a step, factored, and their Jacobian. */
+/* Factored equations of a step, and their Jacobian. */
 typedef struct {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
 } POLISH_NAME(factors);
 
-/* The damped step dq from c. `pivots` are the least of its equations. */
+/* The damped step dq from c. `pivots` receives the smallest pivots of its equations. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                         POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
@@ -158,7 +158,7 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
     POLISH_NAME(step_of)(f->J, b[0], dq);
 }
 
-/* Moves q by the damped step from c. `pivots` are the least of its equations. */
+/* Moves q by the damped step from c. `pivots` receives the smallest pivots of its equations. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                      lanes *q, lanes *pivots)
 {
@@ -168,7 +168,7 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* The square of a step. */
+/* The squared norm of a step. */
 POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
 {
     *square = dq[0] * dq[0];
@@ -176,7 +176,7 @@ POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
         *square += dq[k] * dq[k];
 }
 
-/* Moves coordinates where `going`. */
+/* Moves the coordinates of lanes with `going`. */
 POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
                                       POLISH_NAME(configurations) * c)
 {
@@ -187,9 +187,9 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Where no solution is near: a step from c leaves more than the bend of what the tool reaches makes
- * up over its length. Near singularities, by the least of `pivots` so far, damping shortens the
- * step, and this cannot be told. */
+/* Whether no solution is near: the error after a step from c exceeds the curvature of the reachable
+ * set over the step length. Near singularities (smallest `pivots` so far), damping shortens the
+ * step, and the test does not apply. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -215,12 +215,13 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 }
 #endif
 
-/* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
- * of the first step, without damping but where near, and its square; and, where branches meet at
- * folds, the trace of (J J^T)^-1 behind it, which is about 1 over the square of J's least singular
- * value; or, in a robot with loops, the squared error of the start. Steps of which the last was
- * short have the same equations: the Jacobian has not changed much. Fewer joints than freedoms
- * reach a pose on some branches alone: the others end where they miss it. */
+/* Newton's iteration on lanes with `near`; other lanes keep their coordinates. `first` receives the
+ * smallest pivots of the first step (damped only on lanes with `near`) and the squared step. With a
+ * fold search, it also receives the trace of (J J^T)^-1 after this step, about 1 over the squared
+ * smallest singular value of J. With loops, it receives the squared error of the start instead.
+ * After a short step, the next steps reuse its equations, because the Jacobian has hardly changed.
+ * With fewer than six joints, only some branches reach the pose; the other branches end once this
+ * is clear. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -231,7 +232,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
     lanes *pivots = first;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
     first[2] = first[3] = POLISH_OF(0.0);
-    int left_over = 0; /* further steps by the same equations */
+    int left_over = 0; /* remaining steps with the same equations */
     for (int k = 0, taken = 0;; taken++) {
         if (left_over > 0) {
             POLISH_NAME(tool_pose)(c->q, c->at);
@@ -240,7 +241,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(evaluate)(T, c);
         }
 #if !POLISH_IS_SEARCHED
-        /* Where the true loops are on another branch, the tool is far away. */
+        /* If the true loops are on another branch, the tool is far away. */
         if (taken == 0) {
             first[3] = c->cost;
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
@@ -271,19 +272,20 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The equations of an earlier step take the turn of what the tool reaches for a miss. */
+        /* Only with new equations: old equations mistake curvature of the reachable set for a
+         * miss. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
-        /* Where loops have dead points, equations change within short steps. */
+        /* Not for robots with loops: near dead points, equations change within short steps. */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
             left_over = POLISH_MOST_AGAIN;
     }
 }
 
-/* The same from a start that may be far: a step that increases the error is not taken, and the next
- * is damped more. */
+/* Newton's iteration from a possibly distant start: a step that increases the error is rejected,
+ * and the next step is damped more. */
 static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(configurations) * c)
 {
     lanes damping = POLISH_OF(1.0);
@@ -310,8 +312,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
 }
 
 #if !POLISH_IS_SEARCHED
-/* The same near a dead point, beyond which the loops do not close: steps without damping, of which
- * one that does not decrease the error is halved. */
+/* Newton's iteration near a dead point, beyond which the loops do not close: undamped steps, halved
+ * until the error decreases. */
 static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes undamped = POLISH_OF(0.0);
@@ -345,7 +347,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
 }
 #endif
 
-/* Takes the slots from `first` on to lanes; lanes without a slot repeat the last. */
+/* Loads the slots from `first` on into lanes; unused lanes repeat the last slot. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)
 {
     double *rows = (double *)c->q;
@@ -383,7 +385,7 @@ static int POLISH_NAME(same)(const double *a, const double *b, double tolerance)
 }
 
 #if POLISH_UNFOLDS || POLISH_IS_GENERAL
-/* The square of the distance of two configurations (rad, m). */
+/* The squared distance of two configurations (rad, m). */
 static double POLISH_NAME(apart2)(const double *a, const double *b)
 {
     static const double turns[] = POLISH_TURNS;
