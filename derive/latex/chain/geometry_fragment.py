@@ -16,7 +16,7 @@ from .tables import counts_moving
 MOST_WRITTEN = 4
 """Maximum number of factors of a product that is written in full."""
 MOST_IN_ROW = 6
-"""Transforms without an effect in one line."""
+"""Maximum number of trivial transforms per line."""
 
 
 def screws(page: Page) -> str:

@@ -1,4 +1,4 @@
-r"""A robot as papers draw it, in TikZ: the bodies and shapes of all drawings of it."""
+r"""Draws a robot in TikZ in the style of papers."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from .parts import DrawnMembers, Scene, scene
 from .view import view, view_of_arm
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
-"""The packages and styles that a document needs for a drawing."""
+"""Packages and styles that a document needs for a drawing."""
 _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    font=\footnotesize,>={Stealth[length=1.7mm]},
    outline/.style={draw=black!70,fill=black!70},
@@ -49,31 +49,31 @@ _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    coordinate name/.style={inner sep=0pt,text=red!65!orange!65!black}]"""
 _SCALES = (1, 2, 5)
 _SHORTEST = 150
-"""The least length of the scale on paper."""
+"""Minimum length of the scale bar on paper."""
 _BELOW = 40
-"""Distance of the scale below the lowest part."""
+"""Distance of the scale bar below the drawing."""
 
 
 def drawing(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, reference: Sequence[float]
 ) -> str:
-    r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
+    r"""Draws a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale bar.
 
-    Bodies connect the joints on them; the main chain is drawn thicker. Actuated members are
-    red, with an arrow in their positive sense and their coordinate's name; a motor behind a gear is
-    named at the joint that it moves. Each loop bears its number in the order of
-    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen along the normal of
-    their plane, other mechanisms from above and aside, without perspective. The picture is at most
+    Bodies connect the joints on them; the main chain is drawn thicker. Actuated joints are red,
+    with an arrow in the positive sense and the coordinate's name. A geared motor is named at the
+    joint that it moves. Each loop has its number in the order of
+    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are viewed along the normal of
+    their plane, other mechanisms obliquely from above, without perspective. The picture is at most
     140 mm wide and 110 mm high.
 
     Args:
         mechanism: The description.
         terms: Its parameters at their defaults.
         skeleton: Its bodies.
-        reference: The configuration z at which it is drawn (radian or metre).
+        reference: The drawn configuration z (radian or metre).
 
     Returns:
-        A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; the bytes are the same on any machine.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -85,7 +85,8 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Coordinates have the fewest free positions, loops more; the rest uses the remaining space.
+    # Coordinate labels come first because they have the fewest free positions, then loops, then the
+    # rest.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -95,17 +96,17 @@ def drawing(
 
 
 def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""A drawing of a serial robot in its posture: links, joints with their axes, both frames.
+    r"""Draws a serial robot in its drawing configuration: links, joint axes, base and tool frames.
 
-    A planar arm is seen along its axes, another one from above and aside, without perspective. Each
-    coordinate has its name at its joint and an arrow in its positive sense.
+    A planar arm is viewed along its axes, other arms obliquely from above, without perspective.
+    Each joint has its coordinate's name and an arrow in the positive sense.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; the bytes are the same on any machine.
     """
     names = [joint.name for joint in robot.coordinates]
     members = DrawnMembers(
@@ -124,7 +125,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
 
 
 def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
-    """The symbols of a scene, with the ground at its foot."""
+    """Returns the symbols of a scene, with the ground below."""
     marks = Marks(parts, paper, is_planar=is_planar)
     if parts.foot is not None:
         marks.ground_at(*map(paper.at, parts.foot))
@@ -132,7 +133,7 @@ def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
 
 
 def _picture(marks: Marks, labels: Sequence[str]) -> str:
-    """All lines of a picture with its scale."""
+    """Returns all lines of a picture, including the scale bar."""
     low, high = _extent(marks.obstacles)
     paper = marks.paper
     lines = [
@@ -148,7 +149,7 @@ def _picture(marks: Marks, labels: Sequence[str]) -> str:
 
 
 def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Names of the actuated coordinates, at the joints that they move."""
+    """Labels the actuated coordinates at the joints that they move."""
     return [
         _label(
             *_coordinate(k, coordinate.name), *marks.anchors[coordinate.moves], "coordinate name"
@@ -158,7 +159,7 @@ def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
 
 
 def _names(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Names of the main chain's other joints and of the tool frame."""
+    """Labels the other main-chain joints and the tool frame."""
     actuated = {coordinate.moves for coordinate in mechanism.coordinates}
     found = [
         _label(*_name(joint.name), *marks.anchors[joint.name], "name")
@@ -173,7 +174,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 
 
 def _coordinate(k: int, name: str) -> tuple[str, float]:
-    """The index of a coordinate in q and its name, and the width of both in letters."""
+    """Returns the label of a coordinate (index in q and name), and its width in letters."""
     if name in ("q", f"q{k}", f"q_{k}"):
         return f"$q_{{{k}}}$", 2
     text, letters = _name(name)
@@ -181,7 +182,7 @@ def _coordinate(k: int, name: str) -> tuple[str, float]:
 
 
 def _name(name: str) -> tuple[str, float]:
-    """A name in LaTeX and its width in letters; a name of one letter becomes a symbol."""
+    """Returns a name in LaTeX and its width in letters; a single letter becomes a symbol."""
     head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
     if len(head) > 1 and head not in names.GREEK:
         return names.escape(name), len(name)
@@ -189,7 +190,7 @@ def _name(name: str) -> tuple[str, float]:
 
 
 def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
-    """The lowest and the highest corner of the drawing."""
+    """Returns the lower left and upper right corner of the drawing."""
     x, y = [], []
     for box in obstacles.boxes:
         x += [box.left, box.right]
@@ -201,7 +202,7 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
 
 
 def _scale(per_metre: float, corner: Point) -> list[str]:
-    """A bar of a round length with that length in metres."""
+    """Draws a scale bar of a round length, labelled in metres."""
     metres = next(
         digit * 10.0**power
         for power in range(-9, 9)

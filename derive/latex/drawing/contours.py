@@ -1,4 +1,4 @@
-"""Level lines of numbers on a grid as polygons, and polygons of fewer corners."""
+"""Computes level lines of grid values as polygons, and simplifies polygons."""
 
 import math
 
@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 Point = tuple[float, float]
 Loop = list[Point]
-"""Corners one after another; the last is joined to the first."""
+"""Corners of a closed polygon."""
 _AROUND = ((0, 0), (1, 0), (1, 1), (0, 1))
-"""The corners of a square, counterclockwise."""
+"""Corners of a square, counterclockwise."""
 _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """The lines at a level that no number has, by marching squares; more is on their left.
+    """Computes level lines by marching squares, with higher values on the left.
 
     Args:
-        levels: (n, m) numbers at whole coordinates, less than the level all around.
-        level: The level.
+        levels: (n, m) values at integer coordinates, below the level along the border.
+        level: The level; no value may equal the level.
 
     Returns:
-        Polygons in the coordinates of the grid.
+        Polygons in grid coordinates.
     """
     above = levels > level
     total = sum(above[i : above.shape[0] - 1 + i, j : above.shape[1] - 1 + j] for i, j in _AROUND)
@@ -39,14 +39,14 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
 
 
 def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
-    """The side after each side by which a line leaves the higher corners of a square."""
+    """Maps each side where a line leaves the higher corners of a square to the next side."""
     corners = [(i + a, j + b) for a, b in _AROUND]
     sides = [
         (min(p, q) + max(p, q), bool(above[q]))
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # Sides come counterclockwise; higher corners lie between a side and the one before it.
+    # Sides are in counterclockwise order; higher corners lie between a side and its predecessor.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 
@@ -58,14 +58,14 @@ def _crossing(levels: NDArray[np.int_], level: float, side: _Side) -> Point:
 
 
 def area(loop: Loop) -> float:
-    """The area that a polygon goes around, positive counterclockwise."""
+    """Returns the signed area of a polygon, positive if counterclockwise."""
     return (
         sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(loop, loop[1:] + loop[:1], strict=True)) / 2
     )
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """The corners of a polygon of which no other is farther away than a distance.
+    """Simplifies a polygon within a distance.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.
@@ -77,7 +77,7 @@ def simplified(loop: Loop, slack: float) -> Loop:
 
 
 def _kept(line: Loop, slack: float) -> Loop:
-    """The corners of a line that are kept, without its end."""
+    """Returns the remaining corners of a line, without its end."""
     (ax, ay), (bx, by) = line[0], line[-1]
     length = math.dist(line[0], line[-1])
     if len(line) < 3 or length == 0:  # noqa: PLR2004

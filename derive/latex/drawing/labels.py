@@ -1,4 +1,4 @@
-"""Labels in free space: each tries positions around its point and takes the best."""
+"""Places labels in free space: each label takes the best position around its point."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,24 +9,24 @@ from typing import TypeVar
 from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, whole
 
 LINE, LETTER = 28, 15.5
-"""Height of a label and mean width of a letter, at the size of footnotes."""
+"""Height of a label and mean letter width, at footnote size."""
 _DIRECTIONS = [
     (whole(1000 * math.cos(k * math.pi / 12)), whole(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Directions that a label may lie in, in thousandths."""
+"""Possible directions of a label, in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Free space around a point, and the distances that may be added to it."""
+"""Free space around a point, and possible additional distances."""
 _AFAR = 40
-"""A label farther than this from its point is joined to it by a line."""
+"""Distance beyond which a leader line connects a label to its point."""
 _AWAY = 1.2
-"""Cost of a label's distance from its point."""
+"""Cost per distance of a label from its point."""
 _GAP = 6
-"""Gap between such a line and its label."""
+"""Gap between a leader line and its label."""
 _CROSSED = 3
-"""Cost of a line that a label covers, per length."""
+"""Cost per length of a line that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Parts of a direction above which a label begins, ends or stands at its point."""
+"""Direction components above which a label starts, ends or stands at its point."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -42,17 +42,17 @@ class Box:
     top: int
 
     def shared(self, other: "Box") -> int:
-        """The area that two boxes share."""
+        """Returns the common area of two boxes."""
         w = min(self.right, other.right) - max(self.left, other.left)
         h = min(self.top, other.top) - max(self.bottom, other.bottom)
         return max(w, 0) * max(h, 0)
 
     def grown(self, by: int) -> "Box":
-        """A box with a margin."""
+        """Returns a box with a margin."""
         return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def length_inside(self, a: Point, b: Point) -> float:
-        """The length of the part of a line that lies in the box."""
+        """Returns the length of a line inside the box."""
         first, last = 0.0, 1.0
         for start, end, low, high in (
             (a[0], b[0], self.left, self.right),
@@ -70,12 +70,12 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A text beside a point.
+    """A label at a point.
 
     Attributes:
         text: The text in LaTeX.
         letters: Its approximate width in letters.
-        point: The point that it names.
+        point: The labelled point.
         radius: Radius of the symbol at the point.
         style: The TikZ style of its node.
     """
@@ -89,11 +89,11 @@ class Label:
 
 @dataclass
 class Obstacles:
-    """The parts that are on paper already.
+    """Drawn objects, which labels should avoid.
 
     Attributes:
-        lines: Begin, end and half the width of lines that no label should cross.
-        outlines: The same for outlines of bodies, which a loop's number may cross.
+        lines: Start, end and half width of lines that no label should cross.
+        outlines: The same for body outlines, which a loop number may cross.
         boxes: Labels and symbols that no label may cover.
         plates: Filled polygons, on which a label may lie if no other position is free.
     """
@@ -104,20 +104,20 @@ class Obstacles:
     plates: list[Sequence[Point]] = field(default_factory=list)
 
     def disc(self, point: Point, radius: int) -> None:
-        """Notes a symbol around a point."""
+        """Adds a symbol around a point."""
         x, y = point
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Notes a line through corners."""
+        """Adds a line through corners."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:
-        """Notes a body's outline through corners."""
+        """Adds a body's outline through corners."""
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Cost of the parts that a box would cover; bodies cost by the kind of the box."""
+        """Returns the cost of the objects under a box; the cost of bodies depends on the box."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -131,12 +131,12 @@ class Obstacles:
 
 
 def _length(box: Box, lines: Sequence[Line]) -> float:
-    """The length of lines that a box would cover."""
+    """Returns the length of lines under a box."""
     return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """TikZ of a label at its best position, which is noted as taken."""
+    """Returns the TikZ of a label at its best position, and marks the position as occupied."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
@@ -150,7 +150,7 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """The first position of least cost, in the order of a lower bound of their costs."""
+    """Returns the first position with minimum cost, sorted by a lower bound of the cost."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:
@@ -164,13 +164,13 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # Letters read best beside a point or above it.
+    # Letters read best next to a point or above it.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 
 
 def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
-    """Cost of the parts that a line from a label to its point crosses."""
+    """Returns the cost of the objects that a leader line crosses."""
     cost = 0.0
     for share in (0.2, 0.4, 0.6):
         x, y = between(near, to, share)
@@ -179,7 +179,7 @@ def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
 
 
 def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
-    """The nearest point of a label, its box, and the anchor that lies on that point."""
+    """Returns the label's nearest point, its box, and the anchor at this point."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
     x = label.point[0] + whole(reach * dx / 1000)
@@ -194,14 +194,14 @@ def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
 
 
 LOOP = 20
-"""Radius of the circle around a loop's number."""
+"""Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Cost of a loop's number outside the loop."""
+"""Cost of a loop number outside its loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
-    """The position of a loop's number: free, as near as possible to the middle of the loop."""
+    """Returns a free position for a loop number, as near as possible to the middle of the loop."""
     middle = (
         sum(x for x, _ in corners) // len(corners),
         sum(y for _, y in corners) // len(corners),

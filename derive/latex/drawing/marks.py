@@ -1,4 +1,4 @@
-"""The symbols of the parts on paper, and the areas that they cover."""
+"""Draws the symbols of all members, and records the areas that they cover."""
 
 from collections.abc import Sequence
 
@@ -10,28 +10,28 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints that bodies take in turn."""
+"""Number of tints, used cyclically for bodies."""
 THIN, THICK, RIM = 14, 22, 4
-"""Width of a body, of a body of the main chain, and of its outline."""
+"""Widths of a body, of a main-chain body, and of its outline."""
 PIN, MAIN_PIN = 10, 12
 SHAFT = 22
-"""Half the length of a hinge whose axis lies in the picture."""
+"""Half length of a hinge with its axis in the picture plane."""
 MOTOR = 28
 """Radius of the arrow around a motor."""
 STROKE = 70
-"""Half the longest arrow beside a cylinder."""
+"""Half the maximum length of an arrow next to a cylinder."""
 COLLAR = 36
 """Distance from a hinge to the arrow around its shaft."""
 BARREL = 0.55
-"""The part of a cylinder's length that is its barrel."""
+"""Barrel length as a fraction of a cylinder's length."""
 FORESHORTENED = 0.35
-"""Below this part of its length on paper a direction is seen end-on."""
+"""A direction with a smaller projected fraction counts as end-on."""
 GUIDE, RAIL = 45, 110
-"""Length of a guide beyond its slider, and of a guide on the ground without limits."""
+"""Length of a guide beyond its slider, and of an unlimited guide on the ground."""
 HATCH = 11
 """Distance between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
-"""Height of a pin's stand, and half the width of its ground."""
+"""Height of a pin's stand, and half width of its ground."""
 AXIS = 80
 """Length of the tool frame's arrows."""
 
@@ -44,16 +44,16 @@ class Marks:
         bodies: Bodies, rods and cylinders.
         joints: Hinges and sliders.
         arrows: Motors and the tool frame.
-        obstacles: The areas that they cover.
-        anchors: The point at which a member is named, and the radius of its symbol there.
+        obstacles: The areas that the symbols cover.
+        anchors: The label point of each member, and the radius of its symbol.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
-        """Draws everything but the labels.
+        """Draws everything except the labels.
 
         Args:
             scene: The parts.
-            paper: Their projection on paper.
+            paper: The projection on paper.
             is_planar: Whether the mechanism moves in the picture's plane.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
@@ -75,7 +75,7 @@ class Marks:
             self._frame_of(scene.base, "base")
 
     def _outline(self, solid: Solid) -> list[Point]:
-        """The corners of a solid: its hull, or the points of a line without repetitions."""
+        """Returns the corners of a solid: its hull, or the points of a line without repetitions."""
         points = [self.paper.at(p) for p in solid.points]
         if not solid.is_line:
             return hull(points)
@@ -109,7 +109,7 @@ class Marks:
                 self._foot(hinge, feet)
 
     def _hangs(self) -> bool:
-        """Whether the robot is below its base."""
+        """Whether the robot hangs below its base."""
         moving = [self._height(corners) for corners in self.corners[1:] if corners]
         return bool(moving) and sum(moving) < len(moving) * self._height(self.corners[0])
 
@@ -118,7 +118,7 @@ class Marks:
         return sum(y for _, y in corners) / len(corners)
 
     def _ground(self, a: Point, b: Point) -> None:
-        """A hatched line; the ground is to the right of the way from a to b."""
+        """Draws a hatched line; the ground is on the right side from a to b."""
         length = distance(a, b)
         strokes = f"foreach \\k in {{1,...,{max(length // HATCH, 1)}}}"
         stroke = f"({number(HATCH)}*\\k,0) -- ++(-1.3,-1.3)"
@@ -148,20 +148,20 @@ class Marks:
         self.obstacles.path([point, between(a, b, 0.5)], 20)
 
     def _up(self, hinge: Hinge, point: Point) -> int:
-        """1 where a stand is below its pin; -1 where the body on the pin hangs below it."""
+        """Returns 1 if the stand is below its pin, -1 if the body on the pin hangs below."""
         other = self._carried(hinge)
         x, y = other[0] - point[0], other[1] - point[1]
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """The direction of a shaft towards the body that it carries; upwards without a body."""
+        """Returns the direction of a shaft towards its body; upwards without a body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
-        """The middle of the body that a hinge of the base carries."""
+        """Returns the middle of the body on a base hinge."""
         if hinge.b < 0:
             bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
             return self.paper.at((bar.a + bar.b) / 2)
@@ -226,7 +226,7 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """The side of a line, 1 to the left, on which fewer bodies have corners."""
+        """Returns the side of a line with fewer body corners; 1 is left."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]
@@ -236,7 +236,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # Where several hinges share a point, the driven one lies on top.
+        # If several hinges share a point, the driven hinge is on top.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
@@ -265,14 +265,14 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """The drawn position of a hinge: a hinge that would cover another moves along its axis."""
+        """Returns a hinge's drawn position, moved along its axis if it would cover another."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # Along the body that it carries, or else along the body that carries it.
+        # Along its child body, or else along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -292,7 +292,7 @@ class Marks:
         )
 
     def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
-        """The direction on paper of a pin's axis, None where it is seen end-on."""
+        """Returns the projected direction of a pin's axis; None if end-on."""
         if hinge.axis is None or hinge.kind != "pin":
             return None
         right, up, _ = self.paper.along(hinge.axis)
@@ -300,7 +300,7 @@ class Marks:
         return None if length < FORESHORTENED else (right / length, up / length)
 
     def _motor(self, hinge: Hinge, point: Point, shaft: tuple[float, float] | None) -> None:
-        """An arrow around a motor, in the sense in which its joint counts."""
+        """Draws an arrow around a motor, in the positive sense of its joint."""
         near = 0.0 if hinge.axis is None else self.paper.along(hinge.axis)[2]
         if shaft is None:
             middle = self._free_direction(hinge, point)
@@ -310,7 +310,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Only the half of the turn that is nearer to the eye is shown, beyond the hinge.
+        # Only the nearer half of the circle is shown, beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
@@ -322,7 +322,7 @@ class Marks:
         )
 
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
-        """The direction around a hinge, in degrees, that is farthest from all bodies there."""
+        """Returns the direction around a hinge (degree) that is farthest from all bodies."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
         ways = [
             (x - point[0], y - point[1])
@@ -371,7 +371,7 @@ class Marks:
     def _guide(
         self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
     ) -> None:
-        """The line along which a slider moves, hatched where the base carries it."""
+        """Draws the guide of a slider, hatched on the base."""
         x, y = direction
         is_rail = slide.a == 0 and not self.has_plate
         reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
@@ -392,7 +392,7 @@ class Marks:
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """The ends of a guide, measured from its slider: they span its known travel."""
+        """Returns the ends of a guide relative to its slider, spanning its known travel."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
@@ -427,12 +427,12 @@ def _closed(corners: Sequence[Point]) -> str:
 
 
 def _frame(a: Point, b: Point) -> str:
-    """Options of a path from a to b along its own x axis."""
+    """Returns the TikZ options of a path from a to b along its local x axis."""
     return f"[shift={{{at(a)}}},rotate={angle(b[0] - a[0], b[1] - a[1])}]"
 
 
 def _beside(a: Point, b: Point, shift: int) -> list[Point]:
-    """A line moved to its left."""
+    """Returns a line moved to its left."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     move = whole(-shift * y), whole(shift * x)

@@ -1,4 +1,4 @@
-"""Points on paper: whole tenths of a millimetre, so that layout is exact and bytes repeat."""
+"""Points on paper in integer tenths of a millimetre, so that layout is exact and reproducible."""
 
 import math
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 Point = tuple[int, int]
 """To the right and up, in tenths of a millimetre."""
 WIDTH, HEIGHT = 1400, 1100
-"""The largest picture, labels and scale included."""
+"""Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""Free margins for labels, and below for the ground and the scale."""
+"""Free margins for labels, and below for the ground and the scale bar."""
 
 
 def whole(value: float) -> int:
-    """The nearest whole number; ties, within the differences between machines, are rounded up."""
+    """Rounds to an integer; ties, within machine differences, round up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
@@ -28,8 +28,8 @@ class Paper:
 
     Attributes:
         view: Directions to the right, up and towards the eye, as rows (3, 3).
-        scale: Tenths of a millimetre a metre.
-        corner: Where the paper's origin is in the view (metre).
+        scale: Tenths of a millimetre per metre.
+        corner: Position of the paper's origin in the view (metre).
     """
 
     view: Array
@@ -38,7 +38,7 @@ class Paper:
 
     @classmethod
     def around(cls, view: Array, points: Sequence[Array]) -> "Paper":
-        """The largest scale at which points fit on paper."""
+        """Returns the largest scale at which points fit on paper."""
         seen = np.array(points) @ view[:2].T
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
@@ -48,55 +48,55 @@ class Paper:
         return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
 
     def at(self, point: Array) -> Point:
-        """A point of the base frame on paper."""
+        """Projects a point of the base frame onto paper."""
         x, y = self.view[:2] @ point
         return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """The components of a direction to the right, up and towards the eye, to six digits."""
+        """Returns a direction's components (right, up, towards the eye) to six digits."""
         right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """Mean distance of points towards the eye, in tenths of a millimetre."""
+        """Returns the mean position of points towards the eye, in tenths of a millimetre."""
         return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 
 def number(tenths: int) -> str:
-    """Tenths of a millimetre as millimetres."""
+    """Formats tenths of a millimetre as millimetres."""
     sign = "-" if tenths < 0 else ""
     millimetres, rest = divmod(abs(tenths), 10)
     return f"{sign}{millimetres}.{rest}" if rest else f"{sign}{millimetres}"
 
 
 def at(point: Point) -> str:
-    """A point as TikZ reads it."""
+    """Formats a point for TikZ."""
     return f"({number(point[0])},{number(point[1])})"
 
 
 def angle(x: float, y: float) -> str:
-    """The direction of a vector in whole hundredths of a degree."""
+    """Formats the direction of a vector, rounded to hundredths of a degree."""
     hundredths = whole(100 * math.degrees(math.atan2(y, x))) % 36000
     return f"{hundredths / 100:g}"
 
 
 def distance(a: Point, b: Point) -> int:
-    """Between two points."""
+    """Returns the distance of two points."""
     return whole(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
 
 
 def between(a: Point, b: Point, share: float) -> Point:
-    """The point at a share of the way from a to b."""
+    """Returns the point at a fraction between a and b."""
     return whole(a[0] + share * (b[0] - a[0])), whole(a[1] + share * (b[1] - a[1]))
 
 
 def turn(a: Point, b: Point, c: Point) -> int:
-    """Twice the area of a triangle, positive where it turns left."""
+    """Returns twice the area of a triangle, positive for a left turn."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def hull(points: Sequence[Point]) -> list[Point]:
-    """The corners of the convex hull, counterclockwise; two where all lie on a line."""
+    """Returns the corners of the convex hull, counterclockwise; two for collinear points."""
     ordered = sorted(set(points))
     if len(ordered) < 3:  # noqa: PLR2004
         return ordered
@@ -114,7 +114,7 @@ def _half(ordered: Sequence[Point]) -> list[Point]:
 
 
 def area(corners: Sequence[Point]) -> int:
-    """Twice the area that corners go around, positive counterclockwise."""
+    """Returns twice the signed area of a polygon, positive if counterclockwise."""
     return sum(
         a[0] * b[1] - a[1] * b[0]
         for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True)
@@ -122,7 +122,7 @@ def area(corners: Sequence[Point]) -> int:
 
 
 def is_inside(point: Point, corners: Sequence[Point]) -> bool:
-    """Whether a point lies inside a polygon, by the edges that a ray to the right crosses."""
+    """Whether a point lies inside a polygon, by the edge crossings of a ray to the right."""
     inside = False
     for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
         if (a[1] > point[1]) != (b[1] > point[1]) and (turn(a, b, point) > 0) == (b[1] > a[1]):

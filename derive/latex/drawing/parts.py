@@ -1,6 +1,6 @@
-"""The parts of a robot's drawing, from its bodies: points and directions in the base frame (metre).
+"""Computes the parts of a robot's drawing: points and directions in the base frame (metre).
 
-The bodies and their shapes are those of all drawings, :mod:`chasles.derive.chain.body_shapes`.
+All drawings share the bodies and shapes of :mod:`chasles.derive.chain.body_shapes`.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -17,13 +17,13 @@ from ...loops.planar.planes import Loop
 
 @dataclass
 class Solid:
-    """Bodies that are fixed to each other.
+    """Rigidly connected bodies.
 
     Attributes:
-        points: The corners of a line, or the points of which the hull is drawn.
-        is_main: Whether the main chain passes through them.
-        is_base: Whether the base is one of them.
-        is_line: Whether they are drawn as a line through the points in order, not as their hull.
+        points: The corners of a line, or the points of the drawn hull.
+        is_main: Whether the main chain contains these bodies.
+        is_base: Whether the base is among these bodies.
+        is_line: Whether they are drawn as a line through the points in order, not as a hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -40,9 +40,9 @@ class Hinge:
         name: Name of the joint, closure or strut.
         kind: ``pin``, ``ball`` or ``weld``.
         at: The point.
-        axis: The direction of a pin, as the coordinate counts.
-        a: Index of the solid that carries it.
-        b: Index of the solid that it carries, -1 for a strut.
+        axis: The direction of a pin, in the coordinate's positive sense.
+        a: Index of the parent solid.
+        b: Index of the child solid, -1 for a strut.
         coordinate: Index of the entry of ``q`` that moves it.
         is_main: Whether it is a joint of the main chain.
     """
@@ -63,11 +63,11 @@ class DrawnSlide:
 
     Attributes:
         name: Name of the joint or closure.
-        start: The point of the guide at which the coordinate is zero.
+        start: The guide point with coordinate zero.
         at: The position of the slider.
         axis: The direction of the guide.
         a: Index of the solid with the guide.
-        b: Index of the solid that slides.
+        b: Index of the sliding solid.
         mouth: The end of a telescope's outer tube.
         travel: The positions of a slider at its limits.
         coordinate: Index of the entry of ``q`` that moves it.
@@ -99,18 +99,18 @@ class Bar:
 
 @dataclass(frozen=True)
 class Scene:
-    """All parts of a robot at one configuration.
+    """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: Bodies, the base first; bodies that are fixed to each other are one.
+        solids: Bodies, the base first; rigidly connected bodies are one solid.
         hinges: Pins, balls and welds.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
-        base: The base frame (4, 4); None where it is not drawn.
-        foot: The two ends of the line from the ground to the only joint on it; None where that
-            joint is on the ground, or several are.
+        base: The base frame (4, 4); None if not drawn.
+        foot: Both ends of the line from the ground to the single base joint; None if this joint is
+            on the ground, or if there are several.
     """
 
     solids: Sequence[Solid]
@@ -124,7 +124,7 @@ class Scene:
 
     @property
     def points(self) -> list[Array]:
-        """All points that must be on the picture."""
+        """Returns all points that must be in the picture."""
         found = [point for solid in self.solids for point in solid.points]
         found += [hinge.at for hinge in self.hinges]
         found += [p for slide in self.slides for p in (slide.start, slide.at, *slide.travel)]
@@ -134,7 +134,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class DrawnMembers:
-    """What a description says of the members that are drawn, by their names.
+    """Facts from a description about the drawn members, by name.
 
     Attributes:
         coordinates: Index of the entry of q, from 1, that moves a joint or cylinder.
@@ -148,18 +148,18 @@ class DrawnMembers:
 
 
 def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> Scene:
-    """The parts of a robot at a configuration.
+    """Returns the drawn parts of a robot in a configuration.
 
     Args:
         skeleton: Its bodies with their shapes.
-        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+        values: The coordinates of the bodies: z, or q of a serial robot (radian or metre).
         members: Its members.
     """
     return _Builder(skeleton, values, members).built()
 
 
 class _Builder:
-    """The parts, one shape at a time; the solid of each body has the body's index."""
+    """Collects the parts shape by shape; the solid of each body has the body's index."""
 
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members
@@ -191,7 +191,7 @@ class _Builder:
         return Scene(self.solids, self.hinges, self.slides, self.bars, corners, tool, base, foot)
 
     def _roots(self) -> list[int]:
-        """For each body the first one that it is fixed to."""
+        """Returns for each body the first body that it is fixed to."""
         root = [0]
         for k, body in enumerate(self.skeleton.bodies[1 : len(self.poses)], 1):
             is_fixed = body.joint is not None and body.joint.kind == "fixed"
@@ -199,7 +199,7 @@ class _Builder:
         return root
 
     def _foot(self) -> tuple[Array, Array] | None:
-        """Makes the line from the ground to the only joint on it a body of its own."""
+        """Adds the line from the ground to the single base joint as a separate body."""
         lines = [shape for shape in self.skeleton.shapes[0] if shape.kind == "link"]
         ends = [end for held in self.held.values() for end in held.bodies]
         ends += [end for span in self.spans.values() for end in span.bodies]
@@ -246,12 +246,12 @@ class _Builder:
             self._slide(k, shape, carrier, mouth=start)
 
     def _carrier(self, k: int) -> int:
-        """The solid that carries a body's joint."""
+        """Returns the parent solid of a body's joint."""
         parent = self.root[self.skeleton.bodies[k].parent]
         return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
 
     def _tube(self, k: int, points: list[Array]) -> None:
-        """The inner tube of a telescope, before the line of its body or beside its plate."""
+        """Returns the inner tube of a telescope, before its body's line or next to its plate."""
         solid = self.solids[k]
         if len(solid.points) > 1 and not solid.is_line:
             self.solids.append(Solid(points, is_main=solid.is_main, is_line=True))
@@ -302,13 +302,13 @@ class _Builder:
     # --- loops ---
 
     def _corners(self, loop: Loop) -> list[Array]:
-        """The points that a loop goes through, once around."""
+        """Returns the points of a loop, once around."""
         there = [p for joint in loop.to_a for p in self._passed(joint.name)]
         back = [p for joint in loop.to_b for p in self._passed(joint.name)]
         return [*there, *self._ends(loop.closer.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Where a joint is before and after its motion; [] of a joint without a symbol."""
+        """Returns a joint's positions before and after its motion; [] without a symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None
@@ -318,7 +318,7 @@ class _Builder:
         return [fixed[:3, :3] @ body.joint.at + fixed[:3, 3], self._at(k, body.joint.at)]
 
     def _ends(self, name: str) -> list[Array]:
-        """The two points that a closure or strut joins."""
+        """Returns the two points that a closure or strut connects."""
         if name in self.held:
             held = self.held[name]
             frames = zip(held.bodies, held.frames, strict=True)
@@ -329,7 +329,7 @@ class _Builder:
     # --- points ---
 
     def _points(self, name: str, kind: str) -> list[Array]:
-        """The points of the shape of a kind that a joint has on the body that carries it."""
+        """Returns the points of a joint's shape of a kind on its parent body."""
         return [
             self._at(k, point)
             for k, shapes in enumerate(self.skeleton.shapes)

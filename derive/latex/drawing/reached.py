@@ -1,4 +1,4 @@
-"""The plane region that a robot's tool reaches, as an outline of few corners."""
+"""Computes the planar region that a robot's tool reaches, as an outline with few corners."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,39 +12,38 @@ from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .contours import Loop, area, contours, simplified
 
 _CELLS = 90
-"""Cells along the longer side of the region."""
+"""Number of cells along the longer side of the region."""
 _MARGIN = 6
-"""Free cells around the first samples."""
+"""Empty cells around the first samples."""
 _FIRST = 30_000
-"""Postures in the whole box of the coordinates."""
+"""Number of configurations in the complete coordinate box."""
 _MORE = 12_000
-"""Postures near those at the boundary, in each round."""
+"""Number of configurations near the boundary, in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""How near, in parts of the coordinates' ranges, in each round."""
+"""Their maximum offset relative to the coordinate ranges, in each round."""
 _LEVEL = 5.9
-"""The outline passes where so many of the nine cells around a point are reached: through the middle
-of the last cells, of which the region covers a half on average."""
+"""The outline passes where this many of the nine cells around a point are reached: through the
+middle of the outer cells, which the region half covers on average."""
 _LEAST = 12.0
-"""Area of the smallest loop that is kept (cells)."""
+"""Minimum area of a loop (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""How far the outline may be off when corners are left out (cells), and the growth until few are
-left."""
+"""Tolerance of outline simplification (cells), and its growth factor until few corners remain."""
 _CORNERS = 76
-"""Most corners of all loops together."""
+"""Maximum number of corners of all loops together."""
 _TRIED = 60
-"""Postures that tell which coordinates move the tool."""
+"""Number of configurations for detecting the coordinates that move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
 @dataclass(frozen=True)
 class ToolRegion:
-    """A region in a plane.
+    """A planar region.
 
     Attributes:
         axes: Names of the coordinates to the right and up; r is the distance from the first axis.
-        loops: Its boundary; a loop inside another one bounds a hole.
+        loops: Its boundary; a loop inside another loop bounds a hole.
         moving: Indices of the coordinates that shape it, in q.
-        upright: Index of the coordinate that turns it about the first axis; -1 of a plane.
+        upright: Index of the coordinate that rotates it about the first axis; -1 for a planar arm.
     """
 
     axes: tuple[str, str]
@@ -58,12 +57,12 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at postures (m, n); rows of nan where loops do not close.
+        at: Positions (m, 3) at configurations (m, n); nan rows if loops do not close.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (metre).
-        upright: Index of the coordinate that turns the whole robot about a vertical axis, and a
-            point of this axis; None where there is none.
+        upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
+            a point on this axis; None if there is none.
     """
 
     at: Callable[[Array], Array]
@@ -73,7 +72,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """The half section through the upright axis, or the region in the tool's plane."""
+        """Returns the half section through the vertical axis, or the region in the tool's plane."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -88,7 +87,7 @@ class ToolPosition:
         return self._region(("r", "z"), seen, leaves_out=index)
 
     def _plane(self) -> ToolRegion | None:
-        """The region in the coordinate plane in which the tool stays; None where it leaves it."""
+        """Returns the region in the tool's coordinate plane; None if the tool leaves the plane."""
         p = self.at(_filling(self.lower, self.upper, _TRIED))
         p = p[np.isfinite(p).all(1)]
         if len(p) == 0:
@@ -116,7 +115,7 @@ class ToolPosition:
         return ToolRegion(axes, loops, tuple(moving), leaves_out) if loops else None
 
     def _moving(self, seen: Callable[[Array], Array]) -> list[int]:
-        """The coordinates that move the point."""
+        """Returns the coordinates that move the point."""
         q = _filling(self.lower, self.upper, _TRIED)
         before = seen(q)
         found = []
@@ -130,20 +129,20 @@ class ToolPosition:
 
 
 def reached(skeleton: Skeleton) -> ToolRegion | None:
-    """The region that a serial robot's tool reaches within the limits.
+    """Returns the region that a serial robot's tool reaches within the limits.
 
-    If the first joint turns about a vertical axis, the region is the half section through that
+    If the first joint rotates about a vertical axis, the region is the half section through that
     axis. If the tool stays in a coordinate plane, it is the region in this plane. Angles without
-    limits turn once. Multiples of roots of primes fill the box of the coordinates; postures near
-    those at the boundary find the rest. Points count by cells, whose size is no simple fraction of
-    any length, so that the last digits of a machine do not matter.
+    limits cover one revolution. Multiples of roots of primes fill the coordinate box;
+    configurations near the boundary complete the region. Cell sizes are not simple fractions of
+    lengths, so that the last digits of a machine do not matter.
 
     Args:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region; None where it is neither of both, has no area, a slide has no limits, or more
-        than twelve coordinates move the tool.
+        The region; None in other cases, for an empty area, for a prismatic joint without limits, or
+        if more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -157,13 +156,13 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 def box(
     coordinates: Sequence[tuple[bool, float | None, float | None]],
 ) -> tuple[Array, Array] | None:
-    """Lowest and highest value of each coordinate (n,).
+    """Returns the lowest and highest value of each coordinate (n,).
 
     Args:
         coordinates: Whether it is a length, and its limits (radian or metre).
 
     Returns:
-        The ends; None where a length has no limits, or the coordinates are too many.
+        The ends; None if a length has no limits, or for too many coordinates.
     """
     own = []
     for slides, low, high in coordinates:
@@ -175,7 +174,7 @@ def box(
 
 
 def _turn(low: float | None, high: float | None) -> tuple[float, float]:
-    """The ends of an angle; a whole turn is enough, and more would leave fewer postures a part."""
+    """Returns the ends of an angle range, at most one full turn."""
     if low is None and high is None:
         return -math.pi, math.pi
     if low is None:
@@ -187,7 +186,7 @@ def _turn(low: float | None, high: float | None) -> tuple[float, float]:
 
 
 class _Arm:
-    """The tool's origin of a serial robot as a function of its coordinates."""
+    """Returns the tool's origin of a serial robot as a function of its coordinates."""
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
@@ -201,7 +200,7 @@ class _Arm:
         return ToolPosition(self.at, lower, upper, self.skeleton.size, upright)
 
     def at(self, q: Array) -> Array:
-        """Positions of the tool's origin (m, 3) at postures (m, n)."""
+        """Returns positions of the tool's origin (m, 3) at configurations (m, n)."""
         p = np.tile(self.skeleton.tip_placement[:3, 3], (len(q), 1))
         for body in reversed(self.chain):
             joint = body.joint
@@ -219,7 +218,7 @@ class _Arm:
 
 
 def first_axis(chain: Sequence[TreeBody]) -> tuple[CarryingJoint, Array, Array]:
-    """The first joint of a chain that moves, with the direction and a point of its axis."""
+    """Returns the first moving joint of a chain, with direction and point of its axis."""
     T = np.eye(4)
     for body in chain:
         T = T @ body.placement
@@ -229,12 +228,12 @@ def first_axis(chain: Sequence[TreeBody]) -> tuple[CarryingJoint, Array, Array]:
 
 
 def is_vertical(axis: Array) -> bool:
-    """Whether a direction is that of the base's z axis, or the opposite one."""
+    """Whether a direction is parallel to the base's z axis."""
     return bool(abs(abs(axis[2]) - 1) < SAME_VIEW)
 
 
 def way(skeleton: Skeleton) -> list[TreeBody]:
-    """The bodies from the base to the tip."""
+    """Returns the bodies from the base to the tip."""
     found, k = [], skeleton.tip
     while k > 0:
         found.append(skeleton.bodies[k])
@@ -247,7 +246,7 @@ def _coordinate(body: TreeBody) -> int:
 
 
 def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
-    """Points (count, n) that fill a box evenly, from a given one on."""
+    """Returns points (count, n) that fill a box evenly, from a start index."""
     steps = np.array([math.sqrt(prime) % 1 for prime in _PRIMES[: len(lower)]])
     k = np.arange(begin + 1, begin + count + 1)[:, None]
     points: Array = lower + (upper - lower) * (k * steps % 1)
@@ -257,7 +256,7 @@ def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
 def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
-    """The boundary of the points of a plane that a box is mapped to."""
+    """Returns the boundary of the planar image of a box."""
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
     if len(q) < 2:  # noqa: PLR2004 - a span
         return ()
@@ -281,14 +280,14 @@ def _outline(
 
 
 def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
-    """The postures that have a point, and their points."""
+    """Returns the configurations with a finite point, and these points."""
     points = seen(q)
     is_there = np.isfinite(points).all(1)
     return q[is_there], points[is_there]
 
 
 class _Cells:
-    """Cells of a plane, which of them are reached, and a posture for each."""
+    """Cells of a plane, with a reached flag and a configuration for each."""
 
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:
         self.corner, self.side, self.shape = corner, side, shape
@@ -296,7 +295,7 @@ class _Cells:
         self.postures = np.zeros((*shape, n))
 
     def add(self, q: Array, points: Array) -> None:
-        """Counts postures (m, n) with their points (m, 2); those outside are left out."""
+        """Counts configurations (m, n) with their points (m, 2), except points outside."""
         cell = np.floor((points - self.corner) / self.side).astype(int)
         inside = ((cell >= 0) & (cell < self.shape)).all(1)
         flat, first = np.unique(
@@ -307,13 +306,13 @@ class _Cells:
         self.postures.reshape(-1, q.shape[1])[flat[new]] = q[inside][first[new]]
 
     def edge(self) -> Array:
-        """A posture for each reached cell beside one that is not reached."""
+        """Returns a configuration for each reached cell next to an unreached cell."""
         padded = np.pad(self.known, 1)
         around = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
         return np.asarray(self.postures[self.known & ~around])
 
     def loops(self, *, at_zero: bool) -> tuple[Loop, ...]:
-        """The boundary, smoothed over neighbouring cells, of at most `_CORNERS` corners."""
+        """Returns the boundary, smoothed over adjacent cells, with at most `_CORNERS` corners."""
         wide = np.pad(self.known, 2).astype(int)
         if at_zero:
             wide[:2] = wide[2]

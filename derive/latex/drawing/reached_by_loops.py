@@ -1,4 +1,4 @@
-"""The position of the tool of a robot with loops as a function of its actuators, in numbers."""
+"""Evaluates the tool position of a robot with loops numerically from its actuators."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from ...terms.terms import Terms
 from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, way
 
 _POSITION = [3, 7, 11]
-"""The entries of the position in a pose, row by row."""
+"""Indices of the position in a row-major pose."""
 
 
 def reached_by_loops(
@@ -23,19 +23,19 @@ def reached_by_loops(
     skeleton: Skeleton,
     functions: Sequence[SymbolicFunction],
 ) -> ToolRegion | None:
-    """The region that the tool of a robot with loops reaches within the limits of its actuators.
+    """Returns the region that the tool of a robot with loops reaches within its actuator limits.
 
-    As of :func:`~chasles.derive.latex.drawing.reached.reached`; postures in which a loop does not
-    close do not count.
+    Like :func:`~chasles.derive.latex.drawing.reached.reached`, without configurations that do not
+    close a loop.
 
     Args:
         mechanism: The description.
         terms: Its parameters at their defaults.
         skeleton: Its bodies.
-        functions: Its functions, of which ``fk`` and ``margin`` are used.
+        functions: Its functions, with ``fk`` and ``margin``.
 
     Returns:
-        The region; None also where there is no closed form ``fk``.
+        The region; also None without a closed-form ``fk``.
     """
     named = {function.name: function for function in functions}
     ends = [
@@ -63,7 +63,7 @@ def reached_by_loops(
 
 
 def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> SymbolicFunction:
-    """The position of the tool, and the margins of the loops behind it."""
+    """Returns the tool position, followed by the loop margins."""
     entries = [fk.outputs[0].entries[k] for k in _POSITION]
     if margin is not None:
         entries += margin.outputs[0].entries
@@ -72,7 +72,7 @@ def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> Symbolic
 
 
 def _upright(mechanism: Mechanism, skeleton: Skeleton) -> tuple[int, Array] | None:
-    """The actuator that turns the main chain about a vertical axis, and a point of the axis."""
+    """Returns the actuator that rotates the main chain about a vertical axis, and an axis point."""
     joint, axis, foot = first_axis(way(skeleton))
     moved = [coordinate.moves for coordinate in mechanism.coordinates]
     if joint.kind != "revolute" or joint.name not in moved or not is_vertical(axis):

@@ -1,4 +1,4 @@
-"""The figure of the region that a robot's tool reaches."""
+"""Draws the figure of the region that a robot's tool reaches."""
 
 import math
 from collections.abc import Sequence
@@ -17,24 +17,24 @@ from .reached import ToolRegion, reached
 from .reached_by_loops import reached_by_loops
 
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Lowest and highest value of a coordinate, None where unbounded."""
+"""Lowest and highest value of a coordinate, None if unbounded."""
 _LARGEST = 550.0
 """Longer side of the region on paper (0.1 mm)."""
 _TICKS = 5
-"""Most numbers at an axis."""
+"""Maximum tick labels per axis."""
 _STEPS = (1, 2, 5)
 _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even odd rule"
 
 
 def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""The region that a serial robot's tool origin reaches within the limits, drawn to scale.
+    r"""Draws the region that a serial robot's tool origin reaches within the limits, to scale.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        Words and a ``tikzpicture``, the same bytes on any machine; "" where
+        A sentence and a ``tikzpicture``, the same bytes on any machine; "" if
         :func:`~chasles.derive.latex.drawing.reached.reached` has no region.
     """
     names = [f"q_{{{k}}}" for k in range(1, len(robot.coordinates) + 1)]
@@ -48,7 +48,7 @@ def workspace_of_loops(
     functions: Sequence[SymbolicFunction],
     names: Sequence[str],
 ) -> str:
-    r"""The same of a robot with loops.
+    r"""Draws the reachable region of a robot with loops, to scale.
 
     Args:
         mechanism: The description.
@@ -116,7 +116,7 @@ def _picture(found: ToolRegion) -> str:
 
 
 def _step(span: float) -> float:
-    """A round length of which the longer side has few."""
+    """Returns the tick spacing: a round length that gives a few ticks on the longer side."""
     return next(
         digit * 10.0**power
         for power in range(-9, 9)
@@ -128,7 +128,7 @@ def _step(span: float) -> float:
 def _axes(
     names: Sequence[str], ends: Sequence[tuple[int, int]], step: float, scale: float
 ) -> list[str]:
-    """Both axes along the lower and the left side, with ticks and names."""
+    """Draws both axes along the lower and left side, with ticks and names."""
     ticks = [
         [
             (number(whole(scale * step * (n - first))), f"{n * step:.10g}")

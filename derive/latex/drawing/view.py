@@ -1,4 +1,4 @@
-"""The view of a mechanism: along the normal of its loops' plane, or from above and aside."""
+"""Selects the view of a mechanism: normal to its loop plane, or obliquely from above."""
 
 import math
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """The picture's directions to the right, up and towards the eye, and whether it is a plane's.
+    """Returns the picture's directions (right, up, towards the eye); whether the view is planar.
 
-    Loops that are planar, in planes that are parallel in this configuration, are projected on that
-    plane, with the base's z axis upright where the plane contains it. So is a robot without loops
-    whose joints move in one plane. All others are seen from above and aside.
+    Planar loops with parallel planes in this configuration are projected onto that plane; the
+    base's z axis is upright if the plane contains it. The same holds for a planar robot without
+    loops. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.
@@ -38,13 +38,13 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """The same of a serial robot: along its axes if all of them are parallel."""
+    """Returns the view of a serial robot: along its axes if all are parallel."""
     normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.posture))
     return (from_aside(), False) if normal is None else (_along(normal), True)
 
 
 def _along(normal: Array) -> Array:
-    """The picture's directions for a view along a normal, with the z axis upright in the plane."""
+    """Returns the picture's directions for a view along a normal, with the z axis upright."""
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
     if up is None:
         return np.eye(3)
@@ -53,7 +53,7 @@ def _along(normal: Array) -> Array:
 
 
 def _facing(right: Array) -> Array:
-    """Signs of the picture's directions that let x, or else y, go to the right."""
+    """Returns signs of the picture's directions so that x, or else y, points right."""
     leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 
@@ -77,7 +77,7 @@ def _common_normal(
 
 
 def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
-    """The direction of all revolute axes, where no slider leaves their plane."""
+    """Returns the common direction of all revolute axes, if no slider leaves their plane."""
     axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
     for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
         assert body.joint is not None
@@ -93,7 +93,7 @@ def _are_parallel(directions: Sequence[Array]) -> bool:
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """The unit projection of a direction on a plane; None where the direction is the normal."""
+    """Returns a direction's unit projection onto a plane; None for the plane's normal."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
     return inside / length if length > math.sqrt(SAME_POINT) else None

@@ -1,1 +1,1 @@
-"""The fragment of the inverse: structure, steps, and slots."""
+"""Article fragment for the inverse: structure, steps, and slots."""

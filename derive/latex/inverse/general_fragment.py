@@ -1,4 +1,4 @@
-"""The equations of an arm of six joints without a structure."""
+"""Prints the equations of a six-joint arm without a structure."""
 
 from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.general.raghavan_roth import JOINTS
@@ -7,11 +7,11 @@ from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"
-"""The angle of the joint that is added to five."""
+"""Symbol of the angle of the sixth joint, added to a five-joint arm."""
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """The loop, the elimination and the determinant, in the arm's own symbols.
+    """Prints the loop, the elimination and the determinant, in the arm's symbols.
 
     Args:
         page: The arm's page.
@@ -52,12 +52,12 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
 
 
 def _slide(sliding: list[str]) -> str:
-    """The motion of joints that slide, if there are any."""
+    """Explains the motion of prismatic joints, if any."""
     return " and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
 
 
 def _number(roots: int, sliding: list[str]) -> str:
-    """How many solutions there are."""
+    """States the number of solutions."""
     if len(sliding) <= 1:
         return f"There are at most {roots} solutions."
     return (
@@ -67,7 +67,7 @@ def _number(roots: int, sliding: list[str]) -> str:
 
 
 def _powers(sliding: list[str]) -> str:
-    """What stands for cosine and sine of joints that slide, if there are any."""
+    """Explains the replacement of cosine and sine for prismatic joints, if any."""
     if not sliding:
         return ""
     pairs = [f"${tex}$ and ${tex}^2$" for tex in sliding]
@@ -75,12 +75,12 @@ def _powers(sliding: list[str]) -> str:
 
 
 def _coordinates(page: Page) -> list[str]:
-    """The coordinates of all joints."""
+    """Returns the coordinates of all joints."""
     return [page.tex(symbol) for symbol in page.equations.notation.q]
 
 
 def _given(page: Page, general: GeneralInverse) -> str:
-    """The joints that are solved for, as the subject of a sentence."""
+    """Returns the unknown joints as the subject of a sentence."""
     given = general.choice.given
     slides = slides_of(page.robot)
     joints = "joints" if slides else "revolute joints"

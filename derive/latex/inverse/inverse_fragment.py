@@ -1,4 +1,4 @@
-r"""The fragment of the inverse: its structure, its steps one after the other, and its slots."""
+r"""Prints the inverse: its structure, its steps in order, and its slots."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -27,14 +27,14 @@ MINUS = "$-$"
 
 
 def inverse(page: Page) -> str:
-    """The inverse step by step, or how far the axes are from a structure that has one."""
+    """Prints the inverse step by step, or the deviation of the axes from solvable structures."""
     return _written(page, page.inverse, {})
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """The inverse of the main chain, with slides in place of parts that loops keep from turning."""
+    """Prints the main chain's inverse; prismatic joints replace segments that cannot rotate."""
     chain = page.chain
-    # A robot with loops offers only the task of the whole pose.
+    # A robot with loops has only the task of the complete pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
@@ -46,7 +46,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
-        # The nominal robot's chain, where that of the robot as built has no structure.
+        # Uses the nominal chain if the chain as built has no structure.
         return text(
             _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
         )
@@ -61,44 +61,42 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """How the actuators follow where the loops are iterated forward, and closed back."""
+    """Explains the actuators of robots whose loops have a closed form only backwards."""
     freedoms = len(page.hybrid.q)
     reached = (
         f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
-        f" zero."
+        " zero."
         if freedoms < len(page.hybrid.theta)
         else ""
     )
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"
         f" chain. Equivalent choices share a slot, so \\texttt{{ik}} has"
-        f" {function.branches} slots; in each slot the loops close at the pose.{reached} A"
-        f" slot is a"
-        " solution if \\texttt{fk} returns to the pose; its residual is infinite if the loops"
+        f" {function.branches} slots; in each slot the loops close at the pose.{reached} A slot"
+        " is a solution if \\texttt{fk} returns to the pose; its residual is infinite if the loops"
         " close there in another assembly mode."
     )
 
 
 def _position_task(found: Inverses) -> str:
-    """The task of a position alone, where the nominal robot does not turn its tool."""
+    """Explains the position task of a robot with a nominally translating tool."""
     if not found.polished_tasks:
         return ""
     names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
     return (
         f"The nominal robot does not rotate its tool, and the true robot only slightly: {names}"
-        f" solves"
-        " for the position only, from the same starts."
+        " solves for the position only, from the same starts."
     )
 
 
 def _has_slides(chain: Page, found: Inverses) -> bool:
-    """Whether slides, whose indices are behind those of the joints, replace part of a chain."""
+    """Whether prismatic joints, indexed after the joints, replace part of a chain."""
     count = len(chain.robot.moving)
     return any(axis.joint >= count for axis in found.classification.lines.axes)
 
 
 def _sides_of_loops(found: Inverses | None) -> str:
-    """How the slots of the whole inverse differ from those of the main chain, if they do."""
+    """Explains how the slots of the complete inverse differ from the main chain's slots."""
     solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
@@ -138,7 +136,7 @@ _FREE = (
 
 
 def _together_at_last(found: Inverses) -> str:
-    """The step on all conditions of a pose that a chain of fewer joints is given."""
+    """Explains the step on all pose conditions of a chain with fewer joints."""
     if not any(axis.stays for axis in found.classification.lines.axes):
         return ""
     return (
@@ -152,7 +150,7 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """All tasks in printed symbols, their steps counted on.
+    """Converts all tasks to printed symbols, with continued step numbers.
 
     Args:
         page: The chain's page.
@@ -169,7 +167,7 @@ def printed_tasks(
 
 
 def _method(tasks: Iterable[PrintedTask]) -> str:
-    """The method that is common to all steps, and where the subproblems are numbered."""
+    """Explains the method of all steps, and the numbering of subproblems."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):
@@ -194,7 +192,7 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
 def _task(
     page: Page, task: PrintedTask, earlier: PrintedTask | None, *, titled: bool
 ) -> Iterable[str]:
-    """Given, steps, rest and slots of one task; steps of an earlier task are not repeated."""
+    """Prints inputs, steps, remaining joints and slots of a task, without repeated steps."""
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
@@ -226,7 +224,7 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """The vectors that the steps refer to and that depend on no step."""
+    """Prints the vectors in the steps that depend on no step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -246,14 +244,14 @@ def _vectors(page: Page, task: PrintedTask) -> str:
 
 
 def _speaking(page: Page, task: PrintedTask, after: int) -> str:
-    """The vectors that the following steps refer to."""
+    """Prints the vectors in the following steps."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
     clauses = [f"${vector.letter}$ is {page.words(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
-    """A step with one unknown."""
+    """Prints a step with one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     unknown = f"${name}$"
@@ -267,7 +265,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """The number of first steps that an earlier task has too, but for the names of terms.
+    """Returns the number of first steps that equal an earlier task's steps except for term names.
 
     None if a later step uses a term of these steps.
     """
@@ -282,7 +280,7 @@ def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
 
 
 def _anonymous(page: Page, task: PrintedTask) -> list[str]:
-    """The text of each single step without its number and the names of its terms."""
+    """Returns the text of each step without its number and term names."""
     texts, names = [], []
     for group in _groups(task):
         if len(group) > 1 or isinstance(group[0].equation, JointEquation):
@@ -297,7 +295,7 @@ def _anonymous(page: Page, task: PrintedTask) -> list[str]:
 
 
 def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
-    """A sentence instead of steps that an earlier task has too."""
+    """Returns a sentence instead of steps repeated from an earlier task."""
     names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
     own = _numbers(steps[0].number, len(steps))
     return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
@@ -311,13 +309,13 @@ def _numbers(first: int, count: int) -> str:
 
 
 def _groups(task: PrintedTask) -> Iterable[list[PrintedInverseStep]]:
-    """The steps, those that solve one equation together."""
+    """Prints the steps; steps for one equation are grouped."""
     for _, run in groupby(task.steps, key=lambda step: id(step.step.found.equation)):
         yield list(run)
 
 
 def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
-    """Steps that solve one equation of several unknowns."""
+    """Prints the steps that solve one equation with several unknowns."""
     printer, (first, *_, last) = _printer(page), steps
     names = listed(printer.tex(step.name) for step in steps)
     opening = (
@@ -328,7 +326,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Coordinates without a step."""
+    """Prints the coordinates without a step."""
     printer = _printer(page)
     parts = []
     if task.rest:
@@ -341,7 +339,7 @@ def _rest(page: Page, task: PrintedTask) -> str:
 
 
 def _slots(page: Page, task: PrintedTask) -> str:
-    """The signs of each solution."""
+    """Prints the signs of each solution."""
     count = task.solved.function.branches
     if count == 1:
         return "There is one solution."

@@ -1,4 +1,4 @@
-"""The letters of an inverse: a letter for each kind of symbol, used nowhere else in the article."""
+"""Selects a letter for each kind of symbol of an inverse, unique in the article."""
 
 from collections.abc import Collection, Sequence
 
@@ -15,24 +15,24 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters of coefficients, signs, sums, sides and slides, in order of preference."""
+"""Letters of coefficients, signs, sums, sides and prismatic joints, in order of preference."""
 
 
 class InverseLetters:
-    """The choice of letters for one robot."""
+    """The letters for one robot."""
 
     def __init__(self, robot: SerialRobot, notation: Notation) -> None:
-        """Collects the letters of parameters, coordinates and short symbols, which are taken."""
+        """Collects the used letters: parameters, coordinates and short symbols."""
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         heads = map(names.head, (*parameters.values(), *notation.called))
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
 
     def of(self, kind: str) -> str:
-        """The letter of a kind of symbols."""
+        """Returns the letter of a kind of symbol."""
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """The first letter that is not taken; where all are, the last, upright if it is Latin."""
+        """Returns the first free letter, or the last letter if all are used, upright if Latin."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]

@@ -1,4 +1,4 @@
-"""The printed symbols of inputs, signs, joints and sums of joints of one task."""
+"""Defines the printed symbols of inputs, signs, joints and joint sums of one task."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,16 +12,16 @@ from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
 from .inverse_letters import InverseLetters
 
 BEHIND_VECTORS = 100
-"""Place of a step's coefficients in a product: behind the vectors of a linkage's step."""
+"""Order of a step's coefficients in a product: after the vectors of a linkage step."""
 
 
 class InverseSymbols:
     """The symbols of a task.
 
     Attributes:
-        notation: The robot's short symbols, which receives those that are new.
-        letters: The letters that are free.
-        inputs: The printed symbol of each input's symbol.
+        notation: The robot's short symbols; receives new symbols.
+        letters: The free letters.
+        inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
         actuators: Printed symbols of actuated coordinates that steps may find, by name.
     """
@@ -45,7 +45,7 @@ class InverseSymbols:
         )
 
     def _named_inputs(self, solved: Solved) -> dict[sp.Symbol, sp.Symbol]:
-        """The printed symbol of each input's symbol; coordinates are their own."""
+        """Returns the printed symbol of each input; coordinates stay unchanged."""
         entries = zip(POSE_SYMBOLS, self.notation.entries(), strict=True)
         named = {symbol: entry for symbol, entry in entries if entry is not None}
         for asked in solved.inputs:
@@ -55,14 +55,14 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # Behind loops a given joint has a symbol that is not the chain's coordinate.
+            # In robots with loops, a fixed joint's symbol is not the chain's coordinate.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
         return known | {q: q for q in self.notation.q if q in symbols}
 
     def _lettered(self, symbol: sp.Symbol, letter: InputLetter) -> sp.Symbol:
-        """The printed symbol of an input that is no entry of the pose."""
+        """Returns the printed symbol of an input other than a pose entry."""
         tex = self.letters.free(letter.letters)
         if letter.component is None:
             return self.notation.symbol(tex, (OTHER, (symbol.name,)))
@@ -70,28 +70,28 @@ class InverseSymbols:
         return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
 
     def component(self, letter: str, axis: str) -> sp.Symbol:
-        """The component x, y or z of a vector."""
+        """Returns the component x, y or z of a vector."""
         return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
 
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
-        """The coefficient A, B or C of a step."""
+        """Returns the coefficient A, B or C of a step."""
         tex = f"{self.letters.of(letter)}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
-        """The sum of angles that a step finds."""
+        """Returns the angle sum that a step finds."""
         tex = f"{self.letters.of('sum')}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
     def side(self) -> sp.Symbol:
-        """A choice between 1 and -1 by the sign of an expression."""
+        """Returns the symbol for a sign (1 or -1) of an expression."""
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """The value of a joint of the chain, or of a slide that stands for several."""
+        """Returns the value of a chain joint, or of a prismatic replacement of several joints."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The joint that would turn the tool about its own axis.
+            # The added joint, which would rotate the tool about its axis.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]
@@ -100,11 +100,11 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
-        """The sum that joints turn by about the first of them, in coordinates.
+        """Returns the total rotation of joints about the first joint's axis, in coordinates.
 
         Args:
             joints: Names of the joints.
-            done: Slides that have been found; the next of those that share a name is meant.
+            done: Indices of solved prismatic joints; the next joint with the same name is used.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]
@@ -116,10 +116,10 @@ class InverseSymbols:
         return total
 
     def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
-        """-1 where the first coordinate of a sum counts against its joint."""
+        """Returns -1 if the first coordinate of a sum is opposite to its joint, else 1."""
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """The axis of that name, the next one where several slides share it."""
+        """Returns the axis with this name; prismatic joints that share a name follow in order."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

@@ -1,7 +1,7 @@
-"""The terms of an inverse in printed symbols: which get a name, and which are written out.
+"""Converts the terms of an inverse to printed symbols, with or without names.
 
-Products are written out. A sum that occurs more often, or is too long for a bracket, is a shared
-term. The cosine and sine of an angle that was found are c and s with its index.
+Products are written in full. A sum that occurs repeatedly, or is too long for a bracket, becomes a
+shared term. The cosine and sine of a solved angle are c and s with its index.
 """
 
 from collections import Counter
@@ -26,22 +26,22 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Width of a sum that is written out wherever it occurs, and of an unnamed coefficient (pt)."""
+"""Maximum width (pt) of a sum that is always written in full, and of an unnamed coefficient."""
 
 
 class InverseTerms:
-    """The terms of one task on their way into print.
+    """The terms of one task during conversion to printed symbols.
 
     Attributes:
         known: The printed expression of each symbol of the derivation.
-        inlined: The values of terms that are written out.
-        changed: Definitions that take the place of the derivation's own.
-        preferred: Names of terms that are components of a vector with a letter.
-        uses: Number of times that each term is written.
+        inlined: The values of terms written in full.
+        changed: Definitions that replace the derivation's definitions.
+        preferred: Names of terms that are components of a named vector.
+        uses: Number of occurrences of each term in print.
     """
 
     def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
-        """Begins with no name."""
+        """Starts without names."""
         self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
         self.printed_constants = PrintedTerms(terms, symbols.notation, {})
         self.printer = self.printed_constants.printer
@@ -53,22 +53,22 @@ class InverseTerms:
         self._taken: list[Definition] = []
 
     def is_open(self, term: sp.Expr) -> bool:
-        """Whether an expression is a term that has no name."""
+        """Whether an expression is an unnamed term."""
         return term in self.terms.definitions and term not in self.known
 
     def seed(self, turn: CosSin, angle: sp.Expr) -> None:
-        """Names the cosine and the sine of an angle that was found."""
+        """Names the cosine and the sine of a solved angle."""
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
             sign, term = value.as_coeff_Mul()
             if self.is_open(term) and not is_trigonometric(self.terms.definitions[term]):
                 self.known[term] = sign * self.trigonometric(function, angle)
 
     def define(self, name: sp.Symbol, value: sp.Expr) -> None:
-        """Notes the definition of a name."""
+        """Stores the definition of a name."""
         self._taken.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
-        """The short symbol of the cosine or sine of a sum of coordinates."""
+        """Returns the short symbol of the cosine or sine of a sum of coordinates."""
         negative = angle.could_extract_minus_sign()
         angle = -angle if negative else angle
         known = angle.free_symbols <= {*self.notation.q}
@@ -76,17 +76,17 @@ class InverseTerms:
         return -shown if negative and function is sp.sin else shown
 
     def _definition(self, term: sp.Symbol) -> sp.Expr:
-        """The definition of a term, without the floors that guard its divisors."""
+        """Returns the definition of a term, without the floors that guard its divisors."""
         definition = self.changed.get(term, self.terms.definitions[term])
         tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
         return definition.xreplace(tiny)
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """The terms without a name that entries depend on, in the order of their definition."""
+        """Returns the unnamed terms that entries depend on, in definition order."""
         return open_terms(self.terms, self.known, entries, self._definition)
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
-        """Number of times that each term is written once products are written out."""
+        """Counts the occurrences of each term with products written in full."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(self._open(entries)):
             definition = self._definition(term)
@@ -97,7 +97,7 @@ class InverseTerms:
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names the terms that an entry depends on, or keeps them to be written out."""
+        """Names the terms that an entry depends on, or stores their full form."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -131,7 +131,7 @@ class InverseTerms:
         return value.is_Add and width(self.printer.tex(value)) < SHORT
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """An expression of named terms in printed symbols."""
+        """Returns an expression of named terms in printed symbols."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -150,7 +150,7 @@ class InverseTerms:
         return _tidy(expression.xreplace(known))
 
     def _lasting(self, symbol: sp.Symbol) -> sp.Expr:
-        """The name of a term; cosine and sine of a sum get theirs when they are first used."""
+        """Returns the name of a term; cosine and sine of a sum are named at first use."""
         shown = self.known[symbol]
         if isinstance(shown, sp.cos | sp.sin) and shown.free_symbols & set(self.notation.q):
             shown = self.known[symbol] = self.trigonometric(shown.func, shown.args[0])
@@ -168,13 +168,13 @@ class InverseTerms:
         self.inlined.pop(term, None)
 
     def taken(self) -> list[Definition]:
-        """The definitions since the last call."""
+        """Returns the definitions since the last call."""
         taken, self._taken = self._taken, []
         return taken
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:
-    """Moves the minus signs of a sum that has only such in front of its bracket."""
+    """Moves the minus sign of an all-negative sum in front of its bracket."""
     if expression.is_Add:
         return expression.func(*map(_tidy, expression.args))
     if not expression.is_Mul:
@@ -189,6 +189,6 @@ def _tidy(expression: sp.Expr) -> sp.Expr:
 
 
 def _is_nameable(expression: sp.Expr) -> bool:
-    """A sum, or the root of one."""
+    """Whether an expression is a sum or the root of a sum."""
     root = expression.is_Pow and expression.exp == sp.Rational(1, 2)
     return bool(expression.is_Add or root)

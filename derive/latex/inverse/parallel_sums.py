@@ -1,4 +1,4 @@
-"""Turns about neighbouring parallel axes put together: c_{23} in place of c_2 c_3 - s_2 s_3."""
+"""Combines rotations about consecutive parallel axes: c_{23} instead of c_2 c_3 - s_2 s_3."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import EXACT_STRUCTURE
 
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
-"""Powers of cosine and sine of one angle and of the other."""
+"""Powers of cosine and sine of both angles."""
 
 
 @dataclass(frozen=True)
 class ParallelPair:
-    """Two neighbouring joints whose axes are parallel.
+    """Two adjacent joints with parallel axes.
 
     Attributes:
         names: Names of the joints.
-        one: The turn about the first axis.
-        other: The turn about the second, counted about the first.
-        total: Symbols of the turn by the sum.
+        one: The rotation about the first axis.
+        other: The rotation about the second axis, with the first axis's sense.
+        total: Symbols of the rotation by the sum.
     """
 
     names: tuple[str, str]
@@ -33,7 +33,7 @@ class ParallelPair:
 
 
 def parallel_pairs(work: Work, axes: Sequence[Axis]) -> Iterator[ParallelPair]:
-    """The neighbouring parallel axes of a solved chain, both of whose turns are named terms."""
+    """Returns adjacent parallel axes of a solved chain with named rotations."""
     turning = [axis for axis in axes if axis.joint in work.turns]
     for a, b in pairwise(turning):
         turns = work.turns[a.joint], work.turns[b.joint]
@@ -51,13 +51,13 @@ def merged(
     pairs: Sequence[ParallelPair],
     is_known: Callable[[sp.Symbol], bool],
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Definitions in the turn by a sum, of terms that hold the two turns of a pair only together.
+    """Rewrites terms that contain both rotations of a pair only together, in the sum's rotation.
 
     Args:
         definitions: The definition of each term.
-        terms: The terms to look at, in the order of their definition.
+        terms: The terms to examine, in definition order.
         pairs: The parallel joints.
-        is_known: Whether a term has its own name, and is left as it is.
+        is_known: Whether a term has a name and stays unchanged.
     """
     found: dict[sp.Symbol, sp.Expr] = {}
     for term in terms:
@@ -76,7 +76,7 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """A term that is a rotation by one angle of a vector rotated by the other."""
+    """Rewrites a twice rotated vector as one rotation by the angle sum; None for other terms."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None
@@ -99,7 +99,7 @@ def _merged(
 
 
 def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Sign and symbol of cosine and sine."""
+    """Returns sign and symbol of cosine and sine."""
     return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
 
 

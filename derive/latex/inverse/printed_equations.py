@@ -1,4 +1,4 @@
-"""Steps in print: one rule for each kind of equation, independent of the family."""
+"""Prints steps: one rule for each kind of equation, independent of the arm family."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -31,7 +31,7 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """No relation: the solution is read off the equation."""
+    """Returns no relation: the equation is the solution."""
     return ""
 
 
@@ -84,15 +84,15 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""The rule of each equation of one unknown: equation, LaTeX of the unknown, printer."""
+"""Rules for equations with one unknown: (equation, LaTeX of the unknown, printer)."""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
-"""The rule of each equation of several angles: equation, the joints' turns, printer."""
+"""Rules for equations with several angles: (equation, joint rotations, printer)."""
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
-    """Relation, shared terms and solution of a step with one unknown."""
+    """Prints relation, shared terms and solution of a step with one unknown."""
     name = printer.tex(printed.name)
     related = _RELATIONS[type(printed.equation)](printed.equation, name, printer)
     shared = definitions(printer, printed.definitions)
@@ -109,7 +109,7 @@ def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
 
 
 def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinter) -> str:
-    """Shared terms and relation of steps that solve one equation."""
+    """Prints shared terms and relation of the steps for one equation."""
     first = steps[0]
     shared = definitions(printer, first.definitions)
     blocks = ["With", aligned(shared)] if shared else []
@@ -119,7 +119,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """The rows of an alignment that define names."""
+    """Returns the aligned rows that define names."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 
@@ -132,7 +132,7 @@ def _terms(printer: FractionPrinter, value: sp.Expr) -> list[str]:
 
 
 def _sum(printer: FractionPrinter, products: Iterable[tuple[sp.Expr, str]]) -> str:
-    """A sum of products of a coefficient and a function of the unknown, without zeros."""
+    """Formats a sum of coefficients times functions of the unknown, without zeros."""
     return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0])) or "0"
 
 
@@ -143,6 +143,6 @@ def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
 
 
 def _signed(terms: Sequence[str]) -> list[str]:
-    """The terms of a sum, each but the first with its sign."""
+    """Joins the terms of a sum, each except the first with its sign."""
     rest = (f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in terms[1:])
     return [*terms[:1], *rest]

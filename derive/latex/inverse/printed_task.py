@@ -1,7 +1,7 @@
-"""The steps of an inverse in printed symbols: each step's equation in the results of earlier steps.
+"""Converts the steps of an inverse to printed symbols, in terms of earlier results.
 
-A step carries its equation. Here the equation's coefficients are put into printed symbols, by names
-A, B, C with the step's number where they are long; relation and solution are the equation's own.
+A step contains its equation. Here the equation's coefficients become printed symbols; long ones get
+the names A, B, C with the step's number. Relation and solution come from the equation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ from .inverse_terms import SHORT, InverseTerms
 from .parallel_sums import merged, parallel_pairs
 
 DIRECT = 0.6 * LINE
-"""Width of two coefficients that stand in their atan2 (pt)."""
+"""Maximum width (pt) of two coefficients inside an atan2."""
 Equation = AngleEquation | LengthEquation | JointEquation
 
 
@@ -44,13 +44,13 @@ class PrintedInverseStep:
     Attributes:
         step: The step itself.
         number: Its number in the article.
-        definitions: Shared terms and coefficients, each in those before it.
-        unknown: The coordinate or the sum of coordinates that the step finds.
+        definitions: Shared terms and coefficients, each in terms of earlier ones.
+        unknown: The coordinate or coordinate sum that the step finds.
         name: The coordinate, or a name for the sum.
-        sense: -1 where the unknown counts against the rotation about the step's axis.
-        equation: The step's equation of the unknown, its coefficients by name or as they are.
-        solution: The terms whose sum is the unknown; none where the equation has several unknowns,
-            which a quartic solves.
+        sense: -1 if the unknown is opposite to the rotation about the step's axis.
+        equation: The step's equation, with named or explicit coefficients.
+        solution: Terms with the unknown as sum; none if the equation has several unknowns, which a
+            quartic solves.
     """
 
     step: InverseStep
@@ -65,12 +65,12 @@ class PrintedInverseStep:
 
 @dataclass(frozen=True)
 class PrintedVector:
-    """A vector that steps refer to.
+    """A vector in the steps.
 
     Attributes:
         vector: The vector itself.
         letter: LaTeX of its letter.
-        shown: Its components, by name where these are sums; none where it depends on steps.
+        shown: Its components, with names for sums; none if the vector depends on steps.
     """
 
     vector: NamedVector
@@ -86,12 +86,12 @@ class PrintedTask:
         solved: The task.
         inputs: The symbols of each input.
         signs: The symbols of the signs.
-        vectors: The vectors that the steps refer to.
-        definitions: The components of vectors that depend on no step.
+        vectors: The vectors in the steps.
+        definitions: Components of vectors that depend on no step.
         steps: The steps.
         rest: Coordinates that follow from a sum, with their values.
-        free: Coordinates that the task leaves at 0.
-        symbols: The printed symbol of each input's symbol and sign of the derivation.
+        free: Undetermined coordinates, set to 0.
+        symbols: The printed symbol of each input and sign of the derivation.
     """
 
     solved: Solved
@@ -113,11 +113,11 @@ def printed_task(
     first: int,
     actuators: Mapping[str, sp.Symbol],
 ) -> PrintedTask:
-    """Puts the steps of a task into printed symbols.
+    """Converts the steps of a task to printed symbols.
 
     Args:
         robot: The chain.
-        notation: Its short symbols; receives those that are new, and goes on counting shared terms.
+        notation: Its short symbols; receives new symbols and continues the count of shared terms.
         lines: Its axes.
         solved: The task.
         first: Number of the first step.
@@ -127,7 +127,7 @@ def printed_task(
 
 
 class _Writer:
-    """One task on its way into print."""
+    """A task during conversion to printed symbols."""
 
     def __init__(
         self,
@@ -176,7 +176,7 @@ class _Writer:
         )
 
     def _seed_turns(self) -> None:
-        """Names cosine and sine of every angle that a step finds, or that follows from a sum."""
+        """Names cosine and sine of every angle from a step or a sum."""
         for step in self.work.steps:
             if isinstance(step.found, FoundTurn):
                 self.terms.seed(step.found.turn, self.symbols.angle(step.joints))
@@ -184,19 +184,19 @@ class _Writer:
             self.terms.seed(turn, self.symbols.value_of(joint))
 
     def _merge(self, entries: Sequence[sp.Expr]) -> None:
-        """Puts the turns of parallel joints together where terms hold them only together."""
+        """Combines the rotations of parallel joints in terms that contain them only together."""
         pairs = list(parallel_pairs(self.work, self.axes))
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # Called c_{23} and s_{23} once they are used.
+            # Named c_{23} and s_{23} at first use.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)
         self.terms.changed |= merged(terms.definitions, needed, pairs, known.__contains__)
 
     def _vector(self, vector: NamedVector) -> PrintedVector:
-        """Gives the components of a vector that are sums or quotients the vector's letter."""
+        """Names the sums and quotients among a vector's components by the vector's letter."""
         letter = self.symbols.letters.free(vector.letters)
         shown = []
         for axis, component in zip("xyz", vector.vector, strict=True):
@@ -210,7 +210,7 @@ class _Writer:
         return PrintedVector(vector, letter, tuple(shown))
 
     def _equation(self, step: InverseStep) -> Equation:
-        """The equation of a step in its unknown coordinate."""
+        """Returns the equation of a step in its unknown coordinate."""
         equation = step.found.equation
         if isinstance(equation, JointEquation):
             return equation
@@ -233,14 +233,14 @@ class _Writer:
         return PrintedInverseStep(step, number, definitions, unknown, name, sense, shown, solution)
 
     def _is_upright(self, equation: Equation, shown: Equation) -> bool:
-        """Whether (a, b) of a linear equation points along the cosine's axis: its angle is 0."""
+        """Whether the coefficient vector (a, b) of a linear equation has the angle 0."""
         if not isinstance(shown, Linear) or shown.b != 0 or shown.d == 0:
             return False
         a, terms = equation.coefficients[0], self.work.terms
         return terms.is_constant(a) and bool(terms.value(a) > 0)
 
     def _slide(self, step: InverseStep, found: FoundLength, value: sp.Expr) -> None:
-        """Prints a length that was found by its coordinate from here on."""
+        """From here on, prints a solved length by its coordinate."""
         sign, term = found.length.as_coeff_Mul()
         if self.terms.is_open(term):
             self.terms.known[term] = sign * value
@@ -248,7 +248,7 @@ class _Writer:
             self.slid |= {self.symbols.axis(step.joints[0], self.slid).joint}
 
     def _shown(self, equation: Equation, number: int) -> Equation:
-        """An equation in printed symbols, its coefficients named unless it is short without."""
+        """Returns an equation in printed symbols, with named coefficients unless short."""
         entries = equation.coefficients
         shown = []
         for entry in entries:
@@ -263,14 +263,14 @@ class _Writer:
         return equation.with_coefficients(shown)
 
     def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
-        """Whether a step's solution can be written without names for its coefficients."""
+        """Whether a step's solution is short without coefficient names."""
         if isinstance(equation, LineAndPlane):
             return True
         wide = sum(width(self.terms.printer.tex(value)) for value in values)
         return isinstance(equation, Direction) and wide < DIRECT
 
     def _coefficient(self, entry: sp.Expr, letter: str, number: int) -> sp.Expr:
-        """A coefficient by name where it is not short; a sum is called so from then on."""
+        """Returns a coefficient, by name unless short; a sum has this name from then on."""
         value = self.terms.value(entry)
         if not value.is_Add and width(self.terms.printer.tex(value)) < SHORT:
             return value
@@ -283,7 +283,7 @@ class _Writer:
         return name
 
     def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
-        """Coordinates that follow from a sum and the others."""
+        """Returns coordinates that follow from a sum and other coordinates."""
         found = []
         for remainder in self.work.remainders:
             step = next(step for step in steps if step.step.joints == remainder.joints)
@@ -294,7 +294,7 @@ class _Writer:
         return found
 
     def _free(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates that the task leaves at 0."""
+        """Returns the undetermined coordinates, set to 0."""
         if self.symbols.actuators:
             return ()
         done = {name for step in self.work.steps if len(step.joints) == 1 for name in step.joints}

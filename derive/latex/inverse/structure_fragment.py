@@ -1,4 +1,4 @@
-"""The structure of the axes in words, or the structures nearest to it."""
+"""Describes the structure of the axes, or the nearest structures."""
 
 import re
 from collections.abc import Iterable
@@ -10,11 +10,11 @@ from ..setting.names import escape
 from ..setting.page import Page
 
 MOST_MISSED = 3
-"""Number of structures that are named where none holds."""
+"""Number of structures to list if no structure fits."""
 
 
 def missing_structure(classification: Classification) -> str:
-    """The nearest structures, and their conditions that do not hold."""
+    """Lists the nearest structures with their violated conditions."""
     rows = nearest(classification)[:MOST_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."
@@ -24,7 +24,7 @@ def missing_structure(classification: Classification) -> str:
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """The structure, the joints that are given, and how the chain is read."""
+    """Describes the structure, the fixed joints, and the reading direction of the chain."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.tier == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)
@@ -55,7 +55,7 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
 
 
 def _undetermined(page: Page, classification: Classification, found: Attempt) -> list[str]:
-    """The joints whose values are inputs beside the pose."""
+    """Describes the fixed joints, which are inputs in addition to the pose."""
     names = [page.words(classification.lines.axes[k].name) for k in found.given]
     if not names:
         return []
@@ -73,5 +73,5 @@ def _lacking(missed: Iterable[tuple[str, str]]) -> str:
 
 
 def _in_degrees(words: str) -> str:
-    """Words in which angles have the sign of a degree."""
+    """Adds degree signs to the angles in a text."""
     return re.sub(r"(?<=\d) deg\b", r"$^\\circ$", words)

@@ -1,1 +1,1 @@
-"""Fragments of robots with loops: closures, mobility, solution, rates, platforms."""
+"""Article fragments for robots with loops: closures, mobility, solution, rates, platforms."""

@@ -1,4 +1,4 @@
-r"""The worked example of a robot with loops: a posture near its reference, forward and back."""
+r"""Prints a worked example of a robot with loops: forward and inverse, near its reference."""
 
 import math
 from collections.abc import Mapping
@@ -14,16 +14,16 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Parts of the range by which the coordinates are off the reference; the first that closes counts.
-The reference itself is a posture of round numbers, at which a wrong sign may not show."""
+"""Offsets from the reference as fractions of the coordinate ranges; the first offset that closes is
+used. The reference itself has round values, which may hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
-"""Range that stands for the limits of a coordinate without limits."""
+"""Assumed range of a coordinate without limits."""
 
 
 def worked_example_of_loops(page: LoopPage) -> str:
-    """A posture, the pose of its tool, and all postures with this pose.
+    """Prints a configuration, its tool pose, and all configurations with this pose.
 
-    If an iteration solves the loops from the actuators, a pose gives all solutions for them.
+    If an iteration solves the loops from the actuators, a pose has all solutions for the actuators.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:
@@ -41,7 +41,7 @@ def worked_example_of_loops(page: LoopPage) -> str:
 
 
 def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction]) -> str:
-    """A pose near the reference, and all actuated coordinates at which the loops close."""
+    """Returns a pose near the reference, and all actuated coordinates that close the loops."""
     if not {"chain_fk", "actuators_all"} <= named.keys():
         return ""
     joints = page.chain.robot.coordinates
@@ -75,7 +75,7 @@ def _is_within(page: LoopPage, q: NDArray[np.float64]) -> bool:
 
 
 def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
-    """Coordinates near the reference at which the loops close; else the reference's own."""
+    """Returns coordinates near the reference that close the loops, or the reference coordinates."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:
         q = np.array([_near(c, r, part) for c, r in zip(coordinates, reference, strict=True)])
@@ -87,7 +87,7 @@ def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
 def _near(
     coordinate: Coordinate | Joint, reference: float, part: float, length: float = 1.0
 ) -> float:
-    """A round value near the reference, within the limits."""
+    """Returns a round value near the reference, within the limits."""
     low, high = bounds(coordinate)
     free = SOME[coordinate.unit] * (length if coordinate.unit == "m" else 1.0)
     span = high - low if math.isfinite(high - low) else free

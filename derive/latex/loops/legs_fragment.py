@@ -1,7 +1,7 @@
-r"""The fragment of planar platforms on legs of joints that turn or slide.
+r"""Prints the fragment for planar platforms on legs with revolute or prismatic joints.
 
-The equations of the legs come from :mod:`chasles.derive.loops.modes.planar_legs`, the elimination
-from :mod:`chasles.derive.loops.modes.leg_elimination`.
+The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, the elimination from
+:mod:`chasles.derive.loops.modes.leg_elimination`.
 """
 
 from collections.abc import Iterable
@@ -30,15 +30,15 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: Its terms in coordinates and parameters alone.
+        terms: Its terms in coordinates and parameters only.
         phi: The platform's angle.
-        letters: The letters of the polynomial's symbols.
+        letters: Letters of the polynomial's symbols.
         legs: Circles and lines (metre).
         equations: The elimination of the platform's position.
     """
 
     def __init__(self, page: LoopPage, triad: Triad) -> None:
-        """Writes the legs out."""
+        """Converts the legs to printed symbols."""
         hybrid = page.hybrid
         coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
         known = dict(zip(*coordinates, strict=True))
@@ -54,11 +54,11 @@ class PrintedLegs:
         self.equations: LegElimination = leg_elimination(self.legs, self.phi, self.of)
 
     def tex(self, expression: sp.Expr) -> str:
-        """An expression on one line."""
+        """Formats an expression on one line."""
         return self.terms.tex(expression)
 
     def equation(self, name: str, value: sp.Expr) -> Equation:
-        """An equation that may be broken."""
+        """Formats an equation that may break across lines."""
         return name, self.page.vectors.terms(value)
 
     def _pair(self, point: Iterable[sp.Expr]) -> Complex:
@@ -70,7 +70,7 @@ class PrintedLegs:
         return self.page.constant(length) if is_constant else self.terms.of(length)
 
     def of(self, letter: str, index: str) -> sp.Symbol:
-        """The symbol of a quantity of the elimination."""
+        """Returns the symbol of an elimination quantity."""
         if letter == "|u|":
             return self._symbol(rf"|\mathbf{{u}}_{{{index}}}|", 0)
         if letter in ("|a|", "|b|"):
@@ -84,7 +84,7 @@ class PrintedLegs:
 
 
 def legs(page: LoopPage) -> str:
-    """The equations of the legs, the elimination of the position, and all assembly modes."""
+    """Prints the leg equations, the elimination of the position, and all assembly modes."""
     triad = triad_of(page.hybrid)
     assert triad is not None
     printed = PrintedLegs(page, triad)
@@ -112,7 +112,7 @@ def _legs(printed: PrintedLegs) -> str:
 
 
 def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
-    """The radius of a leg's circle; its square where a root would not fit the line."""
+    """Returns the radius of a leg's circle, or its square if a root would not fit the line."""
     is_long = width(printed.tex(length)) > LINE / 2
     if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
         return printed.equation(rf"\ell_{{{i}}}^2", length.base)
@@ -120,7 +120,7 @@ def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
 
 
 def _conditions(circles: int) -> str:
-    """The equations of the legs: circles, then lines."""
+    """Prints the leg equations: circles, then lines."""
     numbers = [str(i) for i in range(1, LEGS + 1)]
     of = [
         (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),
@@ -131,7 +131,7 @@ def _conditions(circles: int) -> str:
 
 
 def _lines(legs: Triad) -> str:
-    """Whose the lines are."""
+    """States which bodies carry the lines."""
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
@@ -169,7 +169,7 @@ def _elimination(printed: PrintedLegs) -> str:
 
 
 def _pair_of(circles: int) -> str:
-    """Where the linear pair comes from."""
+    """Explains the origin of the linear pair."""
     if circles == 0:
         return (
             r"The first leg is a line, $\mathbf{w} \cdot \mathbf{n}_1 = 0$, and so are the others:"
@@ -185,7 +185,7 @@ def _pair_of(circles: int) -> str:
 
 
 def _solved(printed: PrintedLegs) -> str:
-    """The solution of the linear equations, and into which of them it is put."""
+    """Returns the solution of the linear equations, and the equation for substitution."""
     shown = printed.page.vectors.tex(printed.equations.solution)
     whose, into = (
         ("They are", "the first circle")
@@ -200,7 +200,7 @@ def _solved(printed: PrintedLegs) -> str:
 
 
 def _harmonics(printed: PrintedLegs) -> str:
-    """The equation as a polynomial, and the poses at its zeros."""
+    """Prints the equation as a polynomial, and the poses at its zeros."""
     found, tex = printed.equations, printed.tex
     phi, root, count = tex(printed.phi), printed.letters["root"], found.harmonics
     first = f"{printed.letters['cosine']}_0"
@@ -237,7 +237,7 @@ def _harmonics(printed: PrintedLegs) -> str:
 
 
 def _singular_pair(printed: PrintedLegs) -> str:
-    """What holds where the linear equations do not determine w."""
+    """Covers the case where the linear equations do not determine w."""
     if not printed.legs.L:
         return "The two lines that intersect closest to a right angle give the position."
     gap = printed.letters["gap"]

@@ -1,4 +1,4 @@
-r"""The fragment of the parametric functions of a robot with loops: p, its loops and derivatives."""
+r"""Prints the parametric functions of a robot with loops: p, the loops and derivatives."""
 
 from ...loops.parametric.mechanism_geometry import MechanismGeometry
 from ..chain.parameter_table import parameter_table
@@ -24,10 +24,10 @@ linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
-    """The table of p, how the loops are closed at any geometry, and the derivatives.
+    """Prints the table of p, the loop closure for any geometry, and the derivatives.
 
     Args:
-        geometry: The geometry as variables; None where there are no parametric functions.
+        geometry: The geometry as variables; None without parametric functions.
     """
     if geometry is None:
         return ""

@@ -1,4 +1,4 @@
-"""The symbols and steps that the fragments of a robot with loops share."""
+"""Collects the symbols and steps that the fragments of a robot with loops share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,18 +25,18 @@ from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops and everything that is printed about it.
+    """A robot with loops, with everything that its article prints.
 
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
-        skeleton: Its bodies as they are drawn.
-        chain: The page of its main chain; coordinates have the members' symbols.
+        skeleton: Its bodies with drawn shapes.
+        chain: The page of its main chain; coordinates have the joint symbols of `members`.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
-        inverse: The inverse of the robot; None where its derivation has none.
-        functions: The functions that are derived as formulas.
-        geometry: The geometry as variables; None where there are no parametric functions.
+        inverse: The inverse of the robot; None if not derived.
+        functions: The functions derived in closed form.
+        geometry: The geometry as variables; None without parametric functions.
     """
 
     mechanism: Mechanism
@@ -51,14 +51,14 @@ class LoopPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
-        """The page of a derivation."""
+        """Returns the page of a derivation."""
         mechanism, hybrid = derivation.robot, derivation.hybrid
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # The steps of the robot's own inverse stand in place of those of a general main chain.
+        # The robot's inverse replaces the steps of a general main chain.
         ways = STRUCTURED if inverse and inverse.solved else WAYS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), ways)
         letters = Letters(chain.equations.notation, symbols)
@@ -72,22 +72,22 @@ class LoopPage:
 
     @property
     def terms(self) -> Terms:
-        """The names of all terms of the loops."""
+        """Returns the names of all loop terms."""
         return self.hybrid.terms
 
     @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
-        """Printed symbols of the actuated coordinates."""
+        """Returns the printed symbols of the actuated coordinates."""
         return tuple(self._symbol(tex, k) for k, tex in enumerate(self.members.q))
 
     @cached_property
     def theta(self) -> tuple[sp.Expr, ...]:
-        """Printed symbols of the main chain's coordinates."""
+        """Returns the printed symbols of the main-chain coordinates."""
         return self.chain.equations.notation.q
 
     @cached_property
     def joints(self) -> dict[str, sp.Symbol]:
-        """Printed symbols of the entries of the full configuration, by name."""
+        """Returns the printed symbols of the full configuration's entries, by name."""
         known = dict(zip(self.members.q, self.q, strict=True))
         known |= dict(zip(self.members.theta, self.theta, strict=True))
         return {
@@ -97,7 +97,7 @@ class LoopPage:
 
     @cached_property
     def printed_terms(self) -> PrintedTerms:
-        """The loops' terms in printed symbols."""
+        """Returns the loop terms in printed symbols."""
         hybrid = self.hybrid
         known = dict(zip(hybrid.q, self.q, strict=True))
         known |= dict(zip(hybrid.theta, self.theta, strict=True))
@@ -114,12 +114,12 @@ class LoopPage:
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """The steps from the actuators."""
+        """Returns the steps from the actuators."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """The steps from the main chain, numbered on."""
+        """Returns the steps from the main chain, with continued numbers."""
         first = 1 + len(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
@@ -127,20 +127,20 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Where steps from the actuators are at dead points, by the number of the step."""
+        """Returns the dead points of the steps from the actuators, by step number."""
         with_margin = [step.number for step in self.forward_steps if step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """A constant in printed symbols, term by term where it is short."""
+        """Returns a constant in printed symbols, term by term if short."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MOST_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
         return sp.Add(*map(self.printed_terms.constant, addends))
 
     def tex(self, expression: sp.Expr) -> str:
-        """A printed expression on one line."""
+        """Formats a printed expression on one line."""
         return self.printed_terms.tex(expression)
 
     def _symbol(self, tex: str, place: int) -> sp.Symbol:

@@ -1,4 +1,4 @@
-r"""The fragment of the loops: products of exponentials, and the scalar equations."""
+r"""Prints the loops: products of exponentials, and the scalar equations."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -20,7 +20,7 @@ DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
-    """Every loop as a product of exponentials and as equations, and the equations of rates."""
+    """Prints every loop as a product of exponentials and as equations, and the rate equations."""
     equations = page.hybrid.equations
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
@@ -44,7 +44,7 @@ def loops(page: LoopPage) -> str:
 
 
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
-    """The condition of loops that repeat constraints and cannot all close."""
+    """Prints the condition for redundant loops that cannot all close."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
     metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
@@ -124,7 +124,7 @@ def _equals_one(product: Sequence[str]) -> str:
 
 
 def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -> str:
-    """The screws as rows of a table."""
+    """Prints the screws as table rows."""
     names = [rf"$\mathcal{{S}}_{{{page.tex(values[f.name])}}}$" for f in loop.factors]
     columns: list[Column] = [
         ("screw", names),
@@ -133,13 +133,13 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
     rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
     columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
-    # Screws of planar loops have three components that are not 0.
+    # Screws of planar loops have three nonzero components.
     shown = [column for column in columns if set(column[1]) != {"$0$"}]
     return tabular(shown, repeated=1)
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
-    """The displacement between a loop's ends; sums of constants as decimals if it is too wide."""
+    """Prints the displacement between a loop's ends; wide sums of constants become decimals."""
     rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
     end = "."
     if named_matrix(name, rows).width > LINE:
@@ -149,7 +149,7 @@ def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
 
 
 def _decimal(page: LoopPage, entry: sp.Expr) -> str:
-    """A constant as a decimal, if it is longer otherwise."""
+    """Formats a constant as a decimal if this is shorter."""
     tex = _constant(page, entry)[1:-1]
     rounded = f"{round(float(page.terms.value(entry)), DECIMALS) + 0.0:.{DECIMALS}f}"
     return min(tex, rounded, key=width)
@@ -160,7 +160,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """The scalar equations, long squares in them by name."""
+    """Prints the scalar equations, with names for long squares."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

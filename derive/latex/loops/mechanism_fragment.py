@@ -1,4 +1,4 @@
-r"""The fragment that describes a robot with loops: coordinates, joints, closures."""
+r"""Prints the description of a robot with loops: coordinates, joints, closures."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 
 def description(page: LoopPage) -> str:
-    """Actuated coordinates, main chain, other joints, closures, members, drives, parameters."""
+    """Prints coordinates, main chain, other joints, closures, struts, drives and parameters."""
     shown = text(
         _coordinates(page),
         _followers(page),
@@ -51,7 +51,7 @@ def _coordinates(page: LoopPage) -> str:
 
 
 def _moved(page: LoopPage, c: Coordinate) -> str:
-    """The symbol of the joint that a coordinate moves, and how."""
+    """Returns the symbol of the joint that a coordinate moves, with its ratio."""
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)
@@ -64,12 +64,12 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
 
 
 def _by(drive: Drive) -> str:
-    """The part between a motor and its joint, in words."""
+    """States the transmission between a motor and its joint."""
     return "" if drive.kind == "gear" else f", {drive.kind}"
 
 
 def _followers(page: LoopPage) -> str:
-    """The drives that are not actuated, whose motors follow."""
+    """Describes drives without actuation, with dependent motors."""
     told = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])
@@ -84,7 +84,7 @@ def _place(page: LoopPage, c: Coordinate) -> int:
 
 
 def _others(page: LoopPage) -> str:
-    """The tree's joints that are not in the main chain."""
+    """Prints the joints of the tree outside the main chain."""
     main = {joint.name for joint in page.chain.robot.joints}
     others = [joint for joint in page.mechanism.joints if joint.name not in main]
     if not others:

@@ -1,7 +1,7 @@
-"""Names of the joints of a robot with loops, in formulas and in sentences.
+"""Names the joints of a robot with loops, in formulas and in sentences.
 
-Joints of the main chain are theta, actuated coordinates q, the rest psi, each with its number,
-except that a joint whose name is a symbol already, ``theta8`` or ``l_HI``, keeps it.
+Main-chain joints are theta, actuated coordinates q, other joints psi, each with its index. A joint
+name that already is a symbol, such as ``theta8`` or ``l_HI``, stays.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,7 +17,7 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters in order of preference: one that names of the description use is avoided."""
+"""Letters in order of preference; letters of description names are avoided."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),

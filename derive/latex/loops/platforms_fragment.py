@@ -1,4 +1,4 @@
-r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
+r"""Prints the fragment for platforms on legs: rods, velocity relation, assembly modes.
 
 The rods, the rows of the velocity relation and the elimination come from
 :mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.modes.triad`.
@@ -27,9 +27,9 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Symbols of the elimination in the order in which they stand in a product."""
+"""Symbols of the elimination, in their order in a product."""
 WHOLE = 0.8 * LINE
-"""Widest component of a vector that no line may break (pt)."""
+"""Maximum width (pt) of a vector component that lines must not break."""
 ZERO = sp.Integer(0)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
@@ -38,7 +38,7 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters of the polynomial in order of preference; letters that the robot uses are avoided."""
+"""Letters of the polynomial in order of preference; letters of the robot are avoided."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -64,14 +64,14 @@ class PrintedPlatform:
 
     Attributes:
         page: The robot.
-        terms: Its terms in coordinates and parameters alone.
+        terms: Its terms in coordinates and parameters only.
         rods: Its rods in the order of the description.
-        axes: The base axes along which rods have components.
+        axes: The base axes with nonzero rod components.
         free: The components of the tool's twist in base axes that the main chain can move.
     """
 
     def __init__(self, page: LoopPage) -> None:
-        """Writes the rods out."""
+        """Converts the rods to printed symbols."""
         hybrid = page.hybrid
         coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
         known = dict(zip(*coordinates, strict=True))
@@ -88,29 +88,29 @@ class PrintedPlatform:
         return len(self.axes) == PLANE
 
     def length(self, length: sp.Expr) -> sp.Expr:
-        """The length of a rod, which a cylinder's coordinate moves."""
+        """Returns the length of a rod; a cylinder's length includes its coordinate."""
         is_constant = self.page.terms.is_constant(length)
         return self.page.constant(length) if is_constant else self.of(length)
 
     @cached_property
     def n(self) -> tuple[Vector, ...]:
-        """Symbols of the rods' directions, of length 1, towards the platform."""
+        """Returns symbols of the rods' unit directions, towards the platform."""
         return self._symbols("n")
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Symbols of the vectors from the tool to the platform's ends of the rods."""
+        """Returns symbols of the vectors from the tool to the rod ends on the platform."""
         return self._symbols("r")
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """The lines of the rods in the free directions, in :attr:`n` and :attr:`r`."""
+        """Returns the rod lines in the free directions, in terms of :attr:`n` and :attr:`r`."""
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
     @cached_property
     def J_q(self) -> sp.Matrix:
-        """The speed that each actuator gives each rod along itself, in :attr:`n`."""
+        """Returns the axial speed of each rod per unit actuator rate, in terms of :attr:`n`."""
         hybrid = self.page.hybrid
         rows = [
             rod.actuator_row(hybrid.terms, n, hybrid.q)
@@ -120,17 +120,17 @@ class PrintedPlatform:
 
     @cached_property
     def triad(self) -> "PrintedTriad | None":
-        """The polynomial of all assembly modes, where there is one."""
+        """The polynomial of all assembly modes, if any."""
         hybrid = self.page.hybrid
         triad = triad_of(hybrid) if hybrid.forward.open else None
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """A symbol of this fragment; symbols of lower rank come first in a product."""
+        """Returns a symbol of this fragment; symbols of lower rank come first in a product."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """An expression of named terms multiplied out in printed symbols."""
+        """Expands an expression of named terms in printed symbols."""
         return sp.expand(self.printed_terms.of(expression))
 
     def _symbols(self, letter: str) -> tuple[Vector, ...]:
@@ -146,7 +146,7 @@ class PrintedPlatform:
 
     @cached_property
     def tool(self) -> Vector:
-        """Position of the tool in the base frame."""
+        """Returns the tool position in the base frame."""
         return tuple(map(self.of, tool_position(self.page.hybrid)))
 
     def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
@@ -163,22 +163,22 @@ class PrintedPlatform:
 
 
 class PrintedTriad:
-    """The elimination of the position of a platform on three rods in a plane, in printed symbols.
+    """The elimination of a planar platform's position, in printed symbols.
 
     Attributes:
         phi: The platform's angle.
         letters: The letters of the polynomial's symbols.
         equations: The elimination.
-        u: The vectors from the first rod to the second and third, each component by name.
-        norms: The lengths of both, by name, in the components of u.
-        k: The right sides of the linear pair, each by name, in the norms.
+        u: Vectors from the first rod to the second and third, with named components.
+        norms: Named norms of both vectors, in the components of u.
+        k: Named right sides of the linear pair, in the norms.
         w: Symbols of the first rod's components.
         position: x and y in coordinates, parameters and :attr:`w`.
-        scale: The squared length by whose third power the polynomial is divided.
+        scale: Squared length; the polynomial is divided by its third power.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
-        """Writes a triad out."""
+        """Converts a triad to printed symbols."""
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
         L = list(map(platform.length, triad.L))
         self.phi = platform.page.theta[-1]
@@ -204,7 +204,7 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
 
 
 def free_letters(page: LoopPage) -> dict[str, str]:
-    """Letters of the polynomial's symbols that the robot does not use."""
+    """Returns letters for the polynomial that the robot does not use."""
     notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH
@@ -217,7 +217,7 @@ def free_letters(page: LoopPage) -> dict[str, str]:
 
 
 def platform(page: LoopPage) -> str:
-    """The rods' equations, the velocity relation, the types of singularity, all assembly modes."""
+    """Prints rod equations, velocity relation, singularity types and all assembly modes."""
     printed = PrintedPlatform(page)
     triad = printed.triad
     return text(
@@ -281,19 +281,19 @@ def _points(printed: PrintedPlatform) -> list[Equation]:
 
 
 def _common_length(printed: PrintedPlatform) -> sp.Expr | None:
-    """The length that all rods have."""
+    """Returns the common length of all rods."""
     first, *others = (rod.length for rod in printed.rods)
     return first if all(length == first for length in others) else None
 
 
 def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]:
-    """A vector in brackets; a line may break between components, and within long ones."""
+    """Formats a vector in brackets, with line breaks between and within long components."""
     parts = [list(terms.printer.terms(component)) for component in components]
     parts = [part if width(" ".join(part)) > WHOLE else [" ".join(part)] for part in parts]
     for part in parts[:-1]:
         part[-1] += r",\;"
     for part in parts[1:]:
-        # The sign of a component that begins a line would be set as that of a term.
+        # A leading sign on a new line would look like the sign of a term.
         part[0] = part[0].replace("-", "{-}", 1) if part[0].startswith("-") else part[0]
     parts[0][0] = f"({parts[0][0]}"
     parts[-1][-1] += ")"
@@ -326,7 +326,7 @@ def _velocities(printed: PrintedPlatform) -> str:
 
 
 def _line_coordinates(printed: PrintedPlatform) -> str:
-    """J_x, where it is no more than three columns wide."""
+    """Prints J_x if it has at most three columns."""
     if len(printed.free) == SPACE:
         return ""
     rows = [[printed.printed_terms.tex(entry) for entry in row] for row in printed.J_x.tolist()]
@@ -334,7 +334,7 @@ def _line_coordinates(printed: PrintedPlatform) -> str:
 
 
 def _actuators(printed: PrintedPlatform) -> str:
-    """The entries of J_q that are not zero."""
+    """Prints the nonzero entries of J_q."""
     J, name = printed.J_q, r"\mathbf{J}_q"
     if sp.eye(J.rows) == J:
         return aligned([(name, ["1"])])
@@ -382,7 +382,7 @@ def _singularities(printed: PrintedPlatform) -> str:
 
 
 def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """The position eliminated from the rods' equations."""
+    """Prints the elimination of the position from the rod equations."""
     terms, tex = printed.printed_terms.printer.terms, printed.printed_terms.tex
     x, y, phi = map(tex, printed.page.theta)
     shown = printed.page.vectors.tex
@@ -416,7 +416,7 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """The equation as a polynomial, and the poses at its zeros."""
+    """Prints the equation as a polynomial, and the poses at its zeros."""
     tex = printed.printed_terms.tex
     phi, root = tex(triad.phi), triad.letters["root"]
     first = f"{triad.letters['cosine']}_0"
@@ -443,7 +443,7 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _paths() -> str:
-    """All modes of six rods in space."""
+    """Explains all modes of six spatial rods."""
     return sentence(
         r"\paragraph{All assembly modes} at actuator values are real solutions of equations in"
         r" Study coordinates (Wampler 1996). A quaternion $\mathbf{e}$ rotates the pins of the"
@@ -462,7 +462,7 @@ def _paths() -> str:
 
 
 def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """The position at an angle."""
+    """Prints the position at an angle."""
     terms, gap = printed.printed_terms.printer.terms, triad.letters["gap"]
     names = map(printed.printed_terms.tex, printed.page.theta[:PLANE])
     return sentence(

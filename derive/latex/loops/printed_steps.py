@@ -1,9 +1,9 @@
-"""The steps of a closed-form solution in printed symbols.
+"""Converts the steps of a closed-form solution to printed symbols.
 
-A step brings its equations along, in quantities of its own
+A step contains its equations in local quantities
 (:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). Here each quantity receives a
-printed symbol, unless its value is short enough to stand for itself, and the equations are
-rewritten in these symbols. No kind of step has a line of its own here.
+printed symbol, unless its value is short, and the equations are rewritten in these symbols. The
+code is the same for all kinds of steps.
 """
 
 from collections.abc import Iterable, Mapping
@@ -35,12 +35,12 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles and the vectors that turn by them."""
+"""Angles, and the vectors that rotate by them."""
 
 
 @dataclass(frozen=True)
 class PrintedAngle:
-    """An angle that a step gives: its cosine and sine, up to a common positive factor."""
+    """An angle from a step: its cosine and sine, up to a common positive factor."""
 
     symbol: sp.Symbol
     cosine: sp.Expr
@@ -54,8 +54,8 @@ class PrintedRate:
     Attributes:
         left: Unknowns with the weights of their rates.
         right: Expressions with the weights of their rates.
-        projected: LaTeX of the two vectors whose scalar product is the left side, the second one
-            to be differentiated; none where the left side is written out.
+        projected: LaTeX of two vectors: the left side is their scalar product, with the second
+            vector differentiated. None if the left side is written in full.
     """
 
     left: Weighted
@@ -70,17 +70,17 @@ class PrintedLoopStep:
     Attributes:
         step: The step itself.
         number: Its number in the article.
-        unknown: The side of the loop's equation that turns by the unknowns: angles and vectors.
-        given: The other side.
+        unknown: The unknown side of the loop equation: angles and vectors.
+        given: The known side of the loop equation.
         vectors: Components and lengths of the given vectors.
-        results: Intermediate results and travels, each in those before it.
-        angles: The angles that follow.
-        margin: The step's margin, None where it always closes.
-        rates: The equations between the rates of the unknowns.
-        positions: Components of each given vector that an equation names as a whole.
-        points: Components of each vector that the results give as a whole.
+        results: Intermediate results and displacements, each in terms of earlier results.
+        angles: The resulting angles.
+        margin: The step's margin; None if the step always closes.
+        rates: The rate equations of the unknowns.
+        positions: Components of each given vector that an equation uses as a whole.
+        points: Components of each vector that results define as a whole.
         remark: A sentence on the choice of the root.
-        dead_point: Where the margin is 0, in words.
+        dead_point: Description of the points with margin 0.
     """
 
     step: LoopStep
@@ -99,7 +99,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """Prints scalar and vector products, too."""
+    """Also prints scalar and vector products."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -107,12 +107,12 @@ class VectorPrinter(FractionPrinter):
         return super()._factor(factor)
 
     def alone(self, product: sp.Expr) -> str:
-        """A product of two vectors without brackets."""
+        """Prints a product of two vectors without brackets."""
         sign = r"\times" if isinstance(product, Cross) else r"\cdot"
         return f" {sign} ".join(map(self.tex, product.args))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """The terms of a sum, each with its sign."""
+        """Returns the terms of a sum, each with its sign."""
         if isinstance(expression, Cross | Dot):
             return [self.alone(expression)]
         return super().terms(expression)
@@ -125,14 +125,14 @@ def printed_steps(
     first: int,
     joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedLoopStep, ...]:
-    """The steps of a solution; the symbols of their unknowns are known to ``terms`` from then on.
+    """Converts the steps of a solution, and adds the symbols of their unknowns to ``terms``.
 
     Args:
         terms: The robot's terms in printed symbols; receives the unknowns.
-        letters: Free letters for them.
-        solution: Forward or backward.
+        letters: Free letters for the unknowns.
+        solution: The forward or backward solution.
         first: Number of the first step.
-        joints: Symbols of the joints; an unknown that is a joint's value is called by it.
+        joints: Symbols of the joints, used for unknown joint values.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     return tuple(
@@ -142,13 +142,13 @@ def printed_steps(
 
 
 class _Writer:
-    """One step on its way into print.
+    """A step during conversion to printed symbols.
 
     Attributes:
-        shown: The printed form of every quantity of the step.
-        vectors: Definitions of the given vectors' components and lengths.
+        shown: The printed form of each quantity of the step.
+        vectors: Definitions of components and lengths of given vectors.
         results: Definitions of the intermediate results.
-        positions: Components of the vectors that the equations name as a whole.
+        positions: Components of the vectors that equations use as a whole.
         found: Angles that this step determines.
     """
 
@@ -170,7 +170,7 @@ class _Writer:
         self.found = {s for s in step.solved if s not in terms.known}
 
     def printed(self) -> PrintedLoopStep:
-        """The step; afterwards its unknowns have names."""
+        """Converts the step, and names its unknowns."""
         equations = self.equations
         self._name_vectors()
         sought = {*self.found, *(t.as_coeff_Mul()[1] for t in equations.unknowns.values())}
@@ -201,7 +201,7 @@ class _Writer:
         return self.letters.of_step(letter, self.number, axis)
 
     def _name_vectors(self) -> None:
-        """Components by name, except for letters and for numbers that stand alone."""
+        """Names components, except letters and single numbers."""
         for letter, vector in self.equations.vectors.items():
             parts = [self.printed_terms.of(part) for part in vector]
             is_alone = sum(part != 0 for part in parts) == 1
@@ -220,7 +220,7 @@ class _Writer:
             self.shown[symbol] = self.printed_terms.of(term)
 
     def _name_position(self, letter: str, size: int) -> None:
-        """A vector by name, if the equations name it as a whole."""
+        """Returns a vector by name if equations use it as a whole."""
         whole = quantity(letter)
         if any(whole in value.free_symbols for _, value in self.equations.results):
             self.shown[whole] = self._symbol(whole)
@@ -228,7 +228,7 @@ class _Writer:
             self.positions[self.shown[whole]] = tuple(self.shown[entry] for entry in entries)
 
     def _name_length(self, letter: str) -> None:
-        """The length of a vector by name; its only component, of any sign, stands for it."""
+        """Returns the length of a vector by name; a single component of any sign replaces it."""
         vector = self._vector(letter)
         if ZERO in vector:
             self.shown[length_of(letter)] = sp.Add(*vector)
@@ -256,7 +256,7 @@ class _Writer:
             self.shown[angle] = terms.known[angle]
 
     def _add_result(self, symbol: sp.Symbol, value: sp.Expr) -> None:
-        """An intermediate result by name, except for letters and numbers."""
+        """Names an intermediate result, except letters and numbers."""
         shown = self._put(value)
         if symbol in self.equations.unknowns:
             self.results.append((self.shown[symbol], shown))
@@ -267,7 +267,7 @@ class _Writer:
             self.results.append((self.shown[symbol], shown))
 
     def _points(self) -> dict[sp.Symbol, Vector]:
-        """The vectors whose components are unknowns."""
+        """Returns the vectors with unknown components."""
         found: dict[sp.Symbol, Vector] = {}
         for symbol in self.equations.unknowns:
             letter, axis = letter_and_axis(symbol)
@@ -279,14 +279,14 @@ class _Writer:
     # --- equations ---
 
     def _put(self, value: sp.Expr) -> sp.Expr:
-        """An expression in the quantities of the step in printed symbols."""
+        """Returns an expression in the step's quantities, in printed symbols."""
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
-            # SymPy would distribute the factor, which the step keeps before the bracket.
+            # SymPy would distribute the factor; the step keeps it in front of the bracket.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
         return value.xreplace(self.shown)
 
     def _sides(self, sought: Iterable[sp.Symbol]) -> tuple[Sum, Sum]:
-        """The loop's equation with the unknowns on one side."""
+        """Returns the loop equation with the unknowns on one side."""
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
             free = angle.free_symbols | re.free_symbols | im.free_symbols
@@ -298,7 +298,7 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """The angle that turns A to C, the factors that both arguments share taken out."""
+        """Returns the angle from A to C, without common factors of both arguments."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)
@@ -306,7 +306,7 @@ class _Writer:
         return PrintedAngle(self.shown[equation.angle], dot(A, C) / scale, cross(A, C) / scale)
 
     def _is_new(self, rate: RateEquation) -> bool:
-        """Whether the unknowns of a rate were not known before the step."""
+        """Whether the unknowns of a rate were unknown before the step."""
         return all(s in self.found or s not in self.step.solved for s, _ in rate.left)
 
     def _rate(self, rate: RateEquation) -> PrintedRate:
@@ -318,7 +318,7 @@ class _Writer:
         return PrintedRate(left, right, projected)
 
     def _in_words(self, words: str) -> str:
-        """Words with the symbols of quantities in place of their letters."""
+        """Replaces the letters of quantities in a text by their symbols."""
         letters = {field for _, field, _, _ in Formatter().parse(words) if field}
         names = {letter: self._symbol(quantity(letter)) for letter in letters}
         return words.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})

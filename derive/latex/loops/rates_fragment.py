@@ -1,4 +1,4 @@
-r"""The fragment of velocities: the rates of every step, the Jacobian in actuated coordinates."""
+r"""Prints the velocities: the rates of every step, and the Jacobian in actuated coordinates."""
 
 from collections.abc import Mapping
 
@@ -15,24 +15,24 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MOST_TERMS = 8
-"""Longest sum, in terms, in which the rates of intermediate results are written out."""
+"""Maximum terms of a sum in which rates of intermediate results are written in full."""
 MOST_EXPANDED = 500
-"""Most addends of a rate that is multiplied out to see whether it becomes short."""
+"""Maximum addends of a rate that is expanded on trial."""
 BRACKET = 0.75 * LINE
-"""Widest sum that is multiplied by a rate (pt)."""
+"""Maximum width (pt) of a sum that is multiplied by a rate."""
 
 
 class Rates:
-    """Rates of printed expressions: linear in the rates of coordinates and unknowns.
+    """Rates of printed expressions, linear in the rates of coordinates and unknowns.
 
     Attributes:
         dotted: The rate of each coordinate and unknown.
-        definitions: Meaning of each symbol that is neither a coordinate nor an unknown.
-        inner: The rates of the symbols among them that are written by name.
+        definitions: Meaning of each symbol except coordinates and unknowns.
+        inner: The rates of defined symbols with named rates.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Begins with the coordinates, whose rates are given."""
+        """Starts with the coordinates, which have known rates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
@@ -40,7 +40,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """The rates of a step and their right sides; the step's unknowns move from then on."""
+        """Returns the rates of a step with right sides; later steps know these rates."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -58,14 +58,14 @@ class Rates:
         return results
 
     def left(self, rate: PrintedRate) -> str:
-        """The left side of a rate in LaTeX."""
+        """Formats the left side of a rate equation."""
         if rate.projected:
             arm, point = rate.projected
             return rf"({arm}) \cdot {dotted(point)}"
         return self.page.tex(sp.Add(*(weight * self.dotted[s] for s, weight in rate.left)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """The rate of an expression."""
+        """Returns the rate of an expression."""
         total = sp.S.Zero
         for symbol in sorted(expression.free_symbols, key=str):
             if symbol in self.dotted:
@@ -75,7 +75,7 @@ class Rates:
         return total
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
-        """The rate of a component, named as such where the component has a name."""
+        """Returns the rate of a component, by name if the component has a name."""
         if part not in self.definitions:
             return self.of(part)
         if part not in self.inner:
@@ -91,7 +91,7 @@ class Rates:
         return self._found[symbol]
 
     def _collected(self, total: sp.Expr) -> sp.Expr:
-        """A sum with one term a rate, where its brackets stay short."""
+        """Collects a sum into one term per rate, if the brackets stay short."""
         rates = [*self.dotted.values(), *self.inner.values()]
         parts, expanded = [], sp.expand(total)
         for rate in rates:
@@ -106,7 +106,7 @@ class Rates:
 
 
 def _by_angles(part: sp.Expr) -> sp.Expr:
-    """A sum with the factors of each cosine and sine in a bracket."""
+    """Collects a sum by cosines and sines."""
     functions = sorted(part.atoms(sp.cos, sp.sin), key=str)
     if not functions:
         return part
@@ -114,7 +114,7 @@ def _by_angles(part: sp.Expr) -> sp.Expr:
 
 
 def _signed(addend: sp.Expr) -> sp.Expr:
-    """A product with the sign of its bracket in front."""
+    """Moves the sign of a bracket to the front of its product."""
     for factor in addend.args if addend.is_Mul else ():
         if factor.is_Add and factor.could_extract_minus_sign():
             return sp.Mul(-1, -factor, addend / factor)
@@ -122,7 +122,7 @@ def _signed(addend: sp.Expr) -> sp.Expr:
 
 
 def rates(page: LoopPage) -> str:
-    """Rates from the actuators and back, and the Jacobian."""
+    """Prints rates from the actuators and back, and the Jacobian."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     blocks = []
     main = [joint.name for joint in page.hybrid.robot.moving]

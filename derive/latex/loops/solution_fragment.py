@@ -1,4 +1,4 @@
-r"""The fragment of the closed-form solution: step by step from the actuators, and back."""
+r"""Prints the closed-form solution: step by step from the actuators, and back."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,13 +19,13 @@ from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
 MOST_ZEROS = 4
-"""Most dead points of a step that are listed."""
+"""Maximum number of listed dead points per step."""
 LEAST_TOLD = 0.01
-"""Least margin of which it is told that it is never below."""
+"""Minimum lower bound of a margin that is worth printing."""
 
 
 def solution(page: LoopPage) -> str:
-    """All joints from the actuators, then the actuators from the main chain."""
+    """Prints all joints from the actuators, then the actuators from the main chain."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]
@@ -80,7 +80,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """The axes in which a step is written."""
+    """States the axes of a step."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
@@ -94,7 +94,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """The loop's equation; one that no line holds is a sum that vanishes, broken between terms."""
+    """Prints the loop equation; a wide equation becomes a zero sum, broken between terms."""
 
     def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
         found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
@@ -110,12 +110,12 @@ def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
 
 
 def _tight(term: str) -> str:
-    """A term without the space before an exponential that has no factor."""
+    """Removes the space before an exponential without a factor."""
     return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 
 def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
-    """A sum of vectors, each with the exponential that it turns by."""
+    """Formats a sum of vectors, each with its rotating exponential."""
     i = terms.notation.symbol(r"\mathrm{i}", (OTHER, ("a",)))
     total = sp.S.Zero
     for k, (angle, (re, im)) in enumerate(vectors):
@@ -131,7 +131,7 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
 
 
 def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """The margin, and where it is 0."""
+    """Prints the margin and its zeros."""
     if printed.margin is None:
         return ""
     margin = rf"\mu_{{{printed.number}}}"
@@ -154,16 +154,16 @@ def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
 
 
 def _floor(value: float) -> str:
-    """A number cut to two digits, never above the number."""
+    """Rounds a number down to two digits."""
     places = 1 - math.floor(math.log10(value))
     return f"{math.floor(value * 10**places) / 10**places:.{places}f}"
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
-    """A quotient in a sentence, on one line."""
+    """Formats a quotient in a sentence, on one line."""
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
-    # Decimals read better in one number than as a fraction of two.
+    # One decimal number reads better than a fraction of two.
     below = divisor / factor * below
     over = page.tex(above)
     if below == 1:
@@ -175,7 +175,7 @@ def _quotient(page: LoopPage, value: sp.Expr) -> str:
 
 
 def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:
-    """Joint values as sums."""
+    """Prints joint values as sums."""
     found: list[Equation] = []
     for name, symbol in page.joints.items():
         value = solved.values.get(name)
@@ -193,7 +193,7 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
-    """The joints that have no closed form."""
+    """Describes the joints without a closed form."""
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
@@ -218,7 +218,7 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
 
 
 def _collapsed(page: LoopPage) -> list[str]:
-    """Stretches of the main chain that only translate."""
+    """Describes segments of the main chain that only translate."""
     hybrid = page.hybrid
     if hybrid.forward.open:
         return []

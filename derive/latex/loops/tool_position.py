@@ -1,4 +1,4 @@
-r"""The fragment of the tool's position as a function of the actuated coordinates."""
+r"""Prints the tool position as a function of the actuated coordinates."""
 
 import sympy as sp
 
@@ -10,21 +10,21 @@ from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
 _POSITION = (3, 7, 11)
-"""The entries of the position in a pose, row by row."""
+"""Indices of the position in a row-major pose."""
 _BRACKET = 0.36 * LINE
-"""Greatest width of a sum that is written as a factor (pt)."""
+"""Maximum width (pt) of a sum that is written as a factor."""
 _LETTER = r"\varrho"
 
 
 def tool_position(page: LoopPage) -> str:
-    """Return the forward kinematics after the loops' solution replaces the main chain's joints.
+    """Returns the forward kinematics with main-chain joints replaced by the loop solution.
 
     The fragment is empty if an iteration solves the loops.
     """
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The steps name the angles that the position contains.
+    # The steps name the angles in the position.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]
@@ -54,7 +54,7 @@ def tool_position(page: LoopPage) -> str:
 
 
 def without_guard(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """An entry without the addend that is not a number where a loop does not close."""
+    """Removes the addend that is NaN if a loop does not close."""
     definition = terms.definitions.get(entry, entry)
     kept = [part for part in sp.Add.make_args(definition) if not _is_guard(terms, part)]
     return entry if len(kept) == len(sp.Add.make_args(definition)) else sp.Add(*kept)
@@ -70,7 +70,7 @@ def _is_guard(terms: Terms, addend: sp.Expr) -> bool:
 def _named_factors(
     page: LoopPage, expression: sp.Expr, brackets: dict[sp.Expr, sp.Symbol]
 ) -> sp.Expr:
-    """An expression with names for wide sums among the factors of its terms."""
+    """Names wide sums among the factors of an expression's terms."""
     notation = page.chain.equations.notation
     found = []
     for addend in sp.Add.make_args(expression):

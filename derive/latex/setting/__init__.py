@@ -1,1 +1,1 @@
-"""Typesetting: names, symbols, widths, and displays that stay on the page."""
+"""Typesetting: names, symbols, widths, and displays that fit the page."""

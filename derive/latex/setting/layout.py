@@ -1,6 +1,6 @@
-r"""Displays that stay on the page: aligned equations broken by terms, matrices in rows.
+r"""Sets displays that fit the page: aligned equations broken between terms, matrices in rows.
 
-Everything works with amsmath alone and is meant for the text, not for inside a formula.
+All results need only amsmath and belong in text, not inside a formula.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from .widths import LINE, width
 
 Row = Sequence[str]
 Equation = tuple[str, Sequence[str]]
-"""Left side, and the signed terms of the right side."""
+"""Left side and signed terms of the right side."""
 
 
 class Display(NamedTuple):
@@ -22,22 +22,22 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""Width that the indent takes from a continued line (pt)."""
+"""Indent of a continued line (pt)."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
-"""Greatest error of an estimated width (pt)."""
+"""Maximum error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a display whole, and on one page with the text after it."""
+"""Keeps a display on one page with the text after it."""
 SHORTEST_RUN = 4
-"""Fewest short equations in a row that are set in two columns."""
+"""Minimum number of consecutive short equations for two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Equations below each other, short ones two in a row, read across.
+    """Aligns equations; short equations are set in pairs, read across.
 
-    Right sides that are too long continue below, indented; the list may break across pages.
+    Long right sides continue on an indented line; the list may break across pages.
     """
     runs = _runs(equations)
     displays = []
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Equations reordered so that two in a row read down, left column first."""
+    """Reorders equations so that two columns read down, left column first."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -62,7 +62,7 @@ def read_down(equations: Sequence[Equation]) -> list[Equation]:
 
 
 def _runs(equations: Sequence[Equation]) -> list[tuple[bool, list[Equation]]]:
-    """Runs of short equations in two columns, and runs of other equations."""
+    """Divides equations into two-column runs of short equations and other runs."""
     runs: list[tuple[bool, list[Equation]]] = []
     for short, group in groupby(equations, key=_is_short):
         run = list(group)
@@ -96,13 +96,13 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """A display with its settings, and without a space after it that would begin a line."""
+    """Wraps a display in its settings, without a trailing space that would start a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Signed terms in lines of a width; the lines after the first are shorter by an indent."""
+    """Breaks signed terms into lines of a width; continued lines are shorter by an indent."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:
@@ -116,7 +116,7 @@ def filled(terms: Sequence[str], room: float) -> list[str]:
 
 
 def matrix(rows: Sequence[Row]) -> str:
-    """A matrix in square brackets, of any number of columns."""
+    """Formats a matrix in square brackets, with any number of columns."""
     high = any("frac" in entry for row in rows for entry in row)
     newline = " \\\\[0.5ex]\n" if high else " \\\\\n"
     body = newline.join(" & ".join(row) for row in rows)
@@ -125,18 +125,18 @@ def matrix(rows: Sequence[Row]) -> str:
 
 
 def matrix_width(rows: Sequence[Row]) -> float:
-    """Estimated width of :func:`matrix` (pt)."""
+    """Estimates the width of :func:`matrix` (pt)."""
     columns = [max(width(entry) for entry in column) for column in zip(*rows, strict=True)]
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
 def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
-    """An equation ``name = matrix`` of entries in LaTeX."""
+    """Formats an equation ``name = matrix`` from LaTeX entries."""
     return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Displays, as many beside each other as fit a line; ``kept`` on the page of the text after."""
+    """Sets displays side by side as they fit a line; ``kept`` on the page of the following text."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
@@ -152,7 +152,7 @@ def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -
 
 
 def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
-    """Rows of a display, without a page break after the first or before the last."""
+    """Joins the rows of a display, without a page break after the first or before the last row."""
     body = rows[0]
     for k, row in enumerate(rows[1:], 1):
         star = "*" if k in (1, len(rows) - 1) else ""
@@ -161,13 +161,13 @@ def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
 
 
 def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
-    """An equation with several right sides, one below the other."""
+    """Formats an equation with several right sides, one per line."""
     body = " \\\\*[1ex]\n&= ".join(sides)
     return _display("align*", f"{name} &= {body}{end}")
 
 
 def broken(name: str, factors: Sequence[str]) -> Display:
-    """An equation ``name = product`` as one display, its factors on several lines if needed."""
+    """Formats an equation ``name = product`` as one display, on several lines if needed."""
     first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))
     lines = [f"{name} &= {first}", *(rf"&\quad {line}" for line in rest)]
     body = " \\\\\n".join(lines)

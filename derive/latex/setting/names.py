@@ -1,4 +1,4 @@
-"""Names as LaTeX: the user's text escaped, parameters and frames as mathematics."""
+"""Converts names to LaTeX: user text is escaped, parameters and frames become mathematics."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Number of characters after which a word of the user's text may be broken."""
+"""Minimum length of a user's word that may break."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -49,18 +49,18 @@ _ESCAPES = {
     },
 }
 _WORDS = ("a", "A", "I")
-"""Names that are words too."""
+"""Names that are also words."""
 _BREAKS = "_/"
-"""Characters after which a long word may be broken."""
+"""Characters after which a long word may break."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
-"""The accented letters that a T1 font has."""
+"""Accented letters of a T1 font."""
 
 
 def escape(text: str) -> str:
-    """Text for a paragraph, without commands and with breaks in long words.
+    """Escapes text for a paragraph, with possible breaks in long words.
 
-    Letters that plain pdfLaTeX cannot set are printed by their code, ``[U+4E2D]``.
+    Letters that plain pdfLaTeX cannot set are printed as codes, such as ``[U+4E2D]``.
     """
     words = text.split()
     return " ".join("".join(_escaped(word)) for word in words)
@@ -83,7 +83,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    r"""A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \alpha_{1}, ``l_HI`` is l_{HI}."""
+    r"""Formats a parameter name: ``d1`` is d_{1}, ``alpha_1`` is \alpha_{1}, ``l_HI`` is l_{HI}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -93,15 +93,15 @@ def parameter(name: str) -> str:
 
 
 def is_symbol(name: str) -> bool:
-    """Whether a name is a letter, perhaps with an index."""
+    """Whether a name is a letter with an optional index."""
     head = re.findall(r"[A-Za-z]+|[0-9]+", name)[0]
     return len(head) == 1 or head in GREEK
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Joint names as LaTeX if they are symbols of an article: Greek angles, lower-case lengths.
+    """Returns joint names as LaTeX if they are article symbols: Greek angles, lower-case lengths.
 
-    Empty if a joint has another name or a symbol occurs twice.
+    Empty if a joint has a different kind of name, or a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]
@@ -120,7 +120,7 @@ def _is_own_symbol(joint: Joint) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Text for a paragraph in which symbols replace the names of joints."""
+    """Escapes text for a paragraph; symbols replace joint names."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:
@@ -130,12 +130,12 @@ def in_words(words: str, symbols: Mapping[str, str]) -> str:
 
 
 def head(tex: str) -> str:
-    """The letter of a symbol, which is the text before its index."""
+    """Returns the letter of a symbol: the text before its index."""
     return tex.partition("_")[0]
 
 
 def frame(name: str) -> str:
-    """A frame's name as an index: digits and single letters unchanged, words upright."""
+    """Formats a frame's name as an index: digits and single letters unchanged, words upright."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"
@@ -158,7 +158,7 @@ def _index(word: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> dict[str, str]:
-    """The LaTeX of each parameter; a name that would look like an earlier one is set as typed."""
+    """Returns the LaTeX of each parameter; names that would look alike are set verbatim."""
     found: dict[str, str] = {}
     for name in names:
         tex = parameter(name)

@@ -1,8 +1,8 @@
-r"""Short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), named constants, shared terms.
+r"""Defines short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), constants, shared terms.
 
-A short symbol is a SymPy symbol whose name is its LaTeX; braces keep it apart from any parameter.
-Its meaning in coordinates and parameters is stored in :attr:`Notation.meanings`, from which the
-symbol table is printed and printed equations are checked.
+A short symbol is a SymPy symbol with its LaTeX as name; braces distinguish it from parameters.
+:attr:`Notation.meanings` contains its meaning in coordinates and parameters, for the symbol table
+and for tests of printed equations.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,18 +17,18 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Position of a factor in a product: its class, then its rank in the class."""
+"""Position of a factor in a product: class, then rank in the class."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MOST_PARTS = 12
-"""Most named numbers in a number that is printed by its parts."""
+"""Maximum number of named numbers in a number that is printed by its parts."""
 MOST_WRITTEN = 200
 """Most symbols and numbers in a constant that is written in parameters alone."""
 COMMAS_FROM = 10
-"""Number of coordinates from which on commas separate the indices of a sum."""
+"""Number of coordinates from which commas separate the indices of a sum."""
 LONG_RUN = 3
-"""Number of consecutive indices from which on a range replaces them."""
+"""Minimum number of consecutive indices that a range replaces."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -38,7 +38,7 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""Letters of each kind of symbol in order of preference; letters of parameters are left out."""
+"""Letters of each kind of symbol in order of preference, without letters of parameters."""
 
 
 class Notation:
@@ -47,20 +47,21 @@ class Notation:
     Attributes:
         terms: The derivation's terms and constants.
         q: The coordinates.
-        called: LaTeX of the coordinates, where it is not q_1 and so on; else empty.
+        called: LaTeX of the coordinates if different from q_1 and so on, else empty.
         tex: LaTeX of coordinates, parameters and short symbols.
-        order: Position of each of them in a product.
-        meanings: Each short symbol in coordinates and parameters; of a long constant in earlier
-            short symbols.
-        angles: The angles of cosines and sines, with their accent and index, in order of first use.
+        order: Position of each of these symbols in a product.
+        meanings: Each short symbol in coordinates and parameters; a long constant in earlier short
+            symbols.
+        angles: The angles of cosines and sines, with accent and index, in order of first use.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees bring roots of 3, beside which 1/2 is a fraction.
+        halves: Whether angles of 30 or 60 degrees cause roots of 3; then 1/2 is printed as a
+            fraction.
     """
 
     def __init__(
         self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
     ) -> None:
-        """Begins the notation of a chain with its coordinates and parameters."""
+        """Starts the notation of a chain with its coordinates and parameters."""
         self.terms, self.q = terms, tuple(q)
         self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
@@ -83,7 +84,7 @@ class Notation:
         self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """The short symbol, or its negative, of the cosine or sine of a sum of coordinates."""
+        """Returns the short symbol, or its negative, of a coordinate sum's cosine or sine."""
         (angle,) = expression.args
         angle = sp.expand(self.expanded(angle))
         lead = next((q for q in self.q if angle.has(q)), None)
@@ -100,9 +101,9 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """An expression without coordinates as it is printed, in full where short, else named.
+        """Returns the printed form of a coordinate-free expression, in full if short, else named.
 
-        Numbers of equal value have one name in every form.
+        Numbers of equal value share one name.
         """
         if is_long_number(self.terms, expression):
             return self._numeric(self.terms.value(expression))
@@ -117,7 +118,7 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """A constant expression with short symbols for its functions and products of numbers."""
+        """Returns a constant expression with short symbols for functions and numeric products."""
         return self._shortened(reduced(expression))
 
     def _shortened(self, expression: sp.Expr) -> sp.Expr:
@@ -134,7 +135,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """An expression in coordinates and parameters, without named terms."""
+        """Returns an expression in coordinates and parameters, without named terms."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -145,7 +146,7 @@ class Notation:
         return expression.xreplace(known)
 
     def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """The value of each short symbol of a constant, at the parameters' defaults."""
+        """Returns the value of each constant's short symbol, at default parameters."""
         found: dict[sp.Symbol, sp.Expr] = {}
         for symbol, meaning in self.meanings.items():
             if self.order[symbol][0] in (CONSTANT, CONSTANT_TRIGONOMETRY):
@@ -153,19 +154,19 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """The next shared term; the caller keeps its definition."""
+        """Returns the next shared term; the caller stores its definition."""
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
         return self.symbol(tex, (TERM, (self._terms,)))
 
     def geometric(self) -> sp.Symbol:
-        """The next shared term of the screw axes."""
+        """Returns the next shared term of the screw axes."""
         self._geometric += 1
         tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
         return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Names of the entries of a pose (4, 4) in row-major order; None for its last row."""
+        """Returns the entry names of a pose (4, 4) in row-major order; None for its last row."""
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):
@@ -174,7 +175,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """A symbol with this LaTeX."""
+        """Returns a symbol with this LaTeX."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -182,7 +183,7 @@ class Notation:
         return symbol
 
     def _angle(self, angle: sp.Expr) -> tuple[str, str]:
-        """The accent, as a pattern for the letter, and the index of an angle's cosine and sine."""
+        """Returns the accent (a pattern for the letter) and the index for an angle's symbols."""
         if angle not in self.angles:
             index, plain = self._index(angle)
             used = sum(
@@ -219,7 +220,7 @@ class Notation:
         return self._named_sum(raw) if raw.is_Add else self.named(raw)
 
     def _named_sum(self, raw: sp.Expr) -> sp.Expr:
-        """A sum by its name, or as a multiple of a sum that has one."""
+        """Returns a sum by name, or as a multiple of a named sum."""
         content, primitive = raw.primitive()
         if primitive.could_extract_minus_sign():
             content, primitive = -content, -primitive
@@ -228,7 +229,7 @@ class Notation:
         return content * self._sums[primitive]
 
     def _by_parts(self, expression: sp.Expr) -> sp.Expr:
-        """A long constant by the name of a sum or product of named constants."""
+        """Returns a long constant, with a name for its sum or product of named constants."""
         sign, symbol = expression.as_coeff_Mul()
         if symbol not in self.terms.constants:
             return self.named(self._in_names(expression))
@@ -238,12 +239,12 @@ class Notation:
         return sign * self._constants[symbol]
 
     def _in_names(self, expression: sp.Expr) -> sp.Expr:
-        """A constant in the printed forms of the constants that it contains."""
+        """Returns a constant in the printed forms of its subexpressions."""
         parts = sorted(expression.free_symbols & self.terms.constants.keys(), key=numbered)
         return expression.xreplace({part: self.constant(part) for part in parts})
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
-        """A number by the name of its magnitude."""
+        """Returns a number by the name of its magnitude."""
         value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)
@@ -252,9 +253,9 @@ class Notation:
         return sign * self._constants[key]
 
     def named(self, raw: sp.Expr) -> sp.Symbol:
-        """The next named constant, for an expression in parameters and short symbols.
+        """Returns the next named constant, for an expression in parameters and short symbols.
 
-        Its meaning is in parameters; where that is long, it is in earlier short symbols.
+        Its meaning is in parameters, or in earlier short symbols if long.
         """
         parts = size(raw, self._sizes)
         if parts <= MOST_WRITTEN:
@@ -270,7 +271,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number is made of more than ``MOST_PARTS`` other numbers."""
+    """Whether a number consists of more than ``MOST_PARTS`` other numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()
@@ -284,17 +285,17 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant of parameters is too long to be written without names of its parts."""
+    """Whether a constant of parameters is too long without names for its parts."""
     return not terms.is_number(expression) and terms.size(expression) > MOST_WRITTEN
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """The order in which terms were numbered."""
+    """Sorts terms in numbering order."""
     return len(symbol.name), symbol.name
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:
-    """Indices of a sum, barred where subtracted; a long run is a range, ``1:14``."""
+    """Formats the indices of a sum, barred if subtracted; a long run is a range, ``1:14``."""
     shown: list[str] = []
     k = 0
     while k < len(indices):
@@ -311,7 +312,7 @@ def _joined(indices: Sequence[int], *, commas: bool) -> str:
 
 
 def is_surd(expression: sp.Expr) -> bool:
-    """Whether a number is a fraction, a multiple of a square root of one, or of pi."""
+    """Whether a number is a fraction, a multiple of a fraction's square root, or of pi."""
     coefficient, rest = expression.as_coeff_Mul()
     root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
     return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))
@@ -327,7 +328,7 @@ def _is_plain_sum(expression: sp.Expr) -> bool:
 
 
 def _letters(taken: set[str]) -> dict[str, str]:
-    """The letter of each kind of symbol; cosine and sine change together."""
+    """Returns the letter of each kind of symbol; cosine and sine change together."""
     pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
     free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
     letters = {"cos": free[0][0], "sin": free[0][1]}
@@ -349,7 +350,7 @@ def _has_thirds(robot: SerialRobot) -> bool:
 
 
 def _places(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
-    """Coordinates and parameters by the joint at which they first act: the order of the chain."""
+    """Orders coordinates and parameters by the joint at which they first act."""
     places: dict[sp.Symbol, tuple[object, ...]] = {}
     declared = [parameter.symbol for parameter in robot.parameters]
 

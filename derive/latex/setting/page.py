@@ -1,4 +1,4 @@
-"""A chain with everything that the fragments of its article print."""
+"""Collects everything that the article fragments of a chain print."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -21,20 +21,19 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
 @dataclass(frozen=True)
 class Page:
-    """A serial chain with everything that is printed of it.
+    """A serial chain with everything that its article prints.
 
-    Short symbols are numbered in the order of their first use. Everything that uses them is made
-    here at once, in the order of these attributes, so that no fragment depends on those that were
-    written before it.
+    Short symbols are numbered in order of first use. This class creates all their users at once, in
+    attribute order, so that no fragment depends on earlier fragments.
 
     Attributes:
         robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
-        links: The transforms between neighbouring frames in short symbols.
+        links: The transforms between adjacent frames in short symbols.
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
-        singular: Where the Jacobian loses rank, in short symbols.
-        geometry: The geometry as variables; None where there are no parametric functions.
+        singular: Where the Jacobian is rank deficient, in short symbols.
+        geometry: The geometry as variables; None without parametric functions.
     """
 
     robot: SerialRobot
@@ -53,15 +52,14 @@ class Page:
         coordinates: int | None = None,
         ways: Sequence[Way] = WAYS,
     ) -> "Page":
-        """The page of a serial robot.
+        """Returns the page of a serial robot.
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of its coordinates; without it, the names of its joints if they are
-                symbols, else q_1 and so on.
-            coordinates: The number of coordinates that move it, where it is the main chain of a
-                robot with loops.
-            ways: The ways to an inverse that the article may print.
+            called: LaTeX of its coordinates; by default its joint names if they are symbols, else
+                q_1 and so on.
+            coordinates: The number of coordinates that move a main chain of a robot with loops.
+            ways: The inverse methods that the article may print.
         """
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
@@ -78,11 +76,11 @@ class Page:
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 
     def tex(self, expression: sp.Expr) -> str:
-        """An expression on one line."""
+        """Formats an expression on one line."""
         return self.equations.printer.tex(expression)
 
     def words(self, text: str) -> str:
-        """A sentence in which the symbols of joints replace their names if these are symbols."""
+        """Formats a sentence; joint names that are symbols are replaced."""
         notation = self.equations.notation
         if not notation.called:
             return escape(text)
@@ -91,29 +89,29 @@ class Page:
 
     @property
     def pose(self) -> str:
-        """The name of the tool's pose in the base frame."""
+        """Returns the name of the tool's pose in the base frame."""
         frames = self.robot.base_frame, self.robot.tool_frame
         return transforms.transform(*map(frame, frames))
 
     def matrix(self, name: str, entries: sp.Matrix) -> Display:
-        """An equation ``name = matrix``."""
+        """Formats an equation ``name = matrix``."""
         return named_matrix(name, [[self.tex(entry) for entry in row] for row in entries.tolist()])
 
     def column(self, name: str, entries: Iterable[sp.Expr]) -> Display:
-        """An equation ``name = column vector``."""
+        """Formats an equation ``name = column vector``."""
         return named_matrix(name, [[self.tex(entry)] for entry in entries])
 
 
 def listed(formulas: Iterable[str]) -> str:
-    """Formulas in a sentence that may be broken between any two."""
+    """Lists formulas in a sentence, with possible breaks between them."""
     return ", ".join(f"${tex}$" for tex in formulas)
 
 
 def sentence(*blocks: str) -> str:
-    """Words and displays that read on as one paragraph."""
+    """Joins words and displays into one paragraph."""
     return "\n".join(block for block in blocks if block)
 
 
 def text(*paragraphs: str) -> str:
-    """A fragment: paragraphs with an empty line between."""
+    """Joins paragraphs into a fragment, with empty lines between."""
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph) + "\n"

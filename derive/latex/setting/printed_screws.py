@@ -1,8 +1,8 @@
-"""Screw axes and home pose in short symbols: exact where that is short, else in decimals.
+"""Converts screw axes and home pose to short symbols: exact if short, else decimal.
 
-The product of a chain of general angles has more terms with every joint. Numeric angles whose
-cosines and sines are no short roots become decimals of 40 digits before the product is formed;
-angles that are parameters give shared terms.
+With general angles, every joint adds terms to the product. Numeric angles without short roots as
+cosines and sines become decimals of 40 digits before multiplication. Angles that are parameters
+create shared terms.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from ...model.values import Values, to_digits
 from .notation import Notation, is_surd
 
 MOST_TILTS = 3
-"""Most constant angles, right angles aside, whose cosines and sines are kept as roots."""
+"""Maximum number of constant angles (except right angles) with cosines and sines as roots."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Terms that the entries share, each in those before it.
+        definitions: Shared terms of the entries, each in terms of earlier ones.
         S: Screw axes (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -37,14 +37,14 @@ class Screws:
 
 
 class _Decimal(Rotation):
-    """A turn by a decimal, which a description must not contain."""
+    """A rotation by a decimal angle, which a description must not contain."""
 
     def __post_init__(self) -> None:
-        """Keeps the decimal, which is no exact number."""
+        """Stores the decimal, which is not an exact number."""
 
 
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
-    """Screw axes and home pose in short symbols."""
+    """Returns screw axes and home pose in short symbols."""
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
     known: dict[sp.Symbol, sp.Expr] = {}
@@ -67,7 +67,7 @@ def _symbols() -> Iterator[sp.Symbol]:
 
 
 def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
-    """An expression in short symbols, with integers for the decimals that equal them."""
+    """Returns an expression in short symbols, with integers for equal decimals."""
     rounded = {}
     for number in expression.atoms(sp.Float):
         nearest = sp.Integer(round(number))
@@ -86,7 +86,7 @@ def _turns(robot: SerialRobot) -> list[Rotation]:
 
 
 def _with_decimals(robot: SerialRobot) -> SerialRobot:
-    """The robot with decimals for the angles whose cosines and sines are no short roots."""
+    """Returns the robot with decimals for angles without short roots as cosines and sines."""
     tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
     many = len(tilted) > MOST_TILTS
 

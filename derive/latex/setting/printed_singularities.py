@@ -1,4 +1,4 @@
-"""The singular configurations of an arm in short symbols, with words for each."""
+"""Converts the singular configurations of an arm to short symbols, with descriptions."""
 
 import math
 import re
@@ -17,20 +17,20 @@ from ...model.robot import SerialRobot
 from .notation import Notation
 
 MOST_ADDENDS = 12
-"""Most terms of a factor that is shown."""
+"""Maximum terms of a printed factor."""
 POSTURES = 4
-"""Singular postures that are shown where the factors are longer."""
+"""Number of singular configurations to print if the factors are longer."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Angles (degree) of the joints of the posture from which the first one is looked for, in turn."""
+"""Joint angles (degree) of the start for the first singular configuration, used cyclically."""
 
 
 @dataclass(frozen=True)
 class PrintedCondition:
-    """Factors that are 0 at once in singular configurations.
+    """Factors that vanish together in singular configurations.
 
     Attributes:
-        factors: In short symbols.
-        words: How the axes stand there; empty where no words fit.
+        factors: The factors in short symbols.
+        words: Description of the axes there; empty if no description fits.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -42,12 +42,12 @@ class PrintedSingularities:
     """The singular configurations of an arm.
 
     Attributes:
-        determinant: The constant of the determinant and its factors with their powers, where the
-            Jacobian is square and they are short.
+        determinant: The constant of the determinant, and its factors with powers, for a square
+            Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
-        postures: Singular postures (radian, metre), where there are no short conditions.
-        held: The coordinates that are held where the determinant is that of the other joints.
-        rank: The largest rank of the Jacobian, where it has full rank in no configuration.
+        postures: Singular configurations (radian, metre), if there are no short conditions.
+        held: The fixed coordinates if the determinant belongs to the other joints.
+        rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
 
@@ -62,19 +62,19 @@ class PrintedSingularities:
 def printed_singularities(
     robot: SerialRobot, notation: Notation, given: Sequence[int] = ()
 ) -> PrintedSingularities:
-    """The singular configurations of a robot, as conditions, or as postures found in numbers.
+    """Returns the singular configurations of a robot, as conditions or as numeric configurations.
 
     Args:
         robot: A serial robot.
         notation: Its short symbols.
-        given: Indices of the coordinates that the inverse is given: where the conditions of the
-            whole arm are long, those of the other joints are shown, too.
+        given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
+            arm are long, the conditions of the other joints are printed too.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and not all(minor.factors for minor in minors):
-        # A minor that is constant is zero nowhere.
+        # A constant minor never vanishes.
         return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
@@ -93,7 +93,7 @@ def printed_singularities(
 
 
 def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
-    """The determinant of the joints that move where the given ones are held."""
+    """Returns the determinant of the other joints with the fixed joints held."""
     if not given:
         return PrintedSingularities(None, ())
     still = {robot.moving[k].name for k in given}
@@ -116,11 +116,11 @@ def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> Print
 
 
 def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
-    """A condition whose words count the axes of the whole arm.
+    """Returns a condition with axis numbers of the complete arm.
 
     Args:
-        condition: Its words count the axes that are not held.
-        numbers: The number of each of these axes in the whole arm.
+        condition: A condition with axis numbers among the moving axes.
+        numbers: The number of each of these axes in the complete arm.
     """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)
     return replace(condition, words=counted)

@@ -1,4 +1,4 @@
-"""Named terms in printed symbols: by name where they have one, else written out."""
+"""Converts terms to printed symbols: by name if named, else in full."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,15 +11,15 @@ from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
 NARROW = 0.2 * LINE
-"""Greatest width of a constant that is written in its place (pt)."""
+"""Maximum width (pt) of a constant that is written in place."""
 BRACKET = 0.36 * LINE
-"""Greatest width of a sum that is written as a factor or squared (pt)."""
+"""Maximum width (pt) of a sum that is written as a factor or squared."""
 WRITTEN = 0.5 * LINE
-"""Greatest width of a sum that is written with all its constants (pt)."""
+"""Maximum width (pt) of a sum that is written with all its constants."""
 
 
 class PrintedTerms:
-    """The names that a solution gives to terms, and expressions in these names.
+    """The names of a solution's terms, and expressions in these names.
 
     Attributes:
         known: The printed symbol, or its negative, of each named term and coordinate; :meth:`call`
@@ -29,42 +29,42 @@ class PrintedTerms:
     def __init__(
         self, terms: Terms, notation: Notation, known: Mapping[sp.Symbol, sp.Expr]
     ) -> None:
-        """Begins with the names of the coordinates."""
+        """Starts with the names of the coordinates."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
         self._written: dict[sp.Symbol, sp.Expr] = {}
         self.printer = FractionPrinter.of(notation)
 
     def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
-        """Gives a term a printed symbol, or its negative, from now on."""
+        """Assigns a printed symbol, or its negative, to a term."""
         self.known[term] = shown
         self._written.clear()
 
     def tex(self, expression: sp.Expr) -> str:
-        """A printed expression in LaTeX."""
+        """Formats a printed expression in LaTeX."""
         return self.printer.tex(expression)
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """An expression of named terms in printed symbols."""
+        """Returns an expression of named terms in printed symbols."""
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # The cosine or sine of a moving angle is a term; only descriptions contain others.
+            # Cosines and sines of moving angles are terms; only descriptions contain others.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
-        """The definition of a term in printed symbols."""
+        """Returns the definition of a term in printed symbols."""
         definition = self.terms.definitions[term]
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """A sum of constants and lengths without a name, in printed symbols.
+        """Returns an unnamed sum of constants and lengths in printed symbols.
 
-        Where that would be long, each length has one constant as its factor.
+        If this is long, each length gets one constant as factor.
         """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number
@@ -72,7 +72,7 @@ class PrintedTerms:
         return written if width(self.tex(written)) <= WRITTEN else self._gathered(expression)
 
     def _gathered(self, expression: sp.Expr) -> sp.Expr:
-        """A sum with the constants of each product of moving lengths in one symbol."""
+        """Returns a sum with one constant symbol per product of moving lengths."""
         moving = {s for s in expression.free_symbols if not self.terms.is_constant(s)}
         factors: dict[sp.Expr, list[sp.Expr]] = {}
         for addend in sp.Add.make_args(sp.expand(expression)):
@@ -88,7 +88,7 @@ class PrintedTerms:
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:
-        """A printed expression with names for long sums in brackets, and the new names.
+        """Returns a printed expression with names for long bracketed sums, and the new names.
 
         Args:
             expression: In printed symbols.
@@ -112,14 +112,14 @@ class PrintedTerms:
         return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
-        """A sum of moving and constant angles in printed symbols."""
+        """Returns a sum of moving and constant angles in printed symbols."""
         moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
         constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
         shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant
         return shown + self.of(rest)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """A constant in full where that is short, else by name."""
+        """Returns a constant, in full if short, else by name."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
         if is_long(self.terms, expression):
@@ -134,7 +134,7 @@ class PrintedTerms:
         return self.notation.constant(raw)
 
     def _symbol(self, symbol: sp.Symbol) -> sp.Expr:
-        """The printed form of a symbol; terms share others, so that each is written once."""
+        """Returns the printed form of a symbol, cached because terms share symbols."""
         if symbol in self.known:
             return self.known[symbol]
         if symbol not in self._written:
@@ -150,7 +150,7 @@ class PrintedTerms:
         return self.meaning(symbol) if symbol in self.terms.definitions else symbol
 
     def _turned(self, symbol: sp.Symbol) -> sp.Expr | None:
-        """The cosine or sine of solved angles, once these have names."""
+        """Returns the cosine or sine of solved angles with names."""
         if symbol not in self.terms.turning:
             return None
         angle, _ = self.terms.turning[symbol]

@@ -1,6 +1,6 @@
-r"""Expressions as engineers write them: lengths first, indices ascending, no leading minus.
+r"""Prints expressions as engineers write them: lengths first, ascending indices, no leading minus.
 
-A sum is a list of signed terms in the order of the chain, so that long sums break between terms.
+A sum is a list of signed terms in chain order, so that long sums can break between terms.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,9 +16,9 @@ from .notation import ENTRY, LENGTH, OTHER, TERM, Notation, Order
 from .shorter import gathered
 
 SMALL = sp.Rational(1, 10**5)
-"""Magnitude below which a decimal is printed with a power of ten."""
+"""Decimals below this magnitude are printed with a power of ten."""
 _BINARY = (2, 4, 8)
-"""Denominators of fractions that are short decimals too."""
+"""Denominators of fractions that are also short decimals."""
 _EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
@@ -29,7 +29,7 @@ class Printer:
     Args:
         tex: LaTeX of each symbol.
         order: Position of each symbol in a product.
-        halves: Whether 1/2 and 3/4 are printed as fractions, as beside roots of 3, and not as
+        halves: Whether 1/2 and 3/4 are printed as fractions (next to roots of 3) instead of
             decimals.
     """
 
@@ -45,15 +45,15 @@ class Printer:
 
     @classmethod
     def of(cls, notation: Notation) -> Self:
-        """The printer of a notation's symbols."""
+        """Returns the printer for a notation's symbols."""
         return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
-        """An expression on one line."""
+        """Formats an expression on one line."""
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """The terms of a sum, each with its sign; a positive term, if there is one, is first."""
+        """Returns the terms of a sum with signs; a positive term, if any, is first."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -67,11 +67,11 @@ class Printer:
         return [head] + [("- " if negative else "+ ") + tex for negative, tex in signed[1:]]
 
     def _product(self, addend: sp.Expr) -> str:
-        """A term without its sign."""
+        """Formats a term without its sign."""
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
-        # A factor behind the argument of a cosine would read as a part of the argument.
+        # A factor after a cosine's argument would look like part of the argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)
@@ -110,7 +110,7 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """Terms with a length in the order of the chain, then those with brackets, then others."""
+        """Sorts terms: with lengths in chain order, then with brackets, then others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)
@@ -127,7 +127,7 @@ class Printer:
 
 
 def _ends_in_argument(factor: sp.Expr) -> bool:
-    """Whether a factor is printed as a function with its argument without brackets."""
+    """Whether a factor is printed as a function with an unbracketed argument."""
     base: sp.Expr = factor.base if factor.is_Pow else factor
     return base.func in _FUNCTIONS and bool(base.args[0].is_Symbol)
 
@@ -138,14 +138,14 @@ def _has_root(product: sp.Expr) -> bool:
 
 
 def _comparable(part: object) -> tuple[object, ...]:
-    """A part of a place, such that numbers, words and places in it are comparable."""
+    """Converts a component of a sort key so that numbers, words and nested keys are comparable."""
     if isinstance(part, tuple):
         return 2, tuple(map(_comparable, part))
     return (1 if isinstance(part, str) else 0), part
 
 
 class FractionPrinter(Printer):
-    """Prints quotients and halves as fractions, and functions of several arguments."""
+    """Prints quotients and halves as fractions, and functions with several arguments."""
 
     def _product(self, addend: sp.Expr) -> str:
         positive = -addend if _is_negative(addend) else addend
@@ -170,7 +170,7 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """An exact number: finite decimals, else fractions, roots and multiples of pi."""
+    """Formats an exact number: finite decimals, else fractions, roots and multiples of pi."""
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
@@ -186,7 +186,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_given(value: sp.Rational) -> bool:
-    """Whether a fraction has no more digits than files give, so that it is no computed number."""
+    """Whether a fraction has few digits, like values in files, unlike computed numbers."""
     places = decimal_places(value)
     digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
     return bool(digits < 10**GIVEN_DIGITS)
@@ -205,7 +205,7 @@ def _rational(value: sp.Rational) -> str:
 
 
 def decimal(value: sp.Expr) -> str:
-    """A number rounded to a few digits."""
+    """Formats a number rounded to a few digits."""
     if 0 < abs(value) < SMALL:
         return _with_power(decimal, value)
     text = _plain(value, PRINTED_DIGITS)
@@ -213,8 +213,8 @@ def decimal(value: sp.Expr) -> str:
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """The first digits of a number, and dots where digits are left out."""
-    # A sum of roots may be 0 without SymPy's knowledge; its digits would be none.
+    """Formats the first digits of a number, with dots for omitted digits."""
+    # SymPy may not recognize a zero sum of roots, which has no digits.
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:
@@ -232,7 +232,7 @@ def _with_power(show: Callable[[sp.Expr], str], value: sp.Expr) -> str:
 
 
 def _plain(value: sp.Expr, digits: int) -> str:
-    """A number to so many digits, without an exponent."""
+    """Formats a number with a number of digits, without an exponent."""
     return format(Decimal(str(sp.N(value, digits))), "f")
 
 

@@ -1,4 +1,4 @@
-r"""Displays of screw axes and home pose, whose entries are exact, decimals or names as they fit."""
+r"""Sets displays of screw axes and home pose with exact, decimal or named entries."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from .sharing import BRACKET, PrintedEquations
 from .widths import LINE, width
 
 WIDEST = 0.4 * LINE
-"""Widest entry of a constant matrix (pt): a wider number is a decimal, a wider sum gets a name."""
+"""Maximum width (pt) of a constant entry: wider numbers become decimals, wider sums get a name."""
 
 
 @dataclass(frozen=True)
 class ScrewDisplays:
-    """The product of exponentials of a robot, ready to be set.
+    """The product of exponentials of a robot, ready for typesetting.
 
     Attributes:
-        terms: Terms that the entries share, each in those before it.
+        terms: Shared terms of the entries, each in terms of earlier ones.
         columns: One display for each screw axis.
         home: The home pose.
-        named: Entries that are too wide for the home pose or an axis, by their names there.
+        named: Entries that are too wide for the home pose or an axis, by name.
     """
 
     terms: tuple[Equation, ...]
@@ -36,7 +36,7 @@ class ScrewDisplays:
 
 
 def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisplays:
-    """Screw axes and home pose of a robot in the short symbols of its equations."""
+    """Returns screw axes and home pose of a robot in the short symbols of its equations."""
     found = printed_screws(robot, equations.notation)
     constants = _Constants(equations)
     columns = tuple(constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1]))
@@ -47,15 +47,15 @@ def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisp
 
 
 def home_name(robot: SerialRobot) -> str:
-    """The name of the home pose of the tool in the base frame."""
+    """Returns the name of the tool's home pose in the base frame."""
     return rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
 
 
 class _Constants:
-    """Constant vectors and matrices; an entry that is too wide for them gets a name.
+    """Sets constant vectors and matrices; too wide entries get a name.
 
     Attributes:
-        named: The names, and the terms of the entries that they stand for.
+        named: The names with the terms of their entries.
     """
 
     def __init__(self, equations: PrintedEquations) -> None:
@@ -63,13 +63,13 @@ class _Constants:
         self.named: list[Equation] = []
 
     def screw(self, number: int, entries: Iterable[sp.Expr]) -> Display:
-        """A screw as a column."""
+        """Formats a screw as a column."""
         names = [rf"{part}_{{{number},{axis}}}" for part in ("v", r"\omega") for axis in "xyz"]
         rows = [[self._entry(*pair, WIDEST)] for pair in zip(names, entries, strict=True)]
         return named_matrix(rf"\mathcal{{S}}_{{{number}}}", rows)
 
     def pose(self, name: str, M: sp.Matrix) -> Display:
-        """A pose as a matrix."""
+        """Formats a pose as a matrix."""
         exact = named_matrix(name, [[self.printer.tex(e) for e in row] for row in M.tolist()])
         if exact.width <= LINE - MARGIN:
             return exact
@@ -82,7 +82,7 @@ class _Constants:
         return named_matrix(name, rows)
 
     def _entry(self, name: str, entry: sp.Expr, room: float) -> str:
-        """An entry that fits, exact or as a decimal; else its name, to be explained."""
+        """Returns a fitting entry, exact or decimal; else its name."""
         exact = self.printer.tex(entry)
         if width(exact) <= room:
             return exact
@@ -99,7 +99,7 @@ class _Constants:
         return self.printer.terms(self._bracketed(entry))
 
     def _bracketed(self, entry: sp.Expr) -> sp.Expr:
-        """A sum with the brackets in its terms named where they are too wide."""
+        """Returns a sum with names for too wide brackets."""
         addends = []
         for addend in sp.Add.make_args(entry):
             factors = [

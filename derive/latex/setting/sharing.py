@@ -1,9 +1,9 @@
-"""Printed functions as SymPy objects: shared terms in the order of their definition, then entries.
+"""Converts functions to printed SymPy objects: shared terms in definition order, then entries.
 
-A derivation names every intermediate result. The print has fewer names: products are written out, a
-sum that occurs once is written in its place, and a sum that occurs more often, or is too long for a
-bracket, is a shared term. The functions of a robot share these terms: the Jacobians add to those of
-the forward kinematics.
+A derivation names every intermediate result. Printed equations have fewer names: products and sums
+with one occurrence are written in place. A sum that occurs repeatedly, or is too long for a
+bracket, becomes a shared term. A robot's functions share these terms: the Jacobians extend the
+terms of forward kinematics.
 """
 
 from collections import Counter
@@ -22,15 +22,15 @@ from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
 PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
-"""The functions that are printed."""
+"""The printed functions."""
 BRACKET = 0.36 * LINE
-"""Greatest width of a sum that is written as a factor in brackets (pt)."""
+"""Maximum width (pt) of a bracketed sum that is written as a factor."""
 DEEPEST = 2
-"""Most brackets inside each other."""
+"""Maximum depth of nested brackets."""
 ENTRY = 0.4 * LINE
-"""Greatest width of an entry of a Jacobian (pt)."""
+"""Maximum width (pt) of a Jacobian entry."""
 MOST_FACTORS = 5
-"""Most factors of a product that is written out wherever it occurs."""
+"""Maximum factors of a product that is always written in full."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Printed:
     """One function in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines, each in earlier terms.
+        definitions: Shared terms that no earlier function defines, each in terms of earlier ones.
         entries: The function's entries in row-major order.
-        names: The name of each entry; None where the entry needs no name.
+        names: The name of each entry; None for an entry without a name.
     """
 
     definitions: tuple[Definition, ...]
@@ -50,7 +50,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot, in the order of printing, and the first as derived."""
+    """The printed functions of a robot in printing order, and the first function as derived."""
 
     notation: Notation
     printer: Printer
@@ -61,13 +61,13 @@ class PrintedEquations:
 
 
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
-    """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
+    """Returns forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
-    Where the derivation lacks one of these functions, all of them are derived for the page.
+    If the derivation lacks one of these functions, all of them are derived for the page.
 
     Args:
         derivation: A serial robot with its functions.
-        called: LaTeX of the coordinates; q_1 and so on where it is empty.
+        called: LaTeX of the coordinates; if empty, q_1 and so on.
     """
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
@@ -88,7 +88,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
 
 
 class _Sharing:
-    """Decides, function by function, which terms get a name.
+    """Decides for each function which terms get a name.
 
     Attributes:
         known: The printed symbol, or its negative, of each named term.
@@ -102,7 +102,7 @@ class _Sharing:
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
-        """One function; later functions may use the names of its entries."""
+        """Converts one function; later functions may use the names of its entries."""
         self.inlined: dict[sp.Symbol, sp.Expr] = {}
         self.definitions: list[Definition] = []
         open_terms = self._open(entries)
@@ -117,13 +117,13 @@ class _Sharing:
         return Printed(tuple(self.definitions), tuple(shown), tuple(names))
 
     def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-        """The unnamed terms on which entries depend, in the order of their definition."""
+        """Returns the unnamed terms that entries depend on, in definition order."""
         return open_terms(self.terms, self.known, entries, self.terms.definitions.__getitem__)
 
     def _nameable(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> set[sp.Symbol]:
-        """Sums that occur only as entries, so that the entry's name is theirs."""
+        """Returns sums that occur only as entries and share the entry's name."""
         inside = {
             symbol for term in open_terms for symbol in self.terms.definitions[term].free_symbols
         }
@@ -137,7 +137,7 @@ class _Sharing:
     def _uses(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> Counter[sp.Symbol]:
-        """The number of occurrences of each term where products are written out."""
+        """Counts the occurrences of each term with products written in full."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(open_terms):
             expression = self.terms.definitions[term]
@@ -148,7 +148,7 @@ class _Sharing:
         return uses
 
     def _settle(self, term: sp.Symbol, uses: int) -> None:
-        """Gives a term its name, or stores its value to be written out."""
+        """Names a term, or stores its full form."""
         expression = self.terms.definitions[term]
         if is_trigonometric(expression):
             self.known[term] = self.notation.trigonometric(expression)
@@ -161,7 +161,7 @@ class _Sharing:
             self.inlined[term] = value
 
     def _value(self, expression: sp.Expr) -> sp.Expr:
-        """An expression of named terms in printed symbols."""
+        """Returns an expression of named terms in printed symbols."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -170,7 +170,7 @@ class _Sharing:
                 if value is not None and (factor.is_Pow or len(factors) > 1):
                     self._fit_in_brackets(base, value)
         known = {}
-        # Naming a constant numbers it, so that the order must not depend on a set.
+        # Naming numbers a constant, so the order must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -183,7 +183,7 @@ class _Sharing:
             self._name(term, value)
 
     def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Makes a value the next shared term, with the sign of its first printed term."""
+        """Defines the next shared term, with the sign of its first printed term."""
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
         self.definitions.append((name, sign * value))
@@ -195,7 +195,7 @@ class _Sharing:
         names: Sequence[sp.Symbol | None],
         own: set[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Values of entries; a sum that is an entry has the entry's name from then on."""
+        """Returns the entry values; a sum that is an entry has the entry's name from then on."""
         shown = []
         for entry, name in zip(entries, names, strict=True):
             shown.append(self._value(entry))
@@ -226,14 +226,14 @@ def open_terms(
     entries: Iterable[sp.Expr],
     definition: Callable[[sp.Symbol], sp.Expr],
 ) -> list[sp.Symbol]:
-    """The terms without a printed name on which entries depend, in the order of their definition.
+    """Returns the terms without a printed name that entries depend on, in definition order.
 
     Args:
         terms: The terms.
-        known: The terms that have a printed name.
+        known: The terms with a printed name.
         entries: Expressions in terms.
-        definition: The definition of a term as it is printed. Cosines and sines have names of their
-            own, so that the terms behind them are not looked for.
+        definition: The printed definition of a term. Cosines and sines have separate names, so the
+            search does not enter them.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]
@@ -252,7 +252,7 @@ def is_trigonometric(expression: sp.Expr) -> bool:
 
 
 def depth(expression: sp.Expr) -> int:
-    """The depth of nested brackets in a printed expression."""
+    """Returns the depth of nested brackets in a printed expression."""
     if expression.is_Add:
         return max(depth(addend) for addend in expression.args)
     return max((1 + depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)

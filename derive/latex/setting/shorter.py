@@ -1,4 +1,4 @@
-"""Equal forms of expressions that are shorter to read: sums multiplied out, factors in front."""
+"""Finds shorter forms of expressions: expanded sums, factors in front."""
 
 import sympy as sp
 from sympy.simplify.fu import TR10i
@@ -6,13 +6,13 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MOST_MULTIPLIED = 60
-"""Most addends of a product of sums that is multiplied out to see whether it becomes shorter."""
+"""Maximum addends of a product of sums that is expanded on trial."""
 MOST_GATHERED = 4
-"""Most terms of a sum whose common root is written in front of it; a longer sum breaks lines."""
+"""Maximum terms of a sum with its common root in front; longer sums must break across lines."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
-    """A constant of parameters, multiplied out and its angles added where that makes it shorter."""
+    """Shortens a constant of parameters by expansion and angle addition, if possible."""
     if constant.is_Atom or addends(constant) > MOST_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
@@ -22,7 +22,7 @@ def reduced(constant: sp.Expr) -> sp.Expr:
 
 
 def gathered(expression: sp.Expr) -> sp.Expr:
-    """An expression with the root that all terms of a short sum have in front of the sum."""
+    """Moves a common root of all terms in front of a short sum."""
     if not any(power.base.is_Rational for power in expression.atoms(sp.Pow)):
         return expression
     if expression.is_Mul:
@@ -38,5 +38,5 @@ def gathered(expression: sp.Expr) -> sp.Expr:
 
 
 def _number(term: sp.Expr) -> sp.Expr:
-    """The factor of a term that is a number."""
+    """Returns the numeric factor of a term."""
     return sp.Mul(*(factor for factor in sp.Mul.make_args(term) if factor.is_number))

@@ -1,4 +1,4 @@
-"""Link transforms: the placements of a joint and its motion as factors and as a matrix."""
+"""Prints link transforms: the placements of a joint and its motion, as factors and as a matrix."""
 
 from collections.abc import Sequence
 
@@ -14,10 +14,10 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
 def labels(robot: SerialRobot) -> list[str]:
-    """Indices of the frames from the base to the tool: base, links, tool where they differ.
+    """Returns the indices of the frames: base, links, and tool if different.
 
-    Frame 0 is the first frame of the chain. It is the base frame where the robot has no base
-    placement; the last link's frame is the tool frame where the robot has no tool placement.
+    Frame 0 is the first frame of the chain. Without a base placement, it is the base frame. Without
+    a tool placement, the last link's frame is the tool frame.
     """
     base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
     first = first_number(robot)
@@ -31,19 +31,19 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """The number of the first joint: 0 for a fixed joint before moving joints alone, else 1."""
+    """Returns the first joint's index: 0 for a fixed joint before only moving joints, else 1."""
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1
 
 
 def transform(start: str, end: str) -> str:
-    """The name of the pose of one frame in another."""
+    """Returns the name of the pose of one frame in another."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 
 def motions(joint: Joint, value: sp.Expr) -> Placement:
-    """The pose of a joint's link in the link before it, at a value of the joint."""
+    """Returns the pose of a joint's link in its parent link, at a joint value."""
     motion: Placement = ()
     if joint.kind in ("revolute", "helical"):
         motion += (Rotation("z", value),)
@@ -54,7 +54,7 @@ def motions(joint: Joint, value: sp.Expr) -> Placement:
 
 
 def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
-    """Poses between neighbours among the frames of :func:`labels`, at coordinates q."""
+    """Returns the poses between adjacent frames of :func:`labels`, at coordinates q."""
     found = [robot.base] if robot.base else []
     values = iter(robot.joint_values(q))
     for joint in robot.joints:
@@ -65,7 +65,7 @@ def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
 
 
 def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
-    """A placement as a matrix (4, 4), with the short symbols of cosines and sines."""
+    """Returns a placement as a matrix (4, 4), with short symbols for cosines and sines."""
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
@@ -73,12 +73,12 @@ def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
 
 
 def factors(placement: Placement, printer: Printer) -> list[str]:
-    """A placement as elementary motions in LaTeX."""
+    """Formats a placement as elementary motions in LaTeX."""
     return [_factor(motion, printer) for motion in placement]
 
 
 def symbolic_factors(transform: Placement) -> list[str]:
-    """A convention's link transform as elementary motions in LaTeX, in the names of its fields."""
+    """Formats a convention's link transform as elementary motions, in its field names."""
     used = symbols_of(transform)
     return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
@@ -93,7 +93,7 @@ def _factor(motion: Rotation | Translation, printer: Printer) -> str:
 
 
 def _merged(placement: Placement) -> Placement:
-    """A placement with turns about one axis merged, also across shifts along that axis."""
+    """Merges rotations about one axis in a placement, also across translations along that axis."""
     merged: list[Rotation | Translation] = []
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -109,7 +109,7 @@ def _merged(placement: Placement) -> Placement:
 
 
 def turned_back(placement: Placement) -> Placement:
-    """A placement without quarter turns that only turn a shift: R(a) T R(b) is R(a + b) T'."""
+    """Removes quarter turns that only rotate a translation: R(a) T R(b) becomes R(a + b) T'."""
     motions = list(placement)
     k = 0
     while k + 2 < len(motions):
@@ -127,7 +127,7 @@ def turned_back(placement: Placement) -> Placement:
 
 
 def _shift_seen_from(turn: Rotation, shift: Translation) -> Translation:
-    """A shift in the axes of a frame that is turned."""
+    """Returns a translation in the axes of a rotated frame."""
     j, k = PLANES[turn.axis]
     c, s = sp.cos(turn.angle), sp.sin(turn.angle)
     vector = list(shift.vector)
@@ -152,7 +152,7 @@ def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
 
 
 def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
-    """A cosine or sine, or the signed function into which SymPy turns it, in short symbols."""
+    """Returns a cosine or sine, or SymPy's equivalent signed function, in short symbols."""
     sign, function = value.as_coeff_Mul()
     if function.func in (sp.cos, sp.sin):
         return sign * notation.trigonometric(function)

@@ -1,7 +1,7 @@
-r"""Estimated width of a formula, accurate enough to break lines before they leave the page.
+r"""Estimates the width of a formula, accurately enough for line breaks.
 
-The widths are those of Computer Modern at 10 pt. A line of the article class is 345 pt; classes
-with a wider column hold the same lines.
+The widths are for Computer Modern at 10 pt. A line of the article class is 345 pt; the lines also
+fit classes with a wider column.
 """
 
 import re
@@ -10,7 +10,7 @@ from string import ascii_lowercase, ascii_uppercase
 LINE = 345.0
 """Width of a line (pt)."""
 SCRIPT = 0.72
-"""Size of an index beside its letter."""
+"""Size of an index relative to its letter."""
 _LOWER = "5.3 4.3 4.4 5.6 4.7 4.9 5.0 5.8 3.4 4.1 5.3 3.0 8.8 6.0 5.0 5.6 5.3 4.6 4.7 3.9 5.7 5.3 7.2 5.7 5.3 4.7"  # noqa: E501
 _UPPER = "7.5 7.6 7.2 8.3 7.4 6.5 7.9 8.9 4.7 6.1 8.8 6.8 10.8 8.9 7.8 7.2 7.9 7.7 6.4 7.2 7.5 7.5 10.8 8.5 7.5 7.2"  # noqa: E501
 _LETTERS = {
@@ -20,7 +20,7 @@ _LETTERS = {
 }
 _SIGNS = {"+": 12.3, "-": 12.3, "=": 13.4, ",": 4.5, ".": 2.8, " ": 0.0, "(": 3.9, ")": 3.9}
 _MINUS = 7.8
-"""Width of the minus sign of a first term; between terms it has space around it."""
+"""Width of a leading minus sign; between terms, a minus sign has space around it."""
 _OTHER = 5.2
 _COMMANDS = {
     "quad": 10.0, "qquad": 20.0, "cos": 17.3, "sin": 15.7, "tan": 17.7, "arctan": 31.0,
@@ -35,7 +35,7 @@ _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
 
 
 def width(tex: str) -> float:
-    """Estimated width of a formula on one line (pt)."""
+    """Estimates the width of a formula on one line (pt)."""
     return _Measure(_TOKEN.findall(tex)).group(1.0)
 
 
@@ -46,7 +46,7 @@ class _Measure:
         self.tokens, self.position = tokens, 0
 
     def group(self, scale: float) -> float:
-        """Everything up to the brace that closes the group."""
+        """Returns everything up to the closing brace of the group."""
         total = 0.0
         while self.position < len(self.tokens) and self.tokens[self.position] != "}":
             total += self._item(scale)
