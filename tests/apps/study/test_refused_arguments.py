@@ -95,13 +95,13 @@ REFUSED = {
     "Motion of ur5e: q_seed: expected finite": lambda: Motion(
         ROBOT, line(T_0, T_1), time_scaling("cubic", 0.1, duration=1), Q * NAN
     ),
-    "rate_limits: expected a finite value above 0, got 0": lambda: time_optimal(
+    "rate_limits: expected values above 0, got 0": lambda: time_optimal(
         moving(), rate_limits=0, acceleration_limits=1
     ),
-    "rate_limits: expected a finite value above 0, got -1": lambda: limit_violations(
+    "rate_limits: expected values above 0, got -1": lambda: limit_violations(
         ROBOT, moving().sample(10), rate_limits=-1
     ),
-    "acceleration_limits: expected a finite value above 0, got nan": lambda: limit_violations(
+    "acceleration_limits: expected values above 0, got nan": lambda: limit_violations(
         ROBOT, moving().sample(10), acceleration_limits=NAN
     ),
     "time_optimal: acceleration_limits: expected finite": lambda: time_optimal(
