@@ -92,18 +92,18 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
 
 def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArray, ...]:
     """Return polylines through the zeros."""
-    neighbours: dict[int, list[int]] = {}
+    neighbors: dict[int, list[int]] = {}
     for one, other in pairs:
         if np.isfinite(points[[one, other]]).all():
-            neighbours.setdefault(one, []).append(other)
-            neighbours.setdefault(other, []).append(one)
+            neighbors.setdefault(one, []).append(other)
+            neighbors.setdefault(other, []).append(one)
     curves = []
     # Open curves first, from one of their ends.
-    for start in sorted(neighbours, key=lambda n: (len(neighbours[n]), n)):
+    for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         way = [start]
-        while neighbours[way[-1]]:
-            following = neighbours[way[-1]].pop()
-            neighbours[following].remove(way[-1])
+        while neighbors[way[-1]]:
+            following = neighbors[way[-1]].pop()
+            neighbors[following].remove(way[-1])
             way.append(following)
         if len(way) > 1:
             curves.append(points[way])
