@@ -1,4 +1,4 @@
-/* The solution of small symmetric linear systems, in place and without square roots. */
+/* Solution of small symmetric linear systems, in place and without square roots. */
 #ifndef CHASLES_LINEAR_SOLVE_H
 #define CHASLES_LINEAR_SOLVE_H
 
@@ -29,9 +29,9 @@ static inline __attribute__((always_inline)) void solve_of_size(double *A, int m
     }
 }
 
-/* Replaces b by the solution of A x = b, for the leading (m, m) block of A, whose rows are `stride`
- * apart. A is symmetric and positive semidefinite up to rounding; its lower half is read and
- * destroyed. The usual sizes have loops of constant length, which the compiler unrolls. */
+/* Replaces b by the solution of A x = b, for the leading (m, m) block of A with the row stride
+ * `stride`. A is symmetric and positive semidefinite up to rounding; its lower half is overwritten.
+ * The compiler unrolls the loops for the usual sizes. */
 static inline void solve_symmetric(double *A, int m, int stride, double *b)
 {
     if (m == 6 && stride == 6) {

@@ -1,4 +1,4 @@
-/* Logarithms of rotations and rigid displacements: the motion that leads from one pose to another.
+/* Logarithms of rotations and rigid displacements between two poses.
  *
  *   rotation_vector_between   axis times angle
  *   displacement_between      difference of the origins, and the rotation vector
@@ -20,8 +20,7 @@ typedef struct {
     double angle, sine, cosine; /* angle in [0, pi] */
 } RotationAngle;
 
-/* Writes the rotation vector of R_B R_A^T, in base axes: the shortest rotation from pose A to pose
- * B. NaN in either pose gives NaN. */
+/* Writes the rotation vector of R_B R_A^T, in base axes. NaN in either pose results in NaN. */
 static inline RotationAngle rotation_vector_between(const double *A, const double *B, double *omega)
 {
     double R[3][3];
@@ -35,8 +34,8 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
-        /* Near a half turn the sine, and with it w, loses all digits. Beyond a quarter turn the
-         * axis is therefore taken from the longest column of the symmetric part. */
+        /* Near pi the sine and w lose all digits. Therefore, beyond pi / 2 the axis is the longest
+         * column of the symmetric part. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
         double a[3], length = 0, side = 0;
@@ -54,8 +53,7 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     return (RotationAngle){angle, sine, cosine};
 }
 
-/* Writes (p, omega): the vector from the origin of A to that of B, and the rotation vector from A
- * to B, both in base axes. */
+/* Writes (p, omega) from A to B: origin difference and rotation vector, both in base axes. */
 static inline RotationAngle displacement_between(const double *A, const double *B, double *out)
 {
     for (int i = 0; i < 3; i++) {
@@ -78,7 +76,7 @@ static inline void twist_between(const double *A, const double *B, double *twist
     double wp[3], wwp[3];
     const double *w = twist + 3;
     RotationAngle turn = displacement_between(A, B, twist);
-    /* The cotangent of half the angle; the other quotient is 0 / 0 at a half turn. */
+    /* The cotangent of half the angle; the second quotient is 0 / 0 at pi. */
     double cotangent =
         turn.cosine < 0 ? turn.sine / (1 - turn.cosine) : (1 + turn.cosine) / turn.sine;
     double k = logarithm_coefficient(turn.angle, turn.angle * cotangent / 2);

@@ -1,9 +1,8 @@
-/* Orthogonal rows of a small matrix by plane rotations: Hestenes's one-sided Jacobi method.
+/* Orthogonalization of matrix rows by plane rotations: Hestenes's one-sided Jacobi method.
  *
- * Once its rows are orthogonal, a matrix W is a product Y^T diag(s) V: each row is a singular value
- * times a unit vector, and Y, which began as the identity, holds the rotations. Small singular
- * values come out with as many digits as large ones, and rows that are nearly orthogonal to begin
- * with need few rotations.
+ * After the rotations, the matrix is Y^T diag(s) V: each row is a singular value times a unit
+ * vector, and Y, initially the identity, accumulates the rotations. Small singular values have the
+ * same relative accuracy as large ones. Nearly orthogonal rows need few rotations.
  *
  * Source: M. R. Hestenes, Inversion of matrices by biorthogonalization and related results, 1958.
  */
@@ -14,7 +13,7 @@
 
 #include "numerics/_vectors.h"
 
-#define MOST_SWEEPS 40 /* over all pairs of rows; 5 to 8 are usual, 2 where little has changed */
+#define MOST_SWEEPS 40 /* over all pairs of rows; usually 5 to 8, or 2 after small changes */
 
 /* Replaces rows a and b by c a - s b and s a + c b. */
 static inline void rotate_rows(double *restrict a, double *restrict b, int n, double c, double s)
@@ -26,13 +25,12 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
     }
 }
 
-/* Whether two rows with squares aa, bb and product ab count as orthogonal; `scale` is passed
- * through from the caller. The test must be true where an argument is NaN: else no sweep is the
- * last but the one that MOST_SWEEPS ends. */
+/* Tests whether two rows with squares aa, bb and product ab are orthogonal; `scale` comes from the
+ * caller. The test must be true for NaN, otherwise only MOST_SWEEPS ends the sweeps. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
-/* Rotates pairs of the p rows of W (p, m) until all are orthogonal, and the rows of Y (p, p), which
- * are `stride` apart, with them. */
+/* Rotates pairs of rows of W (p, m) until all are orthogonal, together with the rows of Y (p, p),
+ * whose row stride is `stride`. */
 static inline __attribute__((always_inline)) void orthogonalize_rows(double *W, int p, int m,
                                                                      double *Y, int stride,
                                                                      orthogonality_test *orthogonal,

@@ -1,8 +1,8 @@
-/* The rigid pose nearest to a matrix that rounding has moved off SE(3).
+/* Projection of rounded poses to SE(3).
  *
  * The nearest rotation in the Frobenius norm is the orthogonal factor U of the polar decomposition
- * R = U H. Newton's iteration without an inverse, R <- R - R (R^T R - 1) / 2, leads there: it
- * squares the distance, so a matrix that is off by 1e-5 takes two steps.
+ * R = U H. Newton's iteration without an inverse, R <- R - R (R^T R - 1) / 2, converges
+ * quadratically to U: a deviation of 1e-5 needs two steps.
  *
  * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck,
  * C. Bowie, An iterative algorithm for computing the best estimate of an orthogonal matrix, 1971.
@@ -17,14 +17,13 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-#define MOST_POLAR_STEPS 4 /* two are enough within NEARLY_RIGID, the others are never taken */
+#define MOST_POLAR_STEPS 4 /* two steps are sufficient within NEARLY_RIGID */
 
-/* What a matrix (4, 4) is: a rigid pose to rounding, near to one, or none. */
+/* Deviation class of a matrix (4, 4): rigid to rounding, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
 
-/* Writes R^T R - 1 of the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
- * distance of R from an orthogonal matrix, |R - U|^2 / 2 to first order: residuals use that norm.
- */
+/* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
+ * deviation of R, to first order |R - U|^2 / 2, in the norm of residuals. */
 static inline double off_orthogonal2(const double *T, double *product)
 {
     for (int i = 0; i < 3; i++) {
@@ -42,14 +41,14 @@ static inline double determinant(const double *T)
     return dot3(normal, T + 8);
 }
 
-/* Tests whether the last row is 0 0 0 1 to the tolerance, and the translation finite. */
+/* Tests whether the last row is 0 0 0 1 to the tolerance and the translation is finite. */
 static inline int has_pose_frame(const double *T, double tolerance)
 {
     return fabs(T[12]) <= tolerance && fabs(T[13]) <= tolerance && fabs(T[14]) <= tolerance &&
            fabs(T[15] - 1) <= tolerance && (T[3] + T[7] + T[11]) * 0 == 0;
 }
 
-/* Judges a matrix; NOT_RIGID also where it is not finite. */
+/* Returns the deviation class of a matrix; NOT_RIGID if it is not finite. */
 static inline Rigidity rigidity(const double *T)
 {
     double product[6], off2 = off_orthogonal2(T, product);
@@ -61,14 +60,14 @@ static inline Rigidity rigidity(const double *T)
     return exact ? RIGID : NEAR_RIGID;
 }
 
-/* Tests whether a number is a multiple of a unit, as rounding leaves it. */
+/* Tests whether a number is a multiple of a decimal unit, up to rounding. */
 static inline int is_in_units(double number, double per_unit)
 {
     double parts = number * per_unit;
     return fabs(parts - rint(parts)) <= ROUNDED_NUMBER;
 }
 
-/* Tests whether the nine numbers of a rotation are multiples of a unit. */
+/* Tests whether the nine entries of a rotation are multiples of a decimal unit. */
 static inline int in_units(const double *T, double per_unit)
 {
     for (int k = 0; k < 12; k++) {
@@ -79,7 +78,7 @@ static inline int in_units(const double *T, double per_unit)
     return 1;
 }
 
-/* Tests whether the three numbers of a translation are multiples of a unit. */
+/* Tests whether the three entries of a translation are multiples of a decimal unit. */
 static inline int is_placed_in_units(const double *T, double per_unit)
 {
     return is_in_units(T[3], per_unit) && is_in_units(T[7], per_unit) &&
@@ -91,7 +90,7 @@ static inline int is_of_single_precision(double number)
     return (double)(float)number == number;
 }
 
-/* Tests whether the nine numbers of a rotation are of single precision. */
+/* Tests whether the nine entries of a rotation are single-precision numbers. */
 static inline int is_single(const double *T)
 {
     for (int k = 0; k < 12; k++) {
@@ -102,10 +101,9 @@ static inline int is_single(const double *T)
     return 1;
 }
 
-/* How far rounding can have moved each number of a rotation that is NEAR_RIGID: half a unit of the
- * last of up to nine decimals that all have, or of single precision; 0 where the numbers are finer.
- * A planar rotation may be nearly rigid by chance though its numbers are coarse.
- */
+/* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of their
+ * last decimal (at most nine), or of single precision; 0 for finer entries. The deviation alone
+ * would not suffice, as a planar rotation with coarse entries may be nearly rigid by chance. */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));
@@ -119,7 +117,7 @@ static inline double coarseness(const double *T)
     return off <= ROUNDED_OFF * half && is_single(T) ? half : 0;
 }
 
-/* The residual up to which a least error reaches a pose that is NEAR_RIGID. */
+/* Returns the maximum least-squares residual of a solution for a NEAR_RIGID pose. */
 static inline double reached_by_rounding(const double *T)
 {
     double product[6], off = fmax(sqrt(off_orthogonal2(T, product)), coarseness(T));
@@ -129,9 +127,8 @@ static inline double reached_by_rounding(const double *T)
     return ROUNDED * off;
 }
 
-/* The same for a pose that is RIGID, since rounding leaves a rotation by right angles as it is: by
- * the six to eight decimals of its translation, or by single precision; 0 where its numbers are
- * finer or have fewer decimals, as people write them. */
+/* Returns the same for an axis-aligned RIGID pose, from the six to eight decimals of its
+ * translation or from single precision; 0 for finer or for handwritten translations. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {
@@ -148,7 +145,7 @@ static inline double placed_by_rounding(const double *T)
     return single ? ROUNDED * FLT_EPSILON / 4 * size : 0;
 }
 
-/* Writes the rigid pose nearest to a matrix that is NEAR_RIGID. */
+/* Writes the rigid pose nearest to a NEAR_RIGID matrix. */
 static inline void nearest_rigid(const double *T, double *out)
 {
     static const double last_row[] = {0, 0, 0, 1};

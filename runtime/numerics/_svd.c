@@ -6,14 +6,14 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-/* Tests the cosine of the angle, apart from the rounding of the whole matrix. */
+/* Tests the cosine of the angle, up to the rounding error of the matrix. */
 static int has_right_angle(double aa, double bb, double ab, double total)
 {
     return !(fabs(ab) > SVD_ORTHOGONAL * (sqrt(aa * bb) + SVD_ORTHOGONAL * total));
 }
 
-/* Returns the axis, not removed, that has the longest part outside of the span of `count`
- * orthonormal vectors (stride m); -1 if there is none. *square: that length squared. */
+/* Returns the axis (not removed) with the longest component outside the span of `count` orthonormal
+ * vectors (stride m), else -1. *square: the squared length. */
 static int find_longest_axis(const double *others, int count, int m, const char *removed,
                              double *square)
 {
@@ -32,8 +32,8 @@ static int find_longest_axis(const double *others, int count, int m, const char 
     return best;
 }
 
-/* Writes a unit vector x (m,) orthogonal to `count` others (stride m) and zero in the removed
- * components; zero if there is none. */
+/* Writes a unit vector x (m,) orthogonal to `count` vectors (stride m), with zeros in the removed
+ * components; a zero vector if none exists. */
 static void complete_basis(double *x, const double *others, int count, int m, const char *removed)
 {
     double square;
@@ -43,7 +43,7 @@ static void complete_basis(double *x, const double *others, int count, int m, co
         return;
     }
     x[axis] = 1;
-    /* The second pass of Gram and Schmidt removes the rounding of the first. */
+    /* A second Gram-Schmidt pass removes rounding errors. */
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < count; i++) {
             double along = dot(x, others + i * m, m);
@@ -58,7 +58,7 @@ static void complete_basis(double *x, const double *others, int count, int m, co
     }
 }
 
-/* Writes the lengths of the p rows of W (p, m), and their order, the longest first. */
+/* Writes the lengths of the rows of W (p, m), and their order, the longest first. */
 static void sort_rows(const double *W, int p, int m, double *length, int *order)
 {
     for (int i = 0; i < p; i++) {
@@ -86,7 +86,7 @@ void svd_decompose(Svd *svd, const double *J, const char *removed)
     }
     orthogonalize_rows(W, p, m, Y[0], TWIST, has_right_angle, dot(W, W, p * m));
     sort_rows(W, p, m, length, order);
-    /* Rows of W are sigma times the vectors of J's longer side, rows of Y those of the other. */
+    /* Rows of W are sigma times v (u if n < 6); rows of Y are u (v if n < 6). */
     double sorted[TWIST * TWIST];
     double *longer = wide ? svd->v : sorted;
     svd->count = p;

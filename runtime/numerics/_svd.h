@@ -1,4 +1,4 @@
-/* The singular value decomposition of a Jacobian with six rows. */
+/* Singular value decomposition of a Jacobian with six rows. */
 #ifndef CHASLES_SVD_H
 #define CHASLES_SVD_H
 
@@ -14,8 +14,8 @@ typedef struct {
     double *work; /* (6, max(6, n)) */
 } Svd;
 
-/* Decomposes J (6, n). Columns k with removed[k] != 0 are read as zero, and the vectors v have no
- * component there. The memory of v and work belongs to the caller. */
+/* Decomposes J (6, n). Columns k with removed[k] != 0 count as zero, and so do these components of
+ * v. The caller owns the memory of v and work. */
 void svd_decompose(Svd *svd, const double *J, const char *removed);
 
 #endif

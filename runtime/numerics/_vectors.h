@@ -1,7 +1,5 @@
-/* Small functions on scalars, vectors and poses that every solver shares.
- *
- * A pose is 16 doubles, 4 x 4 row-major; a twist is six, linear first.
- */
+/* Scalar, vector and pose functions. A pose is 16 doubles, 4 x 4 row-major; a twist is six doubles,
+ * linear part first. */
 #ifndef CHASLES_VECTORS_H
 #define CHASLES_VECTORS_H
 
@@ -10,7 +8,7 @@
 #define TWIST 6
 #define POSE 16
 
-/* The larger and the smaller of two numbers that are not NaN, inlined: fmax and fmin are calls. */
+/* Inline maximum and minimum of two numbers that are not NaN; fmax and fmin are slower. */
 static inline double larger(double a, double b)
 {
     return a > b ? a : b;
@@ -21,7 +19,7 @@ static inline double smaller(double a, double b)
     return a < b ? a : b;
 }
 
-/* The value moved into [lower, upper]; NaN becomes lower. */
+/* Clamps a value to [lower, upper]; NaN becomes lower. */
 static inline double clamp(double value, double lower, double upper)
 {
     return fmin(fmax(value, lower), upper);
@@ -41,13 +39,13 @@ static inline double dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Summed in pairs, which the processor adds at the same time. */
+/* Sums in pairs, which the processor adds in parallel. */
 static inline double dot6(const double *a, const double *b)
 {
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
 
-/* a x b. */
+/* Writes a x b. */
 static inline void cross(const double *a, const double *b, double *out)
 {
     out[0] = a[1] * b[2] - a[2] * b[1];
@@ -55,7 +53,7 @@ static inline void cross(const double *a, const double *b, double *out)
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* R x, with R the rotation of the pose T. */
+/* Writes R x, with R the rotation of the pose T. */
 static inline void rotate(const double *T, const double *x, double *out)
 {
     for (int i = 0; i < 3; i++) {
@@ -63,7 +61,7 @@ static inline void rotate(const double *T, const double *x, double *out)
     }
 }
 
-/* R^T x, with R the rotation of the pose T. */
+/* Writes R^T x, with R the rotation of the pose T. */
 static inline void rotate_back(const double *T, const double *x, double *out)
 {
     for (int i = 0; i < 3; i++) {

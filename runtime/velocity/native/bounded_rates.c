@@ -40,8 +40,8 @@ void rate_problem_free(RateProblem *p)
 
 /* ------------------------------------------------------------------ one candidate */
 
-/* Writes y = J# V with J# the damped inverse: the factor of a direction is 1 / sigma, and below the
- * border sigma / border^2. */
+/* Writes y = J# V, with the damped inverse J#: the gain is 1 / sigma, or sigma / border^2 below the
+ * border. */
 static void apply_damped_inverse(const RateProblem *p, const double *V, double *y)
 {
     const Svd *svd = &p->svd;
@@ -56,8 +56,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] for which s a + b is within the bounds of all joints that are not
- * held, -1 if there is none. *critical: the joint whose bound keeps s from being larger, or -1. */
+/* Returns the largest s in [0, 1] with s a + b within the bounds of all joints that are not held,
+ * else -1. *critical: the joint whose bound limits s, or -1. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;
@@ -71,7 +71,7 @@ static double largest_scale(const RateProblem *p, int *critical)
             double swap = from;
             a = -a, from = -to, to = -swap;
         }
-        /* Divided only where the quotient is in [0, 1]: a may be 0. */
+        /* No division unless the quotient is in [0, 1], as a may be 0. */
         double above = to >= a ? 1 : to < 0 ? -1 : to / a;
         double below = from <= 0 ? 0 : from > a ? 2 : from / a;
         if (above < most) {
@@ -87,8 +87,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Returns the s in [0, 1] for which s a is nearest to the bounds in least squares, by bisection:
- * the derivative of the squared distance increases with s. */
+/* Returns the s in [0, 1] with s a nearest to the bounds, by bisection: the derivative of the
+ * squared distance increases with s. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -118,12 +118,12 @@ static int violates_bounds(const RateProblem *p)
 }
 
 typedef struct {
-    double scale; /* how far the task may be scaled within the bounds */
-    int critical; /* the joint that keeps the scale from being larger, or -1 */
+    double scale; /* the largest scale of the task within the bounds */
+    int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b: a does the task by the joints that are not held, b has the rates of those
- * that are, and makes up for them by the others. */
+/* Computes y = a + b: a performs the task with the free joints; b has the rates of the held joints
+ * and their compensation. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -157,15 +157,14 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes J without the joints that are held. Returns whether the others can do the task without
- * damping. */
+/* Decomposes J for the free joints. Returns whether they can perform the task without damping. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->held);
     return p->rank <= p->svd.count && p->svd.sigma[p->rank - 1] >= p->border;
 }
 
-/* Holds joints one after the other, each time the one that keeps the scale from being larger. */
+/* Holds joints one by one, each time the critical joint. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
     memcpy(p->held, p->locked, p->n);
@@ -185,8 +184,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Holds the joints that stand at a bound in the least-squares solution within all bounds. Holding
- * one by one never lets go of a joint that was held too early in place of another. */
+/* Holds the joints at their bounds in the bounded least-squares solution. Unlike this solution,
+ * holding joints one by one never releases a joint. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox box;
@@ -233,11 +232,11 @@ double solve_within_bounds(RateProblem *p)
 
 /* ------------------------------------------------------------------ null space */
 
-/* Projects d (n,) to the null space of the task: the joint rates that give no twist. */
+/* Projects d (n,) to the null space of the task. */
 static void project_to_null_space(const RateProblem *p, double *d)
 {
     int n = p->n;
-    /* The second pass removes the rounding of the first. */
+    /* The second pass removes rounding errors. */
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < p->rank; i++) {
             double along = dot(p->svd.v + i * n, d, n);
@@ -248,8 +247,8 @@ static void project_to_null_space(const RateProblem *p, double *d)
     }
 }
 
-/* Returns the largest part of d in [0, 1] that y can take within the bounds. *critical: the joint
- * that meets its bound there, or -1. Components of d up to `rounding` count as 0. */
+/* Returns the largest fraction of d in [0, 1] that y can add within the bounds. *critical: the
+ * joint at its bound, or -1. Components of d up to `rounding` count as 0. */
 static double largest_part(const RateProblem *p, const double *d, double rounding, int *critical)
 {
     double part = 1;

@@ -1,8 +1,7 @@
-/* Joint rates of a twist within bounds, in pure numbers.
+/* Dimensionless joint rates for a twist, within bounds.
  *
- * Rows of the Jacobian are multiplied by `row` (1 / length for linear ones, 1 for angular ones, 0
- * for rows that do not count), columns by `unit` (the length for a slider, 1 for a revolute joint),
- * and rates divided by `unit`.
+ * Rows of the Jacobian are multiplied by `row` (1 / length if linear, 1 if angular, 0 if ignored),
+ * columns by `unit` (the length if prismatic, 1 if revolute), and rates are divided by `unit`.
  *
  * Source: F. Flacco, A. De Luca, O. Khatib, Motion control of redundant robots under joint
  * constraints: saturation in the null space, ICRA 2012, algorithm 1.
@@ -33,17 +32,17 @@ typedef struct {
     double *memory;
 } RateProblem;
 
-/* Allocates the memory for n joints, which rate_problem_free returns; -1 if there is none. */
+/* Allocates memory for n joints; -1 on failure. */
 int rate_problem_new(RateProblem *p, int n);
 
 void rate_problem_free(RateProblem *p);
 
-/* Computes the rates y for the twist V, or for s V with the largest s in [0, 1] that the bounds
- * leave. Joints at their bounds are held there, and the others make up for them as long as they can
- * without damping. Expects p->svd to be the decomposition of J. Returns s. */
+/* Computes the rates y for the twist s V, with the largest s in [0, 1] within the bounds. Joints
+ * stay at their bounds, and the other joints compensate if no damping is needed. p->svd must be the
+ * decomposition of J. Returns s. */
 double solve_within_bounds(RateProblem *p);
 
-/* Adds the part of the secondary rates z to y that does not change the twist, within the bounds. */
+/* Adds the null-space component of the secondary rates z to y, within the bounds. */
 void add_null_motion(RateProblem *p);
 
 #endif

@@ -5,14 +5,14 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-#define ULPS 8 /* last places by which a rate is lowered at most, to keep its limit */
+#define ULPS 8 /* maximum reduction of a rate to satisfy a limit, in units in the last place */
 
 enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, LEAST, GREATEST, N_OPERANDS };
 enum { N_JOINT_INPUTS = DT, LEAST_STEP = 6, GREATEST_STEP = 7 };
 
-/* Returns the greatest rate towards a limit at the distance `left`, from which the joint can stop
- * before it, braking by the acceleration limit a in each tick after this one: k ticks at v, v - a
- * dt, v - 2 a dt ... cover k v dt - k (k - 1) / 2 a dt^2. */
+/* Returns the maximum rate towards a limit at the distance `left` from which the joint can still
+ * brake with the acceleration limit a: k steps at v, v - a dt, v - 2 a dt ... cover
+ * k v dt - k (k - 1) / 2 a dt^2. */
 static double approach_rate(double left, double acceleration, double dt)
 {
     if (!(left > 0)) {
@@ -29,8 +29,9 @@ static double approach_rate(double left, double acceleration, double dt)
     return left / (ticks * dt) + acceleration * dt * (ticks - 1) / 2;
 }
 
-/* Lowers the rate by last places until q + sign * rate * dt, as it is rounded, does not pass the
- * limit. */
+/* Lowers the rate by units in the last place until rounded q + sign * rate * dt is within the
+ * limit.
+ */
 static double round_before_limit(double q, double rate, double dt, double limit, double sign)
 {
     for (int i = 0; i < ULPS && rate > 0 && isfinite(rate); i++) {
@@ -43,9 +44,9 @@ static double round_before_limit(double q, double rate, double dt, double limit,
     return isfinite(rate) ? fmax(rate, 0) : rate;
 }
 
-/* Writes the least and the greatest rate of one joint. Where limits contradict one another,
- * acceleration goes before rate, and rate before the joint's limit. A rate limit of 0 is a lock and
- * goes before all of them. */
+/* Writes the minimum and maximum rate of one joint. If limits conflict, the acceleration limit has
+ * priority over the rate limit, and the rate limit over the joint limit. A rate limit of 0 locks
+ * the joint. */
 static void bound_rate(const double *x, double dt, double *least, double *greatest)
 {
     double q = x[Q], acceleration = x[ACCELERATION], previous = x[PREVIOUS];
@@ -62,7 +63,7 @@ static void bound_rate(const double *x, double dt, double *least, double *greate
         *least = clamp(*least, previous - change, previous + change);
         *greatest = clamp(*greatest, previous - change, previous + change);
     }
-    /* The distance that is left is rounded, and so is the braking that it asks for. */
+    /* The distance to the limit has a rounding error, and so has the braking rate. */
     double rounding = isnan(dt) ? 0 : BRAKING_ROUNDING * (fabs(q) / dt + fabs(previous));
     if (down > *greatest && down <= *greatest + rounding) {
         *greatest = down;

@@ -8,8 +8,8 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_AGE 64 /* decompositions after which U starts anew: rounding adds up in it */
-#define ROUNDS 8    /* of the active set for each variable; far fewer are needed */
+#define MOST_AGE 64 /* decompositions until U is reset, as rounding errors accumulate */
+#define ROUNDS 8    /* maximum iterations of the active set per variable */
 
 int damped_box_new(DampedBox *box, int n, double border, double damping)
 {
@@ -37,15 +37,14 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* Tests the product against the longer row: the component of a long row that remains in a short one
- * is beneath the damping. */
+/* Compares the product with the longer row: its component in a short row is below the damping. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
     return !(fabs(ab) > BOX_ORTHOGONAL * fmax(aa, bb));
 }
 
-/* Writes U J into the rows, with U as it was left by the decomposition before. */
+/* Writes U J into the rows, with U from the previous decomposition. */
 static void apply_last_rotations(DampedBox *box, const double *J)
 {
     int n = box->n;
@@ -100,7 +99,7 @@ void damped_box_solve(DampedBox *box, const double *y)
     }
 }
 
-/* Solves for the free variables into z (count,), while the others stay at their bounds. */
+/* Solves for the free variables z (count,), with the other variables at their bounds. */
 static void solve_free(DampedBox *box, int count)
 {
     int n = box->n;
@@ -118,7 +117,7 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z, up to the first bound. Returns 1 where there was one; its variable is held. */
+/* Moves x towards z, up to the first bound, and holds its variable. Returns 0 without a bound. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;
@@ -144,8 +143,7 @@ static int advance_to_bound(DampedBox *box, int count, const double *lower, cons
     return 1;
 }
 
-/* Frees the variable whose multiplier is largest in the direction away from its bound; 0 if none is
- * positive beyond rounding. */
+/* Releases the variable with the largest multiplier away from its bound; 0 if none is positive. */
 static int release_bound(DampedBox *box, const double *lower, const double *upper)
 {
     int n = box->n, best = -1;
@@ -170,8 +168,7 @@ static int release_bound(DampedBox *box, const double *lower, const double *uppe
     return 1;
 }
 
-/* Writes the matrix H and the right-hand side g = H x of the bounded problem, whose solution
- * without bounds is x. */
+/* Writes the matrix H and the right-hand side g = H x of the bounded problem. */
 static void bounded_problem(DampedBox *box)
 {
     int n = box->n;
@@ -208,7 +205,7 @@ void damped_box_bound(DampedBox *box, const double *lower, const double *upper)
     for (int i = 0; i < n; i++) {
         box->x[i] = box->at[i] < 0 ? lower[i] : box->at[i] > 0 ? upper[i] : box->x[i];
     }
-    /* Every round leaves x within the bounds, so that the last is usable even if none converged. */
+    /* x is within the bounds after every round, so that it is usable without convergence. */
     for (int round = 0; round < ROUNDS * n; round++) {
         int count = 0;
         for (int i = 0; i < n; i++) {

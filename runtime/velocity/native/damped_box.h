@@ -1,15 +1,14 @@
-/* Damped least squares within bounds, for one Jacobian after another along a path.
+/* Damped least squares within bounds, for a sequence of dimensionless Jacobians along a path.
  *
- * The solver finds the x nearest to J x = y, J (6, n), with lower <= x <= upper. All numbers are
- * pure: the caller has scaled rows and columns to one unit. Each small singular value is damped by
- * the law of numerics/_tolerances.h; where that x violates a bound, x minimises
- * |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds, by an active-set method.
+ * The solver finds the x nearest to J x = y, J (6, n), with lower <= x <= upper. Small singular
+ * values are damped as in numerics/_tolerances.h. If x violates a bound, an active-set method
+ * minimizes |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds.
  *
- * J changes little from one step of a path to the next. The rotations U are therefore kept: applied
- * to the next J they leave rows that are nearly orthogonal already.
+ * J changes little between steps of a path. The solver reuses the rotations U: they make the rows
+ * of the next J nearly orthogonal.
  *
- * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering, here of all small singular
- * values); Maciejewski and Klein 1989 (keeping U); Stark and Parker 1995 (the active set).
+ * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering); Maciejewski and Klein 1989
+ * (reuse of U); Stark and Parker 1995 (active set).
  */
 #ifndef CHASLES_DAMPED_BOX_H
 #define CHASLES_DAMPED_BOX_H
@@ -34,7 +33,7 @@ typedef struct {
     int *free;                    /* (n,): indices of the free variables */
 } DampedBox;
 
-/* Allocates memory for n columns, which damped_box_free returns; 0 if there is none. */
+/* Allocates memory for n columns; 0 on failure. */
 int damped_box_new(DampedBox *box, int n, double border, double damping);
 
 void damped_box_free(DampedBox *box);
@@ -45,16 +44,16 @@ double damped_box_decompose(DampedBox *box, const double *J);
 /* Computes x for y (6,) from the last decomposition, without bounds. */
 void damped_box_solve(DampedBox *box, const double *y);
 
-/* Moves x, as damped_box_solve left it, to the solution within the bounds (n,). A variable at a
- * bound has exactly its value. Nothing is computed where x violates no bound. */
+/* Moves the x of damped_box_solve to the solution within the bounds (n,). A variable at a bound has
+ * exactly the value of the bound. */
 void damped_box_bound(DampedBox *box, const double *lower, const double *upper);
 
-/* Returns |J x - y|^2 for the x found. */
+/* Returns |J x - y|^2. */
 double damped_box_residual(const DampedBox *box, const double *y);
 
-/* Adapts d to how well J predicted a step (Marquardt), from the squared error before the step, as J
- * predicted it for after the step, and after it. At the border of the workspace a step along a lost
- * direction, whose effect J overrates, would otherwise go back and forth across the singularity. */
+/* Adapts d to the accuracy of the linear prediction (Marquardt), from the squared error before a
+ * step, the predicted error and the error after the step. This avoids oscillation across the
+ * singularity at the workspace boundary. */
 void damped_box_adapt(DampedBox *box, double before, double expected, double after);
 
 #endif

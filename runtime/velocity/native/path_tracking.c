@@ -5,7 +5,7 @@
 
 #include "numerics/_logarithm.h"
 
-#define HALVINGS 40 /* of a step that leads to where forward kinematics is not finite */
+#define HALVINGS 40 /* of a step to a configuration with an open loop */
 
 int tracking_new(Tracking *t, double border, double damping)
 {
@@ -36,7 +36,7 @@ void tracking_free(Tracking *t)
     free(t->memory);
 }
 
-/* Computes T and J at q. Returns 0 where they are not finite: a loop that cannot be closed. */
+/* Computes T and J at q. Returns 0 if they are not finite (an open loop). */
 static int forward_kinematics(Tracking *t, const double *q)
 {
     t->kernel->call(&q, (double *[]){t->T, t->J});
@@ -50,9 +50,8 @@ static int forward_kinematics(Tracking *t, const double *q)
     return isfinite(sum);
 }
 
-/* Writes the displacement from the tool to pose k, records its size, adapts the damping to how well
- * the last step was predicted, and decomposes the Jacobian; the column of a coordinate whose rate
- * limit is 0 is zero, so that the others are the whole arm. */
+/* Writes the displacement from the tool to pose k, records its size, adapts the damping, and
+ * decomposes the Jacobian, with zero columns for coordinates whose rate limit is 0. */
 static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
 {
     displacement_between(t->T, t->poses + POSE * k, missing);
@@ -72,8 +71,7 @@ static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
     t->sigma[k] = damped_box_decompose(&t->box, t->scaled);
 }
 
-/* Returns coordinate j after a step. Rounding carries it neither beyond its limits nor beyond its
- * rate. */
+/* Returns coordinate j after a step, within its limits and its rate limit despite rounding. */
 static double step_coordinate(const Tracking *t, int j, double from, double step)
 {
     if (t->rate[j] == 0) {
@@ -81,8 +79,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* The change is lowered by its own last places: those of a coordinate near zero are too small
-     * to have an effect. */
+    /* Lowers the change by units in its last place; those of `to` may be too small near zero. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);
@@ -90,7 +87,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     return to;
 }
 
-/* Computes the step to the next pose in damped least squares within the limits; `missing` is the
+/* Computes the damped least-squares step to the next pose within the limits; `missing` is the
  * displacement to pose k. */
 static void compute_step(Tracking *t, ptrdiff_t k, const double *missing)
 {
@@ -120,8 +117,7 @@ static void compute_step(Tracking *t, ptrdiff_t k, const double *missing)
     }
 }
 
-/* Takes the step from row k of q, or the part of it that leads to where forward kinematics is
- * finite. */
+/* Takes the step from row k of q, shortened until forward kinematics is finite. */
 static void take_step(Tracking *t, ptrdiff_t k)
 {
     int n = t->n;

@@ -1,4 +1,4 @@
-/* Tracking of a path of poses by joint rates: one damped step, within all limits, for each pose. */
+/* Path tracking by joint rates: one damped step within all limits for each pose. */
 #ifndef CHASLES_PATH_TRACKING_H
 #define CHASLES_PATH_TRACKING_H
 
@@ -7,7 +7,7 @@
 #include "library/_kernel.h"
 #include "velocity/native/damped_box.h"
 
-/* What limits a coordinate in a step: bits of Tracking.touched. */
+/* Active limits of a coordinate in a step: bits of Tracking.touched. */
 enum { RATE_TOUCHED = 1, LIMIT_TOUCHED = 2, SHORTENED = 4 };
 
 typedef struct {
@@ -30,13 +30,12 @@ typedef struct {
         expected; /* squared error to the next pose, before a step and as predicted after */
 } Tracking;
 
-/* Allocates the memory of the steps, which tracking_free returns; 0 if there is none. */
+/* Allocates memory; 0 on failure. */
 int tracking_new(Tracking *t, double border, double damping);
 
 void tracking_free(Tracking *t);
 
-/* Tracks the poses from the first row of q on. Returns 0 where forward kinematics is not finite
- * there. */
+/* Tracks the poses from the first row of q on. Returns 0 if a loop is open at this row. */
 int track_path(Tracking *t);
 
 #endif

@@ -4,14 +4,13 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-/* Indices of the operands, and of the first step of each operand that is no scalar. */
+/* Indices of the operands, and of the first step of each operand that is not a scalar. */
 enum { J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK, N_INPUTS };
 enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS };
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
 enum { RATES_STEP = ROW_STEP + 1, REACHED_STEP, DIRECTION_STEP, LIMITED_STEP };
 
-/* Takes the joints that cannot move at all out of the problem: what remains is the problem of the
- * arm without them, and their columns are zero. */
+/* Removes joints with zero bounds from the problem; their columns become zero. */
 static void lock_joints(RateProblem *p)
 {
     int n = p->n, free = 0;
@@ -26,8 +25,8 @@ static void lock_joints(RateProblem *p)
     p->rank = p->rank < free ? p->rank : free;
 }
 
-/* Reads the inputs in pure numbers; returns 0 where one of them is not finite; bounds may be
- * infinite, but not NaN. */
+/* Reads and scales the inputs; returns 0 if an input is not finite. Bounds may be infinite, but not
+ * NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
@@ -55,8 +54,9 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
     return finite;
 }
 
-/* Writes the smallest singular value, its lambda^2, and the twist that goes with it, whose largest
- * component is positive. */
+/* Writes the smallest singular value, its lambda^2 and its twist, with a positive largest
+ * component.
+ */
 static void write_smallest(const RateProblem *p, char **args, const npy_intp *core)
 {
     const double *u = p->svd.u[p->rank - 1];
@@ -74,7 +74,7 @@ static void write_smallest(const RateProblem *p, char **args, const npy_intp *co
     put(args[SMALLEST], sigma);
 }
 
-/* Writes the rates in rad/s or m/s, exactly within the bounds, and the twist that they give. */
+/* Writes the rates in rad/s or m/s, exactly within the bounds, and the resulting twist. */
 static void write_rates(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
@@ -93,7 +93,7 @@ static void write_rates(RateProblem *p, char **args, const npy_intp *core)
     }
 }
 
-/* Writes the same value into all results: NaN, or 0 where every joint is locked. */
+/* Writes the same value into all results: NaN, or 0 if all joints are locked. */
 static void write_everywhere(double value, int limited, int n, char **args, const npy_intp *core)
 {
     fill_vector(args[RATES], n, core[RATES_STEP], value);

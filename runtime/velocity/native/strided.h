@@ -1,4 +1,4 @@
-/* Operands of a ufunc: doubles at any distance from one another. */
+/* Access to strided ufunc operands. */
 #ifndef CHASLES_STRIDED_H
 #define CHASLES_STRIDED_H
 
@@ -39,8 +39,7 @@ static inline void fill_vector(char *to, int n, npy_intp step, double value)
     }
 }
 
-/* Reads the Jacobian (6, n) and scales it to pure numbers by p->row and p->unit; returns whether
- * all values are finite. */
+/* Reads the Jacobian (6, n) and scales it by p->row and p->unit; returns whether it is finite. */
 static inline int read_jacobian(RateProblem *p, const char *from, npy_intp row_step,
                                 npy_intp column_step)
 {
