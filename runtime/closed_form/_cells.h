@@ -1,4 +1,4 @@
-/* Cells in which slots with equal coordinates are found, in a hash table. */
+/* A hash table of cells for finding slots with equal coordinates. */
 #ifndef CHASLES_CELLS_H
 #define CHASLES_CELLS_H
 
@@ -14,8 +14,8 @@
 
 #define MAX_JOINTS 64
 
-/* Slots by the cell of the sum of their coordinates, without those that wrap: two equal slots are
- * in one cell or in adjacent ones. */
+/* Slots by the cell of the weighted sum of their coordinates that do not wrap: equal slots are in
+ * the same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* a power of 2 */
     npy_intp *head, *next; /* the last slot of a cell, and the slot before each slot; -1 for none */
@@ -23,13 +23,13 @@ typedef struct {
     double scale[MAX_JOINTS];
 } Cells;
 
-/* Makes the cells of k slots; -1 with an error set. */
+/* Creates the cells for k slots; -1 with an error set. */
 static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
                             const double *tolerance)
 {
     cells->width = 0;
     for (npy_intp j = 0; j < n; j++) {
-        /* Roots, so that the sums of different turns differ. */
+        /* Irrational weights, so that the sums of different windings differ. */
         cells->scale[j] = turn[j] > 0 ? 0 : sqrt((double)(6 * j + 5));
         cells->width += 2 * cells->scale[j] * tolerance[j];
     }
@@ -52,7 +52,7 @@ static inline npy_intp cell_at(const Cells *cells, double cell)
     return (npy_intp)((bits * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (cells->size - 1);
 }
 
-/* Returns the number of the cell of a slot. */
+/* Returns the cell index of a slot. */
 static inline double cell_of(const Cells *cells, npy_intp n, const double *q)
 {
     double sum = 0;

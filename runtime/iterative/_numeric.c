@@ -1,7 +1,7 @@
-/* chasles.iterative._numeric: inverse kinematics by iteration, called from Python.
+/* chasles.iterative._numeric: iterative inverse kinematics, called from Python.
  *
- * A Solver holds an arm (native/arm.h): a robot, the frame of it that is the tip, its limits and
- * its table of starts. It keeps the compiled functions that the arm calls loaded.
+ * A Solver owns an Arm (native/arm.h): tip frame, limits and start table of a robot. It keeps the
+ * compiled robot functions loaded.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -20,8 +20,8 @@ typedef struct {
     PyArrayObject *tables[N_TABLES]; /* limits, starts and their poses */
 } Solver;
 
-/* Converts to a dense array of doubles with the shape given, where -1 fits any size. Returns NULL
- * with an error set. */
+/* Converts to a dense array of doubles with this shape (-1 for any size); NULL with an error set.
+ */
 static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
 {
     PyArrayObject *array =
@@ -47,8 +47,7 @@ static void solver_dealloc(Solver *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-/* Tests for one input and n_outputs outputs with these sizes, where -1 fits any. Returns 0 with an
- * error set. */
+/* Tests for one input and n_outputs outputs with these sizes (-1 for any); 0 with an error set. */
 static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int first, int second)
 {
     const int sizes[] = {input, first, second};
@@ -63,8 +62,7 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
     return fits;
 }
 
-/* Tests the sizes of the functions that the tip needs, and reads the arm's from them. Returns 0
- * with an error set. */
+/* Reads the sizes of the arm from its functions, and tests them; 0 with an error set. */
 static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
@@ -79,7 +77,7 @@ static int read_sizes(Arm *self)
            (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
 }
 
-/* Reads the compiled functions that the tip needs; -1 with an error set. */
+/* Reads the compiled functions for the tip; -1 with an error set. */
 static int read_kernels(Solver *self, PyObject *capsules)
 {
     Py_ssize_t count = PyTuple_GET_SIZE(capsules);
@@ -196,7 +194,7 @@ enum { N_RESULTS = 6, MOST_NDIM = 32 };
 static const int RESULT_TYPES[N_RESULTS] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
                                             NPY_INT8,   NPY_INT32,  NPY_INT32};
 
-/* Makes the arrays of results over the batch of T; -1 with an error set. */
+/* Creates the result arrays for the batch of T; -1 with an error set. */
 static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
 {
     npy_intp shape[MOST_NDIM];
@@ -216,7 +214,7 @@ static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
     return 0;
 }
 
-/* Handles signals: nonzero with an error set if one, such as Ctrl-C, ends the work. */
+/* Handles signals; nonzero with an error set if a signal such as Ctrl-C ends the work. */
 static int is_interrupted(void)
 {
     PyGILState_STATE state = PyGILState_Ensure();
@@ -257,7 +255,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return PyErr_Occurred() ? -1 : 0;
 }
 
-/* Reads which coordinates are locked (n,); they need the seeds' values. NULL with an error set. */
+/* Reads the mask of locked coordinates (n,), which requires seeds; NULL with an error set. */
 static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject *seeds, Task *task)
 {
     PyArrayObject *array = (PyArrayObject *)PyArray_FROM_OTF(object, NPY_BOOL, NPY_ARRAY_IN_ARRAY);

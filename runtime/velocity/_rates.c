@@ -1,10 +1,10 @@
-/* chasles.velocity._rates: joint rates of a twist, for one tick of a controller or a batch.
+/* chasles.velocity._rates: joint rates for twists, as NumPy generalized ufuncs.
  *
- * Three NumPy generalized ufuncs, which broadcast leading dimensions:
- *   bounds     the rates that joint, rate and acceleration limits leave
- *   solve      joint rates of a twist within these bounds, by damped least squares
- *   gradient   a measure of manipulability and its gradient
- * and DAMPING_THRESHOLD, the singular value below which joint_rates damps unless told otherwise.
+ *   bounds     rate bounds from joint, rate and acceleration limits
+ *   solve      damped least-squares joint rates for a twist, within these bounds
+ *   gradient   the manipulability measure and its gradient
+ *
+ * DAMPING_THRESHOLD is the default singular value below which joint_rates damps.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>

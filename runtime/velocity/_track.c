@@ -1,4 +1,4 @@
-/* chasles.velocity._track: tracks a path of poses by joint rates, called from Python (track.py). */
+/* chasles.velocity._track: path tracking by joint rates, called from track.py. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
@@ -8,7 +8,7 @@
 
 enum { POSES, LOWER, UPPER, RATE, UNIT, Q, QD, ERROR, SIGMA, TOUCHED, N_ARRAYS };
 
-/* Tests whether every array has the size that n coordinates and m poses give it. */
+/* Tests the array sizes for n coordinates and m poses. */
 static int has_sizes(const Py_buffer *arrays, Py_ssize_t n, Py_ssize_t m)
 {
     const Py_ssize_t sizes[N_ARRAYS] = {m * POSE, n,           n,     n, n,
@@ -22,8 +22,8 @@ static int has_sizes(const Py_buffer *arrays, Py_ssize_t n, Py_ssize_t m)
     return 1;
 }
 
-/* Reads the sizes from the compiled function and the arrays; -1 with an error set where they do not
- * agree. */
+/* Reads the sizes from the compiled function and the arrays; -1 with an error set if they differ.
+ */
 static int read_arrays(Tracking *t, const Py_buffer *arrays)
 {
     const chasles_kernel *kernel = t->kernel;

@@ -1,6 +1,5 @@
-/* The data of inverse kinematics by iteration: the arm, the task, and the memory of an iteration.
- *
- * Jacobians that the iteration works on are (n, 6): stored column by column.
+/* Data of iterative inverse kinematics: arm, task and memory. Jacobians (n, 6) are stored by
+ * column.
  */
 #ifndef CHASLES_ARM_H
 #define CHASLES_ARM_H
@@ -9,7 +8,7 @@
 #include "numerics/_vectors.h"
 
 #define MAX_KERNELS 2
-#define FINALISTS 16 /* the best ends of attempts, which are refined to the least error nearby */
+#define FINALISTS 16 /* number of best attempts that are refined to the nearest minimum error */
 
 /* A joint between the base and the tip. */
 typedef struct {
@@ -18,9 +17,9 @@ typedef struct {
     double axis[TWIST]; /* twist per unit of the joint, at and in the frame of the link */
 } Screw;
 
-/* The frame whose pose is wanted, and the compiled functions that give it: of the tool,
- * fk_jacobian_mixed and hessian_mixed; of a link, link_poses, for a robot with loops chain_D_q, and
- * the screws up to the link. */
+/* The tip frame and the compiled functions for its pose. For the tool these are fk_jacobian_mixed
+ * and hessian_mixed; for a link, link_poses with the screws up to the link, and chain_D_q if the
+ * robot has loops. */
 typedef struct {
     int link; /* the index of the link, -1 for the tool */
     const chasles_kernel *kernels[MAX_KERNELS];
@@ -46,7 +45,7 @@ typedef struct {
     int n_locked;
 } Task;
 
-/* The memory of an iteration, all of it in one block. */
+/* The memory of an iteration, in one block. */
 typedef struct {
     double *q, *trial, *halley;     /* (n,): the iterate, and the ends of the two steps from it */
     double *best;                   /* (FINALISTS + 1, n): ends in order, then the best of all */

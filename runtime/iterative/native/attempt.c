@@ -7,7 +7,7 @@
 #include "iterative/native/lm_step.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_IDLE 2 /* steps one after the other that gain too little */
+#define MOST_IDLE 2 /* consecutive steps with too small a reduction of the error */
 
 static void take_trial(Workspace *work)
 {

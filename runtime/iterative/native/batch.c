@@ -5,7 +5,7 @@
 
 #include "iterative/native/evaluate.h"
 
-/* Lays out the workspace in a block of memory, unless that is NULL. Returns the doubles needed. */
+/* Lays out the workspace in a memory block, unless it is NULL. Returns the required doubles. */
 static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
 {
     size_t n = arm->n, used = 0;
@@ -36,7 +36,7 @@ static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
     return used;
 }
 
-/* Takes poses from the batch until none is left, or the caller stops the work. */
+/* Solves poses of the batch until it is complete or stopped. */
 static void solve_pieces(PoseBatch *batch, int (*is_stopped)(void))
 {
     const Arm *arm = batch->arm;
@@ -78,8 +78,7 @@ void solve_batch(PoseBatch *batch, int threads)
 {
     pthread_t others[MOST_THREADS];
     int started = 0;
-    while (started < threads - 1 &&
-           pthread_create(&others[started], NULL, help, batch) == 0) {
+    while (started < threads - 1 && pthread_create(&others[started], NULL, help, batch) == 0) {
         started++;
     }
     solve_pieces(batch, batch->is_stopped);

@@ -1,4 +1,4 @@
-/* Inverse kinematics of many poses on several threads. */
+/* Iterative inverse kinematics of pose batches on several threads. */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
 
@@ -9,9 +9,9 @@
 #include "iterative/native/solve_pose.h"
 
 #define MOST_THREADS 256
-#define POSES_AT_A_TIME 16 /* that a thread takes from the batch */
+#define POSES_AT_A_TIME 16 /* poses per work item of a thread */
 
-/* The result for a pose depends on that pose and its seed alone, not on the thread or the batch. */
+/* A result depends on its pose and seed only, not on the thread or the batch. */
 typedef struct {
     const Arm *arm;
     const Task *task;
@@ -23,8 +23,8 @@ typedef struct {
     int (*is_stopped)(void); /* asked by the calling thread: nonzero ends the work of all */
 } PoseBatch;
 
-/* Solves all poses on at most so many threads, this one included; on fewer where the system does
- * not start them. Sets out_of_memory where a thread found no memory to work in. */
+/* Solves all poses on at most `threads` threads, including the calling thread. Sets out_of_memory
+ * on failed allocation. */
 void solve_batch(PoseBatch *batch, int threads);
 
 #endif

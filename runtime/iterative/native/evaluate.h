@@ -1,4 +1,4 @@
-/* Evaluation of an arm: the pose of its tip, the weighted error, and the error's Jacobian. */
+/* Evaluation of an arm: tip pose, weighted error, and Jacobian of the error. */
 #ifndef CHASLES_EVALUATE_H
 #define CHASLES_EVALUATE_H
 
@@ -11,8 +11,8 @@ int scratch_size(const Arm *arm);
 /* Calls a compiled function with one input and one output, or two; `second` may be NULL. */
 void call_kernel(const chasles_kernel *kernel, const double *x, double *first, double *second);
 
-/* Evaluates the arm at x (n,). Writes the Jacobian of the error into `columns` (n, 6): the
- * decrease of the weighted error by each coordinate. Returns 0 if the residual is not finite. */
+/* Evaluates the arm at x (n,). Writes the decrease of the weighted error per coordinate into
+ * `columns` (n, 6). Returns 0 if the residual is not finite. */
 int evaluate(const Problem *problem, const double *x, double *columns, Evaluation *out);
 
 #endif

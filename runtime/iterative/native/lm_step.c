@@ -35,8 +35,8 @@ void normal_equations(const Workspace *work, const double *columns, const double
     }
 }
 
-/* Writes the end of the damped step from work->q, cut off at the limits. Returns the largest change
- * of a coordinate. */
+/* Writes the end of the damped step from work->q, clipped to the limits. Returns the largest
+ * displacement of a coordinate. */
 static double damped_step(const Problem *problem, int m, double lambda, double *end)
 {
     const Arm *arm = problem->arm;
@@ -62,7 +62,7 @@ static double damped_step(const Problem *problem, int m, double lambda, double *
     return moved;
 }
 
-/* Writes the end of Halley's step, by J + H dq / 2 with dq the step from work->q to work->trial. */
+/* Writes the end of Halley's step for J + H dq / 2, with dq from work->q to work->trial. */
 static void halley_step(const Problem *problem, const Evaluation *now, int m, double lambda)
 {
     const Workspace *work = problem->work;

@@ -1,9 +1,8 @@
 /* The weighted error between two poses, and its Jacobian.
  *
- * Where the task weighs all six parts, the error is the twist from the pose to the target: its
- * logarithm. Otherwise it is the displacement, so that the distance does not depend on a rotation
- * that counts for nothing, and its derivative follows from that of the rotation vector. Both are
- * measured at the tip and expressed in the axes of the task: those of the base, or of the tip.
+ * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
+ * Otherwise it is the displacement, so that the distance does not depend on an ignored rotation.
+ * The error is measured at the tip and expressed in the task axes: those of the base or of the tip.
  */
 #ifndef CHASLES_POSE_ERROR_H
 #define CHASLES_POSE_ERROR_H
@@ -20,7 +19,7 @@ typedef struct {
     double residual;    /* the larger of distance [unit] and angle [rad], of the parts that count */
 } Evaluation;
 
-/* Expresses n twists or columns of the Jacobian (n, 6), given in base axes, in the task's axes. */
+/* Transforms n twists or Jacobian columns (n, 6) from base axes to task axes. */
 static inline void to_task_axes(const Task *task, const double *T, double *columns, int n)
 {
     for (int i = 0; i < TWIST * n && task->in_tool_axes; i += 3) {
@@ -30,7 +29,7 @@ static inline void to_task_axes(const Task *task, const double *T, double *colum
     }
 }
 
-/* Multiplies each part of n columns (n, 6) by its weight. */
+/* Multiplies n columns (n, 6) by the weights. */
 static inline void apply_weights(const Task *task, double *columns, int n)
 {
     for (int i = 0; i < TWIST; i++) {
@@ -40,8 +39,8 @@ static inline void apply_weights(const Task *task, double *columns, int n)
     }
 }
 
-/* Writes the error (6,) without weights, and the vector p from the tip to the target's origin, both
- * in the task's axes. */
+/* Writes the error (6,) without weights and the vector p from the tip to the target, in task axes.
+ */
 static inline void pose_error(const Task *task, const double *T, const double *target, double *e,
                               double *p)
 {
@@ -61,9 +60,8 @@ static inline void pose_error(const Task *task, const double *T, const double *t
     }
 }
 
-/* Turns twists of the tip (n, 6) in the task's axes into the decrease of the displacement (p, w):
- * in the tip's axes p changes with the tip's rotation as well, and a rotation vector w changes by
- * the inverse of the derivative of the exponential. */
+/* Converts tip twists (n, 6) in task axes to decreases of the displacement (p, w). In tip axes, p
+ * also changes with the tip rotation; w changes by the inverse derivative of the exponential. */
 static inline void differentiate_displacement(const Task *task, const double *p, const double *w,
                                               double *columns, int n)
 {
@@ -82,7 +80,7 @@ static inline void differentiate_displacement(const Task *task, const double *p,
     }
 }
 
-/* Applies the weights to the error e (6,) and measures it; p is the vector to the target. */
+/* Applies the weights to the error e (6,) and computes its norms; p is the vector to the target. */
 static inline void measure_error(const Task *task, const double *p, Evaluation *out)
 {
     double *e = out->e, distance = 0, angle = 0, sum = 0;
@@ -97,7 +95,7 @@ static inline void measure_error(const Task *task, const double *p, Evaluation *
     }
     out->half_square = sum / 2;
     distance /= task->unit * task->unit;
-    /* The comparison alone would lose a NaN in one of the two. */
+    /* The first term propagates NaN, which the comparison could drop. */
     out->residual = (distance + angle) * 0 + sqrt(distance > angle ? distance : angle);
 }
 

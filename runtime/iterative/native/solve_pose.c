@@ -8,11 +8,10 @@
 #include "numerics/_rigid.h"
 #include "numerics/_tolerances.h"
 
-#define RESERVED_PART 4 /* 1 / RESERVED_PART of the budget is reserved for refinement, */
-#define MOST_RESERVED \
-    400 /* but at most so many evaluations; so many at most for each end as well */
+#define RESERVED_PART 4   /* 1 / RESERVED_PART of the budget is reserved for refinement */
+#define MOST_RESERVED 400 /* maximum evaluations reserved, and for each refinement */
 
-/* The state of a search: the best result so far, and the ends of attempts by their errors. */
+/* The state of a search: the best result so far, and the results of attempts by error. */
 typedef struct {
     Evaluation best;
     double *best_q; /* (n,) */
@@ -27,7 +26,7 @@ static void take_best(const Problem *problem, Search *search, const Evaluation *
     memcpy(search->best_q, problem->work->q, problem->arm->n * sizeof(double));
 }
 
-/* Attempts from one start after another until one converges. */
+/* Makes attempts from one start after another until an attempt converges. */
 static void try_starts(const Problem *problem, const double *seed, Search *search)
 {
     Evaluation now = search->best;
@@ -44,7 +43,7 @@ static void try_starts(const Problem *problem, const double *seed, Search *searc
     }
 }
 
-/* Refines the best ends to the least error nearby. */
+/* Refines the best results to the nearest minimum error. */
 static void refine_ends(const Problem *problem, Search *search)
 {
     Evaluation now = search->best;
@@ -67,7 +66,7 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Searches from one start after another; `ending` is NO_POSE where there is nothing to search. */
+/* Searches from one start after another, unless `ending` is NO_POSE. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

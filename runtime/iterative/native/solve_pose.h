@@ -1,14 +1,14 @@
-/* Inverse kinematics of one pose: attempts from one start after another.
+/* Iterative inverse kinematics of one pose: attempts from several starts.
  *
- * A start that gains little is followed by the next. Where none reaches the target, the best ends
- * are refined to the least error nearby, for which a part of the budget is reserved.
+ * If no attempt converges, the best results are refined to the nearest minimum error, with a
+ * reserved fraction of the budget.
  */
 #ifndef CHASLES_SOLVE_POSE_H
 #define CHASLES_SOLVE_POSE_H
 
 #include "iterative/native/arm.h"
 
-/* Where the results of one pose go, or of the first pose of a batch. */
+/* Addresses of the results for one pose, or for the first pose of a batch. */
 typedef struct {
     double *q;              /* (n,) coordinates; NaN where no start could be evaluated */
     double *residual;       /* metre: of the distance, or the angle times the unit */
@@ -18,8 +18,8 @@ typedef struct {
     int *restarts;          /* starts after the first */
 } Results;
 
-/* Solves for the target of the problem, or the rigid pose nearest to it where it is nearly rigid
- * (_rigid.h); seed (n,) or NULL is where the first attempt begins. */
+/* Solves for the target pose, projected if it is nearly rigid (_rigid.h). seed: (n,) the first
+ * start, or NULL. */
 void solve_pose(const Problem *problem, const double *seed, const Results *results);
 
 #endif

@@ -5,8 +5,8 @@
 
 #include "iterative/native/evaluate.h"
 
-/* Writes the weighted squared distances of the table's poses from the target. The distance between
- * rotations is half the squared difference of their matrices, angle^2 to second order. */
+/* Writes the weighted squared distances of the table poses from the target. For rotations this is
+ * half the squared matrix difference, angle^2 to second order. */
 static void measure_starts(const Problem *problem, double *distances)
 {
     const Arm *arm = problem->arm;
@@ -27,7 +27,7 @@ static void measure_starts(const Problem *problem, double *distances)
     }
 }
 
-/* Copies a start of the table (n,), with the seed's values of locked coordinates. */
+/* Copies a start of the table (n,), with the seed values of locked coordinates. */
 static void copy_start(const Problem *problem, const double *seed, int start, double *to)
 {
     const Arm *arm = problem->arm;
@@ -38,8 +38,7 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the starts themselves: with locked coordinates the tool is elsewhere
- * than in the table. */
+/* Writes the squared errors of the starts with locked coordinates, which change the table poses. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;
