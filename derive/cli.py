@@ -44,13 +44,15 @@ def derive(
         typer.Argument(
             help="Robots by name, robot:NAME of robot_descriptions, or files (.toml, .urdf, "
             ".xacro and its arguments as name:=value, .xml of MuJoCo). "
-            "Default: all that are generated.",
+            "Default: all shipped robots.",
             autocompletion=lambda: [*robot_names(ROBOTS), *robot_names(SHELF)],
         ),
     ] = None,
     to: Annotated[
         Path | None,
-        typer.Option(help="Folder that receives one folder a robot; shipped ones have theirs."),
+        typer.Option(
+            help="Output folder, with one folder per robot. Shipped robots do not need it."
+        ),
     ] = None,
     shelf: Annotated[
         bool,
@@ -62,7 +64,7 @@ def derive(
     fixed: Annotated[
         str,
         typer.Option(
-            help="Joints whose values ik takes after the pose, separated by commas. "
+            help="Fixed joints, separated by commas; ik takes their values after the pose. "
             "Default: the joints that a redundant robot needs."
         ),
     ] = "",
@@ -72,7 +74,7 @@ def derive(
     tip: Annotated[
         list[str] | None,
         typer.Option(
-            help="Tip link in a tree of links; several give a robot each. "
+            help="Tip link in a tree of links; several tips define several robots. "
             "Default: the end of the longest chain."
         ),
     ] = None,
@@ -109,7 +111,7 @@ def derive(
         bool,
         typer.Option(
             "--parametric",
-            help="Also fk_p and others, whose geometry is an input; calibration needs them.",
+            help="Also functions with geometry as input, such as fk_p; calibration needs them.",
         ),
     ] = False,
     detail: Annotated[
@@ -125,12 +127,12 @@ def derive(
             "Default: c,casadi,python,latex."
         ),
     ] = "",
-    jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
+    jobs: Annotated[
+        int, typer.Option(min=1, help="Number of robots to derive in parallel.")
+    ] = os.cpu_count() or 1,
     time_limit: Annotated[
         float,
-        typer.Option(
-            min=0, help="Seconds after which the derivation of a robot fails; 0: no limit."
-        ),
+        typer.Option(min=0, help="Time limit per robot in seconds; 0 is no limit."),
     ] = LIMIT,
     up_to_date: Annotated[
         bool,
@@ -146,7 +148,7 @@ def derive(
         bool,
         typer.Option(
             "--conventions",
-            help="Write nothing; report the convention that suits the calibration of each joint.",
+            help="Write nothing; report the best convention for calibrating each joint.",
         ),
     ] = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,

@@ -44,10 +44,10 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Members:
-    """Symbols of a mechanism.
+    """Printed symbols of a mechanism's joints.
 
     Attributes:
-        theta: LaTeX of the main chain's joints.
+        theta: LaTeX of the main-chain joints.
         q: LaTeX of the actuated coordinates.
         of: LaTeX of every entry of the full configuration, by name.
     """
@@ -57,20 +57,20 @@ class Members:
     of: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """A joint, body or closer in a sentence: its symbol if its name is one, else words."""
+        """Formats a joint, body or closure in a sentence, as a symbol if its name is one."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name)
 
     def with_symbol(self, name: str) -> str:
-        """A joint in a sentence, its symbol behind its name."""
+        """Formats a joint in a sentence: its name, then its symbol."""
         if names.is_symbol(name) or name not in self.of:
             return self.called(name)
         return f"{words(name)} ${self.of[name]}$"
 
 
 def members(mechanism: Mechanism) -> Members:
-    """The symbols of a mechanism's joints."""
+    """Returns the symbols of a mechanism's joints."""
     parameters = names.distinct(parameter.name for parameter in mechanism.parameters)
     chosen = _Chosen(mechanism, set(parameters.values()))
     main = [joint.name for joint in mechanism.main_chain.moving]
@@ -84,7 +84,7 @@ def members(mechanism: Mechanism) -> Members:
 
 
 class _Chosen:
-    """Names that are symbols, and numbers under a free letter for the others."""
+    """Returns names that are symbols; other names become indices of a free letter."""
 
     def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
         self.own: dict[str, str] = {}
@@ -103,28 +103,28 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """A symbol with a dot: the rate of its quantity."""
+    """Adds a dot to a symbol, for the rate of its quantity."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
 def words(name: str) -> str:
-    """A name in a sentence, with blanks between its words."""
+    """Formats a name in a sentence, with spaces between its words."""
     strut, dot, part = name.partition(".")
     plain = names.escape(strut.replace("_", " "))
     kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
     kind = kinds.get(part.partition(".")[0])
     if not dot or kind is not None:
         return f"{kind} {plain}" if dot else plain
-    # The pin where two members hang on one body.
+    # A pin shared by two members on one body.
     return f"pin between {plain} and {words(part)}"
 
 
 class Letters:
-    """Letters for the kinds of intermediate results, none of which the robot uses."""
+    """Letters for the kinds of intermediate results that the robot does not use."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
-        """Chooses among the letters that the robot does not use."""
+        """Selects letters that the robot does not use."""
         lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
         taken = set(map(names.head, (*lengths, *symbols.of.values())))
         used = ("cos", "sin", "term", "constant")
@@ -137,11 +137,11 @@ class Letters:
         self._count: dict[str, int] = {}
 
     def next(self, kind: str) -> sp.Symbol:
-        """The next symbol of a kind, counted."""
+        """Returns the next numbered symbol of a kind."""
         number = self._count[kind] = self._count.get(kind, 0) + 1
         return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
-        """The symbol of an intermediate result of a step, or of a component of it."""
+        """Returns the symbol of a step's intermediate result, or of its component."""
         tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

@@ -1,4 +1,4 @@
-r"""The fragment of mobility: the counts, the rank, and the reasons why they differ."""
+r"""Prints the mobility: two counts, the rank, and the reasons for differences."""
 
 from ...loops.freedoms import SPATIAL
 from ...loops.mobility import Mobility
@@ -8,7 +8,7 @@ from .loop_page import LoopPage
 
 
 def freedoms(page: LoopPage) -> str:
-    """Degrees of freedom, counted twice and taken from the constraint Jacobian."""
+    """Prints the degrees of freedom by two counts and by the rank of the constraint Jacobian."""
     found = page.hybrid.mobility
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)
