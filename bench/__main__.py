@@ -46,9 +46,9 @@ def main() -> int:
 def measure(plan: Plan, only: str | None, keep: bool) -> None:
     """Run all benchmarks or a single one; print the results, and save them if requested."""
     for name, install in absent().items():
-        out.print(f"no {name} to compare with: pip install {install}", markup=False)
+        out.print(f"{name} is not installed and not compared: pip install {install}", markup=False)
     for name in plan.leave_out - absent().keys():
-        out.print(f"{name} is left out: it takes long to compile; `make bench` compiles it once")
+        out.print(f"{name} is skipped (long compile time); `make bench` compiles it once")
     for name in [only] if only else [*SECTIONS, DERIVATION]:
         content = derivation.run(plan) if name == DERIVATION else compared(plan, name)
         if keep:
@@ -65,12 +65,12 @@ def compared(plan: Plan, name: str) -> dict[str, object]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few rounds, to see that all runs")
+    parser.add_argument("--quick", action="store_true", help="few rounds, as a test")
     parser.add_argument("--only", choices=[*SECTIONS, DERIVATION], help="one benchmark")
     commands = parser.add_subparsers(dest="command", metavar="command")
     added = {name: commands.add_parser(name, help=text) for name, (_, text) in COMMANDS.items()}
     for name in ("check", "count"):
-        added[name].add_argument("--write", action="store_true", help="write that file instead")
+        added[name].add_argument("--write", action="store_true", help="write the expected values")
     added["misses"].add_argument("--quick", dest="short", action="store_true", help="small sets")
     added["misses"].add_argument("--robot", help="one robot")
     added["arms"].add_argument("--count", type=int, default=50, help="number of arms")
@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     added["studies"].add_argument(
         "--samples", type=int, default=10_000_000, help="configurations of a workspace"
     )
-    added["view"].add_argument("robots", nargs="*", help="names or files; all shipped if none")
+    added["view"].add_argument("robots", nargs="*", help="names or files; default: all shipped")
     return parser
 
 

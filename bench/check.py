@@ -66,4 +66,4 @@ def show(expected: Mapping[str, float], found: Mapping[str, float], margin: floa
         (key, expected.get(key, "new"), found.get(key, "not measured"))
         for key in {**expected, **found}
     ]
-    table(f"Ratios; {margin:.0%} may be lost", ("ratio to a peer", "baseline", "now"), rows)
+    table(f"Ratios; allowed decrease {margin:.0%}", ("ratio to a peer", "baseline", "now"), rows)

@@ -72,7 +72,7 @@ def run(write: bool) -> int:
     """Count, then write the expected counts or compare with them; return the exit status."""
     reason = impossible()
     if reason:
-        out.print(f"no instructions counted: {reason}")
+        out.print(f"cannot count instructions: {reason}")
         return 0
     found = {"versions": versions(), "kernels": kernels(), "python": python_calls()}
     if write:
@@ -84,7 +84,7 @@ def run(write: bool) -> int:
         *compare("python", expected, found, tuple(found["versions"])),
     ]
     for line in failures:
-        out.print(f"other number of instructions: {line}")
+        out.print(f"different instruction count: {line}")
     return 1 if failures else 0
 
 

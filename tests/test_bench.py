@@ -20,7 +20,7 @@ def test_quick_run_prints_its_table_and_saves_nothing():
     command = [sys.executable, "-c", RUN]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert "no toolbox to compare with" in done.stdout
+    assert "toolbox is not installed and not compared" in done.stdout
     assert "One call from Python" in done.stdout
     assert "ur5e fk_jacobian" in done.stdout
     assert [file.read_bytes() for file in WRITTEN] == before

@@ -129,7 +129,7 @@ class LiveView:
         with self._lock:
             self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.posture))
 
-    # --- what the page shows ---
+    # --- content of the page ---
 
     def _look(self) -> None:
         """Set the initial camera so that the robot fills the page."""
@@ -248,7 +248,7 @@ class LiveView:
         slider.on_update(on_update)
         return slider
 
-    # --- what people do ---
+    # --- user events ---
 
     async def _on_drag(self, event: Any) -> None:
         self.is_dragged = event.phase != "end"
@@ -287,7 +287,7 @@ class LiveView:
             self._begin = time.monotonic() - event.target.value
             self._show_time(event.target.value)
 
-    # --- from a posture to the page ---
+    # --- update of the page ---
 
     @property
     def _duration(self) -> float:
@@ -319,7 +319,7 @@ class LiveView:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]
             self._show_ghosts(posture)
-        _give(self._message, content=_told(posture))
+        _give(self._message, content=_status_text(posture))
 
     def _show_limits(self, posture: Posture) -> None:
         for name, nearness in self._display.limits(posture).items():
@@ -357,7 +357,7 @@ def _give(handle: Any, **values: Any) -> None:
             setattr(handle, name, value)
 
 
-def _told(posture: Posture) -> str:
+def _status_text(posture: Posture) -> str:
     x, y, z = 1000 * posture.tool[:3, 3]
     note = "" if posture.reached else _AWAY
     note = note if posture.closes else _OPEN

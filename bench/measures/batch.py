@@ -90,7 +90,7 @@ def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
     found = ratio(key, times, (OWN, "memset"), len(q), MEMSET_BAR)
     size = 8 * (16 + 6 * arm.joints)
     speeds = f"{size / found.own:.2f} GB/s, memset {size / found.peer:.2f} GB/s"
-    out.print(f"{arm.name} fk with Jacobian, {size} bytes a pose: {speeds}")
+    out.print(f"{arm.name} fk with Jacobian, {size} bytes per pose: {speeds}")
     return [found]
 
 
@@ -98,10 +98,10 @@ def threads(plan: Plan) -> list[Ratio]:
     """Two threads compared with one, if `threads` is supported and there are two cores."""
     function = chasles.load(UR5E.name).fk
     if "threads" not in inspect.signature(function).parameters:
-        out.print("functions do not take threads=: nothing to compare on two cores")
+        out.print("functions do not support threads=: no comparison on two cores")
         return []
     if len(os.sched_getaffinity(0)) < 2:
-        out.print("only one core: nothing to compare on two")
+        out.print("only one core: no comparison on two cores")
         return []
     q = _vectors(plan, UR5E)
     T = np.zeros((len(q), 4, 4))

@@ -44,7 +44,7 @@ def run(robots: Sequence[str]) -> int:
         table.add_row(name, str(bodies), str(most), *times)
         slow += max(by_slider, by_tool) > MOST_MS
     out.print(table)
-    out.print(f"{len(names) - slow} of {len(names)} robots take at most {MOST_MS:g} ms")
+    out.print(f"{len(names) - slow} of {len(names)} robots need at most {MOST_MS:g} ms")
     return int(slow > 0)
 
 

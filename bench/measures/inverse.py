@@ -123,7 +123,7 @@ def general(plan: Plan) -> list[Ratio]:
     its own arm.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
-        out.print(f"{GENERAL} and {SLOW} are not both here: no general arm to compare")
+        out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")
         return []
     from ssik.prebuilt import jaco2_ik  # noqa: PLC0415
 
@@ -160,7 +160,7 @@ def calibrated(plan: Plan) -> list[Limit]:
 def in_C(plan: Plan) -> list[Limit]:
     """All solutions in C, pose by pose, compiled for AVX2 without AVX-512."""
     if not has_avx2():
-        out.print("a processor without AVX2: the inverse in C is not timed")
+        out.print("the processor has no AVX2: the inverse in C is not timed")
         return []
     found = []
     for name in IN_C:

@@ -140,7 +140,7 @@ def five_bar(plan: Plan) -> list[Ratio]:
         of, key = alternated(works, plan.rounds), f"python five_bar {function}: {name}"
         found.append(ratio(key, of, (OWN, name), VECTORS * repeats, bar))
     corrections = peer.corrections / (VECTORS * repeats * (plan.rounds + 1))
-    out.print(f"five_bar: Newton's iteration corrects {corrections:.2f} times a pose")
+    out.print(f"five_bar: {corrections:.2f} Newton steps per pose")
     return found
 
 

@@ -25,10 +25,10 @@ RESULT = "misses"
 def run(short: bool, robot: str | None) -> int:
     """Print a table per robot, and save all after a full run; return 1 if chasles fails."""
     for name, install in absent().items():
-        out.print(f"no {name} to compare with: pip install {install}")
+        out.print(f"{name} is not installed and not compared: pip install {install}")
     cases = [case for case in CASES if robot is None or case.name == robot]
     if not cases:
-        out.print(f"no robot {robot}; there are {', '.join(case.name for case in CASES)}")
+        out.print(f"no robot {robot}; available: {', '.join(case.name for case in CASES)}")
         return 1
     solved = [case for case in cases if case.function in case.robot.functions]
     for case in cases:

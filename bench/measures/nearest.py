@@ -48,7 +48,7 @@ def run() -> int:
     T, near, far = poses(robot, POSES)
     agree(robot, T, near)
     agree(robot, T, far)
-    out.print(f"{2 * POSES} answers equal within_limits().nearest(q_seed)")
+    out.print(f"{2 * POSES} results equal within_limits().nearest(q_seed)")
     rows = [("C", *in_C(robot, T, near)), ("Python, one call", *single(robot, T, near))]
     rows += [
         (f"Python, batch of {count}", *batch(robot, T[:count], near[:count])) for count in BATCHES

@@ -34,7 +34,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
     """Return missed poses and times of all robots, and time ratios of a peer for some robots."""
     has_peer = "toolbox" not in absent()
     if not has_peer:
-        out.print("no Robotics Toolbox: ik_numeric is timed alone")
+        out.print("the Robotics Toolbox is not installed: only ik_numeric is timed")
     found: list[Ratio | Limit] = []
     rows: list[tuple[object, ...]] = []
     for name in (*COMPARED, *ALONE):
@@ -115,7 +115,7 @@ def ratios(task: NumericTask, taken: dict[str, list[np.ndarray]], peer: str) -> 
         times = {name: [of(some) / 1e9 for some in rounds] for name, rounds in taken.items()}
         found.append(ratio(f"{robot} ik_numeric, {word}: {peer}", times, (OWN, peer), 1, CALL_BAR))
     if not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < THREADS:
-        out.print(f"fewer than {THREADS} cores: no batch of ik_numeric beside the peer")
+        out.print(f"fewer than {THREADS} cores: no comparison of ik_numeric batches with the peer")
         return found
     batch = partial(task.solve, task.T, THREADS)
     batch()

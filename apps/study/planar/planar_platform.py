@@ -111,8 +111,8 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
     point. A tool at the distance t from that point has a distance between |t - r| and t + r from
-    the center. It stays in the annulus if t <= outer - r, and either t >= inner + r or, if the hole
-    of the annulus moves around the tool, t <= r - inner.
+    the center. It stays in the annulus if t <= outer - r and t >= inner + r. If the hole of the
+    annulus moves around the tool, the second condition is t <= r - inner.
 
     Args:
         robot: As for `constant_orientation_workspace`.

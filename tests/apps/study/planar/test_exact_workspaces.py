@@ -261,7 +261,7 @@ def test_unsupported_arms_are_rejected_with_reason():
         exact_workspace(chasles.load("iiwa14"), point="wrist")
     with pytest.raises(InputValueError, match="expected point 'tool' or 'wrist', got 'elbow'"):
         exact_workspace(chasles.load("ur5e"), point="elbow")
-    with pytest.raises(InputValueError, match="scara: its point stays in a plane"):
+    with pytest.raises(InputValueError, match="scara: the workspace is planar"):
         assert exact_workspace(chasles.load("scara")).meridian
     with pytest.raises(InputValueError, match="requires a serial arm, got loops"):
         exact_workspace(chasles.load("five_bar"))

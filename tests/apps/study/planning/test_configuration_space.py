@@ -196,13 +196,13 @@ def test_invalid_obstacles_and_radii_are_rejected():
     for made, message in (
         (
             lambda: sphere([0, 0, 0], -1),
-            "sphere: radius: expected values above 0",
+            "sphere: radius: expected a finite value above 0",
         ),
         (
             lambda: box(np.eye(4), [1, 0, 1]),
-            "box: size: expected values above 0",
+            "box: size: expected a finite value above 0",
         ),
-        (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected values above 0"),
+        (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected a finite"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
         (lambda: mesh("nowhere.stl"), "mesh: file not found: nowhere.stl"),
     ):
