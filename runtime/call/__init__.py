@@ -1,1 +1,1 @@
-"""Calls into C: arguments, results, threads and arrays of other libraries."""
+"""Calls of compiled functions: arguments, results, threads and foreign arrays."""

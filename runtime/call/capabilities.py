@@ -1,7 +1,7 @@
-"""The attributes that depend on the robot: its functions, and methods that rest on them.
+"""Robot-dependent attributes: generated functions, and methods that need them.
 
-Looking up a method that a robot lacks raises an AttributeError that lists the robot's functions and
-names a substitute where there is one.
+The lookup of a missing method raises an AttributeError that lists the functions of the robot and a
+substitute, if there is one.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ Condition = Callable[[Any], bool]
 
 
 class Capability:
-    """A descriptor of an attribute that a robot may lack; a robot's own attributes go before it.
+    """A descriptor of an attribute that a robot may lack; instance attributes have priority.
 
     Attributes:
         item: The method or cached property; None for a generated function.
         functions: Names of the generated functions that the attribute needs.
-        when: A further condition on the robot, None for none.
+        when: A further condition on the robot, or None.
     """
 
     def __init__(
         self, item: Any, functions: tuple[str, ...] = (), when: Condition | None = None
     ) -> None:
-        """Stores the item and its needs."""
+        """Store the item and its requirements."""
         self.item, self.functions, self.when = item, functions, when
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Takes the name; a generated function needs itself."""
+        """Store the name; a generated function needs itself."""
         self.name = name
         if self.item is None:
             self.functions = (name,)
@@ -42,13 +42,13 @@ class Capability:
             self.item.__set_name__(owner, name)
 
     def is_met(self, robot: Any) -> bool:
-        """Whether the robot has the attribute."""
+        """Test whether the robot has the attribute."""
         has_functions = robot.functions.keys() >= {*self.functions}
         is_met = has_functions and (self.when is None or self.when(robot))
         return bool(is_met or self.name in vars(robot))
 
     def __get__(self, robot: Any, owner: type) -> Any:
-        """The attribute of a robot; raises an AttributeError if the robot lacks it."""
+        """Return the attribute of a robot; raise an AttributeError if the robot lacks it."""
         if robot is None:
             return self.item or self
         if self.is_met(robot):
@@ -67,10 +67,10 @@ class Hint(Capability):
 
 
 class OtherName(Hint):
-    """A name of another library; the error states the name here."""
+    """A function name of another library; the error states the chasles name."""
 
     def __get__(self, robot: Any, owner: type) -> Any:
-        """Raises an AttributeError."""
+        """Raise an AttributeError."""
         if robot is None:
             return self
         text = missing_attribute(repr(robot.name), self.name, "robot")
@@ -82,7 +82,7 @@ class _Mark(Protocol):
 
 
 def needs(*functions: str, when: Condition | None = None) -> _Mark:
-    """Marks a method or a cached property that rests on generated functions."""
+    """Mark a method or a cached property that needs generated functions."""
 
     def mark(item: T, /) -> T:
         checked: Any = _with_hints(item) if isinstance(item, FunctionType) else item
@@ -94,7 +94,7 @@ def needs(*functions: str, when: Condition | None = None) -> _Mark:
 
 
 def _with_hints(method: FunctionType) -> Callable[..., Any]:
-    """The method, with a hint for a keyword of another library."""
+    """Wrap a method, with a hint for keywords of other libraries."""
     code = method.__code__
     known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
 
@@ -110,7 +110,7 @@ def _with_hints(method: FunctionType) -> Callable[..., Any]:
 
 
 def lacks(robot: Any, name: str) -> bool:
-    """Whether robots can have an attribute that this one lacks."""
+    """Test whether a robot lacks an attribute that other robots have."""
     owners = (vars(owner) for owner in type(robot).__mro__)
     item = next((own[name] for own in owners if name in own), None)
     return isinstance(item, Capability) and not item.is_met(robot)

@@ -1,7 +1,7 @@
-"""The error of a single pose at which a loop does not close.
+"""Errors for a single pose at which a loop does not close.
 
-A loop that does not close gives NaN. A batch returns the NaN; a call with one pose raises an error
-that names the loop and the coordinates.
+An open loop results in NaN. A batch returns NaN; a call with one pose raises an error that states
+the loop and the coordinates.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Raises for a pose at which a loop makes a function's result not finite.
+    """Raises an error if an open loop makes a result infinite or NaN.
 
     Attributes:
         label: Robot and function.
-        margin: From the function's first input to sin^2 of the transmission angle of each step of
-            the loops' solution: positive where the loop closes, 0 at a dead point.
-        steps: The loop of each step.
-        coordinates: The elements of the function's first input.
-        dead_point: Margin up to which a loop counts as at its dead point.
-        is_followed: Whether the loops are followed from the reference configuration, and may have
-            no margin because a singularity is on the way.
+        margin: Maps the first input to sin^2 of the transmission angle of each solution step:
+            positive if the loop closes, 0 at a dead point.
+        steps: The loop of each solution step.
+        coordinates: The elements of the first input.
+        dead_point: Maximum margin at a dead point.
+        is_followed: Whether loops are followed from the reference configuration, without a margin
+            beyond a singularity.
     """
 
     label: str
@@ -43,18 +43,13 @@ class Guard:
     is_followed: bool = False
 
     def __call__(self, inputs: tuple[FloatArray, ...]) -> None:
-        """Finds the loop that makes the result not finite.
-
-        Raises:
-            OutOfReachError: If a loop does not close there.
-            SingularityError: If a loop is at a dead point.
-        """
+        """Raise OutOfReachError for an open loop, SingularityError for a dead point."""
         if not all(np.isfinite(value).all() for value in inputs):
             return
         margin = np.asarray(self.margin(inputs[0]))
         values = zip(self.coordinates, inputs[0], strict=True)
         position = ", ".join(f"{item.name} = {value:.6g} {item.unit}" for item, value in values)
-        # Steps after one that does not close may have no margin.
+        # Steps after an open loop may have no margin.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
         if value < 0:

@@ -1,6 +1,6 @@
-"""Hints for attributes and keywords that do not exist: a reason, a substitute, or the name here.
+"""Hints for missing attributes and keywords: the reason and a substitute.
 
-The tables are in `hints.toml`, which is read for an error alone.
+The tables are in `hints.toml`, which is read only for an error message.
 """
 
 from __future__ import annotations
@@ -31,33 +31,33 @@ def _tables() -> dict[str, Any]:
 
 
 def missing_attribute(owner: str, name: str, table: str) -> str:
-    """The error for an attribute that does not exist, with a hint if another library has it."""
+    """Return the message for a missing attribute, with a hint for names of other libraries."""
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
     return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")
 
 
 def unknown_keyword(caller: str, name: str, known: Iterable[str]) -> str:
-    """The error for a keyword that a function does not take."""
+    """Return the message for an unknown keyword."""
     names, hint = [*known], _tables()["keywords"].get(name)
     here = f"; pass {hint}=" if hint in names else ""
     return f"{caller}: unknown argument {name!r}{here}; it takes {', '.join(names)}"
 
 
 class Described(Protocol):
-    """A robot, as far as the reasons need it."""
+    """The protocol of a robot with a manifest and functions."""
 
     @property
     def manifest(self) -> Manifest:
-        """Its manifest."""
+        """The manifest."""
 
     @property
     def functions(self) -> Mapping[str, Any]:
-        """Its functions by name."""
+        """The functions by name."""
 
 
 def explain(robot: Described, name: str) -> tuple[str, str]:
-    """The reason why a robot lacks a function or method, and what it has instead."""
+    """Return the reason for a missing function or method, and its substitutes."""
     if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
         return _no_inverse(robot)
     stem, _, suffix = name.partition("_")
@@ -69,7 +69,7 @@ def explain(robot: Described, name: str) -> tuple[str, str]:
 
 
 def _instead(name: str) -> list[str]:
-    """The attributes that solve the same problem, the nearest first."""
+    """Return the attributes that solve the same problem, the best substitute first."""
     stem, _, rest = name.partition("_")
     others = [rest] if stem == "chain" else []
     if stem in ("jacobian", "hessian", "twist", "acceleration"):
@@ -79,7 +79,7 @@ def _instead(name: str) -> list[str]:
 
 
 def _no_inverse(robot: Described) -> tuple[str, str]:
-    """The reason that the manifest states, and the methods that solve the same problem."""
+    """Return the reason for a missing inverse, and the methods that solve the same problem."""
     tasks, solvers = _tables()["tasks"], _tables()["solvers"]
     found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
     found += [text for name, text in solvers.items() if name in dir(robot)]

@@ -1,8 +1,8 @@
-"""Calls with arguments that have a ufunc protocol of their own (`__array_ufunc__`).
+"""Calls with arguments that implement the ufunc protocol (`__array_ufunc__`).
 
-A dask array gives a lazy dask array. dask's own protocol would first try the ufunc on arrays of
-size 1, which a robot's function refuses, so this module states the shapes to dask. All other types
-go to the ufunc, which applies their own protocol.
+A dask array results in a lazy dask array. The dask protocol would call the ufunc with arrays of
+size 1, which robot functions reject, so this module passes the shapes to dask. The ufunc handles
+all other types.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from .validation import real_array
 
 
 def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:
-    """Calls a function where an input or an out has a ufunc protocol of its own.
+    """Call a function if an input or an out implements the ufunc protocol.
 
     Raises:
-        InputTypeError: If a dask array is given as out, or an input does not hold real numbers.
+        InputTypeError: If out is a dask array, or an input does not hold real numbers.
         ShapeError: If an input has the wrong shape.
     """
-    # No argument can be a dask array where dask was never imported.
+    # No argument can be a dask array if dask was never imported.
     dask = sys.modules.get("dask.array")
     strange = [value for value in (*inputs, *(outs or ())) if _has_protocol(value)]
     if dask is None or not all(isinstance(value, dask.Array) for value in strange):
         result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
         return function.solutions._judged(*result) if function.solutions else result
     if outs:
-        raise InputTypeError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
+        raise InputTypeError(f"{function.__qualname__}: dask arrays are lazy; omit out")
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
     return function.solutions(*result) if function.solutions else result
 
@@ -45,7 +45,7 @@ def _has_protocol(value: Any) -> bool:
 
 
 def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
-    """The input as an array, checked as the call itself checks it, but now rather than later."""
+    """Return the input as an array, with the checks that a lazy call would postpone."""
     item, label = function.inputs[index], function.__qualname__
     array = value if isinstance(value, dask.Array) else real_array(label, item.name, value)
     if array.dtype.kind not in "iuf":
@@ -72,13 +72,13 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # Every core dimension has a name of its own: the sizes of the inputs are checked already.
+    # Every core dimension has its own name, as the sizes are already checked.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     shapes = [item.shape for item in function.outputs]
     types: list[type] = [float] * len(shapes)
     if function.solutions:
-        # Which slots are valid has the shape of the residuals.
+        # The field `valid` has the shape of the residuals.
         shapes, types = [*shapes, shapes[-1]], [*types, bool]
     outputs = [[f"o{next(numbers)}" for _ in shape] for shape in shapes]
     sizes = [size for shape in shapes for size in shape]
@@ -87,14 +87,14 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
-        # The type of the results, so that none is computed to find it out.
+        # The result types, so that dask does not compute a result to find them.
         meta=tuple(np.empty(0, dtype) for dtype in types),
         allow_rechunk=True,
     )
 
 
 def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
-    """The fields of an inverse's Solutions."""
+    """Return the fields of Solutions as a tuple."""
     first, *more = inputs
     return tuple(function(first, fixed=tuple(more)) if more else function(first))
 
@@ -102,7 +102,7 @@ def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
 def _broadcast(
     function: Function[Any], name: str, before: tuple[int, ...], own: tuple[int, ...]
 ) -> tuple[int, ...]:
-    """Broadcasts two leading shapes; a size that dask does not know yet (NaN) fits any other."""
+    """Broadcast two leading shapes; a size that is unknown to dask (NaN) matches any size."""
     pairs = list(itertools.zip_longest(reversed(before), reversed(own), fillvalue=1))
     if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
         raise ShapeError(

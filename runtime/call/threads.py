@@ -1,9 +1,8 @@
-"""Splits a large batch into parts and shares them among threads: `threads` of every function.
+"""Distribution of large batches over threads, for the argument `threads` of every function.
 
-A part is a slice of the batch along one of its leading dimensions; NumPy's ufunc writes its result
-straight into the slice of the output, without the interpreter's lock. The calling thread takes
-part, so a call completes even where no other thread is free or can be started. Python handles
-signals between parts, so Ctrl-C stops a long call.
+A part is a slice of the batch along a leading dimension. The ufunc writes its result directly into
+the output slice, without the interpreter lock. The calling thread also works, so that a call
+completes without other threads. Python handles signals between parts: Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
@@ -27,24 +26,22 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 _ROWS = 8
-"""Cuts lie at multiples of this number, so that only the last part has a partly filled tile of
-lanes. It is also the fewest rows of a part: the result of a row depends neither on its lane nor on
-its neighbours, but a single row is computed by other code, which may round differently. So results
-are the same, bit by bit, for every number of threads."""
+"""Part sizes are multiples of this number, so that all SIMD lanes are filled. Single rows use other
+code, which may round differently; with this minimum, results are bitwise equal for every number of
+threads."""
 _LEAST = 500_000
-"""Floating-point operations for each thread. They take a tenth of a millisecond, and starting work
-on another thread takes a third of that: a smaller batch ends before another thread has begun."""
+"""Minimum floating-point operations per thread: about 0.1 ms, three times the start of a thread."""
 _MOST = 20_000_000
-"""Floating-point operations of a part, which take 5 to 20 ms: Ctrl-C takes effect after it."""
+"""Maximum floating-point operations of a part: 5 to 20 ms, the delay of Ctrl-C."""
 _PARTS = 4
-"""Parts for each thread, so that the others take over the share of a thread that falls behind."""
+"""Parts per thread, so that other threads can take over the parts of a slow thread."""
 
 _pool: ThreadPoolExecutor | None = None
 _pool_lock = threading.Lock()
 
 
 def count_cores() -> int:
-    """The number of cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -57,7 +54,7 @@ def run(
     batch: tuple[int, ...],
     threads: int,
 ) -> Any:
-    """Calls a function on checked inputs of a batch; several threads share it where that pays."""
+    """Call a function on checked inputs of a batch, on several threads if that is faster."""
     work = math.prod(batch) * function.operations.get("total", 1)
     threads, parts = _division(work, threads)
     outs = outs or (None,) * len(function.outputs)
@@ -80,11 +77,7 @@ def run(
 
 
 def read_threads(label: str, threads: object) -> int:
-    """The number of threads of a method's keyword, 0 for one per core.
-
-    Raises:
-        InputTypeError: If it is neither a positive integer nor "all".
-    """
+    """Return the number of threads, 0 for one per core ("all"); raise an InputTypeError."""
     if threads == "all":
         return 0
     is_number = isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)
@@ -102,7 +95,7 @@ def run_rows(
     cost: int,
     threads: int,
 ) -> None:
-    """Calls work on operands and results of N rows; several threads share them where that pays."""
+    """Call `work` on operands and results of N rows, on several threads if that is faster."""
     threads, n_parts = _division(len(results[0]) * cost, threads)
     _, cuts = _cut((len(results[0]),), n_parts)
     if len(cuts) < 2:  # noqa: PLR2004
@@ -113,14 +106,14 @@ def run_rows(
 
 
 def _division(work: int, threads: int) -> tuple[int, int]:
-    """The numbers of threads and of parts that suit some floating-point operations."""
+    """Return the numbers of threads and parts for a number of floating-point operations."""
     cores = count_cores()
     threads = max(min(threads or cores, cores, work // _LEAST), 1)
     return threads, max(threads * _PARTS if threads > 1 else 1, math.ceil(work / _MOST))
 
 
 def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
-    """The first dimension that is long enough for all parts, or else the longest, and its parts."""
+    """Return the first axis that is long enough for all parts, else the longest, and its slices."""
     if n_parts < 2 or not batch:  # noqa: PLR2004
         return 0, []
     enough = (axis for axis, size in enumerate(batch) if size >= n_parts * _ROWS)
@@ -132,7 +125,7 @@ def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
 
 
 def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[FloatArray]:
-    """The parts of an operand, each of them the whole operand where the axis is broadcast."""
+    """Return the parts of an operand; for a broadcast axis each part is the complete operand."""
     if axis < 0 or array.shape[axis] == 1:
         return itertools.repeat(array, len(cuts))
     before = (slice(None),) * axis
@@ -140,10 +133,10 @@ def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[Floa
 
 
 def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
-    """Whether one part might write into memory that another reads.
+    """Test whether a part might write into memory that another part reads.
 
-    NumPy handles overlap within one call only. Arrays with interleaved memory, such as columns of
-    one table, count as overlapping.
+    NumPy handles overlap within one call only. Interleaved arrays, such as columns of one table,
+    count as overlapping.
     """
     given = [out for out in outs if out is not None]
     pairs = itertools.chain(itertools.product(inputs, given), itertools.combinations(given, 2))
@@ -153,18 +146,17 @@ def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) ->
 def _share(
     ufunc: Callable[..., Any], parts: Iterator[tuple[FloatArray, ...]], n: int, threads: int
 ) -> None:
-    """Runs the ufunc on all parts; each thread takes the next remaining part."""
+    """Run the ufunc on all parts; each thread takes the next remaining part."""
 
     def work() -> None:
         for part in parts:
             ufunc(*part[:n], out=part[n:])
 
-    # Most programs use one thread, and this import takes a tenth of the time of importing chasles.
+    # Imported here: it takes 10 % of the import time of chasles, and most programs use one thread.
     from concurrent.futures import wait  # noqa: PLC0415
 
     helpers: list[Future[None]] = []
-    # Where no thread can be started (the system has no more, the interpreter shuts down), the
-    # calling thread does all the work.
+    # If no thread can be started, the calling thread does all the work.
     with contextlib.suppress(RuntimeError):
         for _ in range(threads - 1):
             helpers.append(_get_pool().submit(work))
@@ -172,11 +164,10 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # The helpers find no part left.
+            pass  # No parts remain for the helpers.
         raise
     finally:
-        # No helper may write after the caller has its array back. A helper that has not begun finds
-        # no part left.
+        # No helper may write after the call has returned.
         wait([helper for helper in helpers if not helper.cancel()])
     for helper in helpers:
         if not helper.cancelled():
@@ -194,7 +185,7 @@ def _get_pool() -> ThreadPoolExecutor:
 
 
 def _forget_pool() -> None:
-    """Drops the pool in a child process, which lacks the threads and may inherit a held lock."""
+    """Drop the pool in a child process, which has no threads and may inherit a locked lock."""
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()
 

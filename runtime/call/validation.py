@@ -1,4 +1,4 @@
-"""Validation of arguments that must be real numbers, the same for every method."""
+"""Validation of arguments that must be real numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,7 @@ from ..errors import InputTypeError
 
 
 def real_array(caller: str, name: str, given: Any) -> FloatArray:
-    """A float64 array of integers or other floats.
-
-    Raises:
-        InputTypeError: If the value is not made of real numbers.
-    """
+    """Return a float64 array of integers or floats; raise an InputTypeError for other values."""
     if isinstance(given, np.ndarray) and given.dtype == np.float64:
         return given
     try:
