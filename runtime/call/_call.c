@@ -16,15 +16,14 @@ PyObject *ShapeError, *InputError, *MismatchError;
 PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
-/* Methods of Library; they are set here since the library's file knows nothing of Functions. */
+/* Methods of Library, set here as compiled_library.c does not depend on Function. */
 static PyMethodDef library_methods[] = {
     {"function", (PyCFunction)(void (*)(void))function_new, METH_VARARGS | METH_KEYWORDS,
      "The function with this name; inputs and outputs describe it and must agree with the C."},
     {NULL},
 };
 
-/* The residuals up to which solutions reach matrices (N, 4, 4) that rounding has moved; 0 for
- * others, and for matrices that are no poses. */
+/* Returns the maximum residuals of solutions for rounded poses (N, 4, 4), 0 for other matrices. */
 static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matrices)
 {
     PyObject *poses = PyArray_FROMANY(matrices, NPY_DOUBLE, 3, 3, NPY_ARRAY_IN_ARRAY);
@@ -92,8 +91,8 @@ static int import_names(void)
     str_name = PyUnicode_InternFromString("name");
     str_shape = PyUnicode_InternFromString("shape");
     str_array_ufunc = PyUnicode_InternFromString("__array_ufunc__");
-    if (!ShapeError || !InputError || !MismatchError || !str_out || !str_threads ||
-        !str_fixed || !str_name || !str_shape || !str_array_ufunc) {
+    if (!ShapeError || !InputError || !MismatchError || !str_out || !str_threads || !str_fixed ||
+        !str_name || !str_shape || !str_array_ufunc) {
         return -1;
     }
     ndarray_array_ufunc = PyObject_GetAttr((PyObject *)&PyArray_Type, str_array_ufunc);

@@ -4,7 +4,7 @@
 
 /* ------------------------------------------------------------------ names */
 
-/* Returns the name of a slot: an input, out, threads or fixed; NULL where a call takes none. */
+/* Returns the name of a slot: an input, out, threads or fixed; NULL if the slot has no keyword. */
 static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
     if (slot < kernel->n_inputs) {
@@ -229,8 +229,8 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces NumPy's error about an argument by one that names the argument, with NumPy's as its
- * cause. */
+/* Replaces a NumPy error by an error that states the argument, with the NumPy error as its cause.
+ */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {
@@ -276,8 +276,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests the leading dimensions of an input against those of the inputs before it; -1 with an error
- * set. */
+/* Tests the leading dimensions of an input against the earlier inputs; -1 with an error set. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {

@@ -1,13 +1,13 @@
-/* A call takes one of three ways:
+/* Dispatch of a call to one of three functions:
  *
- *   call_single    every argument is a dense float64 array of the core shape: the kernel runs on
- *                  the caller's memory, with nothing in between
+ *   call_single    every argument is a dense float64 array of the core shape: the kernel runs
+ *                  directly on the caller's memory
  *   call_dense     every argument is a dense float64 batch of one shape, without out=
- *   call_general   all others: arguments are read and checked, then the ufunc broadcasts the
- *                  leading dimensions. With threads= it is called on parts of the batch
- *                  (threads.py); arguments with a ufunc protocol of their own go to overrides.py.
+ *   call_general   all other calls: arguments are converted and checked, then the ufunc broadcasts
+ *                  the leading dimensions, with threads= on parts of the batch (threads.py);
+ *                  arguments with __array_ufunc__ are passed to overrides.py
  *
- * An inverse of poses takes its further inputs by name in fixed=; Python takes other fixed joints.
+ * An inverse of poses has its redundancy parameters in fixed=; Python handles other fixed joints.
  */
 #include <string.h>
 
@@ -21,8 +21,8 @@
 
 /* ------------------------------------------------------------------ single */
 
-/* Tests whether the kernel may write directly into the caller's arrays. It may not where an output
- * shares memory with another operand: kernels read inputs after they have begun to write. */
+/* Tests whether the kernel can write directly into the caller's arrays. An output must not share
+ * memory with another operand, as kernels may read inputs after writing outputs. */
 static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
 {
     const double *memory[MAX_OPERANDS];
@@ -84,8 +84,7 @@ static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *
 
 /* ------------------------------------------------------------------ dense */
 
-/* Returns the leading dimensions that all inputs share where all are dense float64 arrays, else
- * NULL. */
+/* Returns the common leading dimensions if all inputs are dense float64 arrays, else NULL. */
 static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *const *inputs,
                                             int *ndim)
 {
@@ -109,7 +108,7 @@ static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *cons
     return batch;
 }
 
-/* Tests whether a batch may take so long that Ctrl-C must be able to stop it, in Python. */
+/* Tests whether a batch is so long that Python must handle Ctrl-C between parts. */
 static int is_long(npy_intp n)
 {
     return n >= LEAST_LONG;
@@ -136,8 +135,8 @@ static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
                     steps + kernel->n_inputs);
 }
 
-/* Runs the kernel on dense batches of one shape, into new arrays: the same as the ufunc, whose
- * preparations cost more than a few poses. */
+/* Runs the kernel on dense batches of one shape, into new arrays; faster than the ufunc for few
+ * poses. */
 static PyObject *call_dense(const Function *self, PyObject *const *inputs, const npy_intp *batch,
                             int ndim)
 {
@@ -226,7 +225,7 @@ static PyObject *call_threads(Function *self, PyObject *const *inputs, PyObject 
     return result;
 }
 
-/* Passes the call on to the arguments' own protocol, which has its own parallelism, if any. */
+/* Passes the call to the __array_ufunc__ protocol of an argument. */
 static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject *const *outs,
                                PyObject *own, long threads)
 {
@@ -239,8 +238,8 @@ static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject
     return call_python("chasles.call.overrides", self, inputs, outs, NULL, threads);
 }
 
-/* Makes the arrays for a large batch in kept blocks, where the caller gave none: the ufunc would
- * use malloc. Returns -1 with an error set. */
+/* Creates missing output arrays of a large batch in kept blocks; the ufunc would use malloc.
+ * Returns -1 with an error set. */
 static int new_large_results(const Kernel *kernel, const LeadingShape *batch, PyObject *const *outs,
                              PyObject **results)
 {
@@ -261,7 +260,7 @@ static int new_large_results(const Kernel *kernel, const LeadingShape *batch, Py
     return 0;
 }
 
-/* Runs the ufunc over a batch, on so many threads. */
+/* Runs the ufunc over a batch on several threads. */
 static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObject *const *outs,
                                 const LeadingShape *batch, long threads)
 {
@@ -282,7 +281,7 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
     return result;
 }
 
-/* Checks the arrays that were read, then runs the kernel once or over a batch. */
+/* Checks the converted arrays, then runs the kernel once or over a batch. */
 static PyObject *call_checked(Function *self, PyObject *const *inputs, PyObject *const *outs,
                               long threads)
 {
@@ -341,7 +340,7 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
 
 /* ------------------------------------------------------------------ vectorcall */
 
-/* Calls the kernel with one object for each input, in the cheapest of the three ways. */
+/* Calls the kernel with one object for each input, by the fastest of the three functions. */
 static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,
                             long threads)
 {

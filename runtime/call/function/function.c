@@ -23,9 +23,8 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* There is no tp_clear: all members are set once, from objects made before, so that a cycle through
- * a Function always holds some other object that can be cleared. A call needs the members to its
- * end. */
+/* There is no tp_clear, as a call needs all members to its end. All members are older objects, so
+ * that every reference cycle contains another object that can be cleared. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);
@@ -133,8 +132,7 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
     const chasles_kernel *entry = utf8 ? library_find((Library *)library, utf8) : NULL;
     if (!entry) {
         if (utf8) {
-            PyErr_Format(MismatchError, "%U: has no function %R", ((Library *)library)->path,
-                         name);
+            PyErr_Format(MismatchError, "%U: has no function %R", ((Library *)library)->path, name);
         }
         return NULL;
     }

@@ -63,7 +63,7 @@ static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *re
     return result;
 }
 
-/* One pose and one seed: one run of the inverse on the stack. */
+/* Solves for one pose and one seed, with the slots on the stack. */
 static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
 {
     const Function *inverse = (const Function *)self->inverse;
@@ -95,7 +95,8 @@ static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
     return pack_nearest(self, q, found, slot);
 }
 
-/* A dense batch of poses, with one seed or one for each: NULL with an error set. */
+/* Solves for a dense batch of poses, with one seed or a seed for each pose; NULL with an error set.
+ */
 static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdiff_t seed_step)
 {
     const Function *inverse = (const Function *)self->inverse;
@@ -143,7 +144,7 @@ static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdi
     return result;
 }
 
-/* Tests whether the object is a dense batch of doubles, of so many leading dimensions. */
+/* Tests whether the object is a dense batch of doubles with the core shape of the operand. */
 static int is_dense_batch(PyObject *object, const Operand *operand)
 {
     if (!PyArray_CheckExact(object)) {
@@ -196,7 +197,7 @@ static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* As for Function, there is no tp_clear: all members are set once, from objects made before. */
+/* No tp_clear, as for Function: all members are older objects. */
 static void nearest_dealloc(Nearest *self)
 {
     PyObject_GC_UnTrack(self);
@@ -216,7 +217,7 @@ static PyObject *nearest_reduce(Nearest *self, PyObject *Py_UNUSED(ignored))
     return Py_NewRef(self->reduced);
 }
 
-/* Tests whether the further inputs of the inverse follow from a seed alone. */
+/* Tests whether the redundancy parameters of the inverse follow from a seed. */
 static int parameters_fit(const Nearest *self)
 {
     const Kernel *kernel = ((const Function *)self->inverse)->kernel;

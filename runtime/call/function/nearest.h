@@ -1,7 +1,7 @@
 /* Nearest: the Python object behind robot.ik_nearest.
  *
- * A call with a pose and a seed alone runs here: the inverse, then the selection that was compiled
- * with it. Calls with options, and poses that need more than the kernel, go to Python. */
+ * C runs the inverse and the compiled selection for calls with poses and seeds only. Python handles
+ * options, and poses that need refinement or an error. */
 #ifndef CHASLES_NEAREST_CALL_H
 #define CHASLES_NEAREST_CALL_H
 

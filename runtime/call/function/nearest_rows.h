@@ -1,5 +1,5 @@
-/* The nearest solutions of many poses: the inverse on a block of rows, then the selection that was
- * compiled with it, while the slots are in the processor's cache. */
+/* The nearest solutions of pose batches: the inverse on a block of rows, then the compiled
+ * selection, while the slots are in the processor cache. */
 #ifndef CHASLES_NEAREST_ROWS_H
 #define CHASLES_NEAREST_ROWS_H
 
@@ -13,7 +13,7 @@
 #define MAX_BLOCK 32 /* rows of a block: the slots stay in the nearest cache */
 #define N_MOVES 4    /* lower and upper limits, scales, turns */
 
-/* Where the rows of a call lie, and how many doubles are between rows. */
+/* Addresses of the rows of a call, and their strides in doubles. */
 typedef struct {
     const double *inputs[MAX_OPERANDS];
     ptrdiff_t steps[MAX_OPERANDS];
@@ -30,13 +30,15 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs more than the kernel: refinement, or an error about its matrix. */
+/* Tests whether a row needs refinement, or an error for its matrix. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
 }
 
-/* Tests whether the function is an inverse whose C selects, and whose slots fit the scratch. */
+/* Tests whether the function is an inverse with a compiled selection, and its slots fit the
+ * scratch.
+ */
 int can_select(const Function *inverse);
 
 /* Reads the moves, four arrays (n,); -1 with an error set. */

@@ -14,17 +14,16 @@ PyObject *new_tuple(int n, PyObject *const *items)
 
 /* ------------------------------------------------------------------ branches */
 
-/* The outputs of a function of all branches, then the array of those that are valid. */
+/* The outputs of a function of all branches, then `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* The poses of a batch that need more than the kernel. */
+/* Whether a batch contains poses that need refinement or an error. */
 typedef struct {
-    int refine;  /* whether one has no valid branch, but one with a residual of at most `near` */
-    int no_pose; /* whether one may be no pose: a residual is infinite, by settle_pose of
-                  * rigid_poses.h, or in another assembly mode of a pose */
+    int refine;  /* a pose without a valid branch has a residual of at most `near` */
+    int no_pose; /* a residual is infinite: not a pose, or another assembly mode */
 } Unsettled;
 
-/* Looks at the poses without a valid branch, among n poses with k branches each. */
+/* Examines the poses without a valid branch, among n poses with k branches each. */
 static Unsettled find_unsettled(npy_intp n, npy_intp k, const double *residual,
                                 const npy_bool *valid, double near)
 {
@@ -74,7 +73,7 @@ static PyObject *valid_branches(const Function *self, PyArrayObject *residual, U
     return (PyObject *)valid;
 }
 
-/* Raises the error that names the matrices that are no poses; -1 with it. */
+/* Raises an error for matrices that are not poses; -1 with the error set. */
 static int refuse_poses(const Function *self, PyObject *T)
 {
     PyObject *module = PyImport_ImportModule("chasles.se3");

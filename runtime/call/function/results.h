@@ -1,9 +1,8 @@
-/* The results of a call: packed as the caller gets them.
+/* Packing of results.
  *
- * Branches of an inverse become Solutions (solutions.py), with a fourth array: which of them are
- * valid. Where a pose has no valid branch but nearly one, the refinement (refinement.py) may
- * correct the results. Where a single result is not finite, the guard (guard.py) is called and may
- * raise. */
+ * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. A pose
+ * without a valid branch may need refinement (refinement.py). If a single result is not finite, the
+ * guard (guard.py) may raise an error. */
 #ifndef CHASLES_RESULTS_H
 #define CHASLES_RESULTS_H
 
@@ -20,18 +19,18 @@ PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject 
 /* Returns the ufunc's result, as Solutions where its outputs are branches; steals the reference. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
-/* As pack, unless the guard raises an error about results that are not finite in `memory`. Never
- * inlined, so that calls of functions without a guard stay short. */
+/* Packs results, unless the guard raises an error for values in `memory` that are not finite. Not
+ * inlined, to keep calls of functions without a guard short. */
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
 /* Returns the ufunc's result for one pose, unless the guard raises; steals the reference. */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Sets the class of the branches and the tolerance that it states; -1 with an error set. */
+/* Sets the class of the branches and its tolerance; -1 with an error set. */
 int set_solutions(Function *self, PyObject *type);
 
-/* Sets the refinement and the greatest residual that it states; -1 with an error set. */
+/* Sets the refinement and its maximum residual; -1 with an error set. */
 int set_refinement(Function *self, PyObject *refinement);
 
 /* Returns one result, or a tuple of several; steals the references. Arrays of shape () become

@@ -1,10 +1,9 @@
-/* Memory of large results, kept from one call to the next.
+/* Memory pool for large results.
  *
- * malloc returns blocks of 32 MB to the system as soon as they are freed (glibc), and the system
- * clears the memory that it gives: for a large batch that takes as long as the kernel itself. Large
- * results therefore have a memory handler of their own (NEP 49), which keeps freed blocks for the
- * results of the next call. A block belongs to one array or is kept, never both. Handlers run under
- * the interpreter's lock (GIL), which protects the table of kept blocks. */
+ * glibc returns freed blocks of 32 MB to the system, which clears memory before it is used again.
+ * For a large batch this takes as long as the kernel. Therefore large results use a memory handler
+ * (NEP 49) that keeps freed blocks for the next call. A block belongs to one array or to the pool.
+ * The interpreter lock (GIL) protects the pool. */
 #ifndef CHASLES_KEPT_BLOCKS_H
 #define CHASLES_KEPT_BLOCKS_H
 
@@ -15,8 +14,8 @@
 /* Prepares the memory handler; -1 with an error set. */
 int kept_blocks_init(void);
 
-/* Returns a new array of doubles in a block. Where the program has set a memory handler of its own
- * for its arrays, that handler is used. */
+/* Returns a new array of doubles in a block, or by another memory handler if the program has set
+ * one. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
 /* release_memory() of the module: returns all kept blocks to the system, and their size [B]. */

@@ -70,8 +70,8 @@ static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outp
     return 0;
 }
 
-/* Takes the functions of the entry if its sizes are those described. The manifest alone is not
- * trusted: a wrong size would write past the end of an array. Returns -1 with an error set. */
+/* Binds the functions of an entry if its sizes match the manifest: a wrong size would write past
+ * the end of an array. Returns -1 with an error set. */
 static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
 {
     int agree = entry->n_inputs == kernel->n_inputs && entry->n_outputs == kernel->n_outputs;

@@ -19,7 +19,7 @@ typedef struct {
     npy_intp size; /* product of dims */
 } Operand;
 
-/* How the poses of an inverse are found to be rigid (rigid_poses.h). */
+/* How the poses of an inverse are tested for rigidity (rigid_poses.h). */
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
@@ -35,8 +35,7 @@ typedef struct {
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */
-    /* A ufunc keeps the pointers that it is given, so the memory they point to belongs to the
-     * kernel. */
+    /* A ufunc stores these pointers, so the kernel owns their memory. */
     char *ufunc_name, *ufunc_doc;
     PyUFuncGenericFunction ufunc_loops[1];
     void *ufunc_data[1];

@@ -8,7 +8,7 @@
     256 /* rows at a time: a multiple of every number of lanes, and small for the cache \
          */
 
-/* Overwrites the results for a matrix that is no pose. */
+/* Overwrites the results for a matrix that is not a pose. */
 static void clear_slots(const Kernel *kernel, double *const *outputs, double residual)
 {
     const double values[] = {NAN, residual, NAN};
@@ -20,7 +20,7 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* The residual of a matrix that is no pose: NaN where the matrix is not finite, else infinite. */
+/* Returns the residual of a matrix that is not a pose: NaN if it is not finite, else infinite. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;
@@ -30,7 +30,7 @@ static double residual_without_pose(const double *T)
     return sum == 0 ? INFINITY : NAN;
 }
 
-/* Measures the residuals of all slots whose coordinates do not reach the pose to rounding. */
+/* Recomputes all residuals above rounding level. */
 static void measure_slots(const Kernel *kernel, const double *T, double *const *outputs)
 {
     npy_intp k = slots_of(kernel);
@@ -52,7 +52,7 @@ static void measure_slots(const Kernel *kernel, const double *T, double *const *
     }
 }
 
-/* Solves for the nearest rigid pose, or for none. */
+/* Solves for the nearest rigid pose, or clears the slots. */
 static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
                         double *const *outputs)
 {
@@ -93,7 +93,7 @@ void solve_judged(const Kernel *kernel, const double *const *inputs, double *con
     }
 }
 
-/* Tests whether all of n rows are rigid to rounding: those with a solution to rounding are. */
+/* Tests whether all n rows are rigid to rounding. */
 static int rows_are_rigid(npy_intp n, const double *T, ptrdiff_t step, const double *residual,
                           ptrdiff_t residual_step, npy_intp k)
 {

@@ -1,11 +1,11 @@
-/* Inverses of poses as they come: rounded to single precision or to printed digits.
+/* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose that has a solution to rounding is rigid to rounding, and costs a comparison. Another
- * matrix is replaced by the nearest rigid pose and solved again if it is nearly rigid; else it has
- * no solutions: NaN, and infinite residuals. General arms judge each matrix first.
+ * A pose with a residual at rounding level is rigid. Other poses are tested: nearly rigid poses are
+ * projected and solved again; other matrices result in NaN and infinite residuals. For general
+ * arms, each matrix is tested first.
  *
- * For a robot whose unit of length is not 1 m, residuals are measured again: the larger of the
- * distance and of the angle times that unit. */
+ * If the unit length is not 1 m, residuals are recomputed as the larger of the distance and the
+ * angle times the unit length. */
 #ifndef CHASLES_RIGID_POSES_H
 #define CHASLES_RIGID_POSES_H
 
@@ -17,8 +17,8 @@
 /* The outputs of an inverse. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
-/* Tests whether four numbers are not 0 0 0 1, by their bits, which is quicker than by comparisons:
- * without the sign, which makes two zeros, all bits of 0 are 0. */
+/* Tests whether four numbers differ from 0 0 0 1, by their bits, which is faster than comparisons.
+ * The shift removes the sign of a zero. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;
@@ -28,8 +28,7 @@ static inline int differs_from_last_row(const double *row)
     return (((bits[0] | bits[1] | bits[2]) << 1) | (bits[3] ^ bits_of_one)) != 0;
 }
 
-/* Tests whether a pose has a last row 0 0 0 1, and among k slots one with a residual of rounding.
- */
+/* Tests whether a pose has the last row 0 0 0 1 and a slot with a residual at rounding level. */
 static inline int is_settled(const double *T, const double *residual, npy_intp k)
 {
     if (differs_from_last_row(T + 12)) {
@@ -43,11 +42,10 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
     return 0;
 }
 
-/* Judges the pose of an inverse that has no solution to rounding, and solves again if it is nearly
- * rigid. */
+/* Tests a pose without a solution to rounding, and solves again if it is nearly rigid. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Runs an inverse whose poses are judged first, or whose residuals are measured. */
+/* Runs an inverse with a test of each pose, or with recomputed residuals. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 /* Number of slots of an inverse. */

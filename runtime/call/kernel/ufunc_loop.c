@@ -51,10 +51,9 @@ static void copy_elements(const Operand *operand, const npy_intp *strides, char 
     }
 }
 
-/* Tests whether the kernel needs a copy of an operand: where its elements are not dense, and where
- * an input shares memory with an output, as kernels read inputs after they have begun to write.
- * (NumPy copies operands that overlap, but not an input that is exactly an output: for elementwise
- * functions that is safe.) */
+/* Tests whether the kernel needs a copy of an operand: its elements are not dense, or an input
+ * shares memory with an output. NumPy copies overlapping operands, except an input that is also the
+ * output, which is safe for elementwise functions only. */
 static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp *core_strides)
 {
     const Operand *operand = &kernel->operands[i];
@@ -70,8 +69,7 @@ static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp
     return 0;
 }
 
-/* Runs the code for many poses on dense rows. Rows of aligned doubles are a whole number of doubles
- * apart. */
+/* Runs the code for many poses on dense rows, whose strides are multiples of a double. */
 static void run_rows(const Kernel *kernel, npy_intp n, char **args, const npy_intp *steps)
 {
     ptrdiff_t in_doubles[MAX_OPERANDS];
@@ -140,7 +138,7 @@ static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *
             free(scratch);
         }
     }
-    /* NaN and infinity pass through; NumPy shall not warn about the kernels' exceptions. */
+    /* NaN and infinity propagate without a NumPy warning. */
     feclearexcept(FE_ALL_EXCEPT);
 }
 

@@ -4,8 +4,8 @@
 
 #include "call/kernel/operands.h"
 
-/* Makes the ufunc, which takes the kernel over: the kernel is freed with the ufunc, or here on
- * error. NULL with an error set. */
+/* Creates the ufunc, which owns the kernel; on error the kernel is freed. NULL with an error set.
+ */
 PyObject *ufunc_new(Kernel *kernel, PyObject *name, PyObject *doc);
 
 #endif
