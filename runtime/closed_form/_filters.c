@@ -14,7 +14,7 @@
 
 #define TURN CHASLES_FULL_TURN
 
-/* An array of the right type and size in C order, or NULL with an error set. */
+/* Returns the data of a C-order array of this type and size, or NULL with an error set. */
 static void *dense(PyObject *object, int type, npy_intp size)
 {
     PyArrayObject *array = (PyArrayObject *)object;
@@ -54,7 +54,7 @@ static int read_slots(PyObject *q, PyObject *valid, Slots *slots)
     return slots->q && slots->valid ? 0 : -1;
 }
 
-/* Returns a new array with the leading dimensions of q and so many further ones. */
+/* Returns a new array with the leading dimensions of q and `more` further dimensions. */
 static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_intp second)
 {
     npy_intp dims[NPY_MAXDIMS];
@@ -67,14 +67,14 @@ static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_i
 
 /* ------------------------------------------------------------------ limits */
 
-/* Limits of the coordinates, and how many turns of each are listed. */
+/* Limits of the coordinates, and their numbers of windings. */
 typedef struct {
     const double *low, *high, *turn, *rounding;
     const npy_intp *windings;
     npy_intp count;
 } Limits;
 
-/* Returns the number of turns from a value to the first winding that is listed. */
+/* Returns the number of turns from a value to its first listed winding. */
 static double first_turn(const Limits *limits, npy_intp j, double q, double at_limit)
 {
     if (limits->turn[j] == 0) {
@@ -89,8 +89,8 @@ static double first_turn(const Limits *limits, npy_intp j, double q, double at_l
     return not_below < last ? not_below : last;
 }
 
-/* Writes all listed values of each coordinate of a slot, and whether each is within the limits; one
- * that rounding has put outside a limit is set to the limit. */
+/* Writes all listed windings of each coordinate of a slot, and whether each is within the limits. A
+ * value that exceeds a limit by rounding is set to the limit. */
 static void write_turns(const Limits *limits, npy_intp n, const double *slot, double at_limit,
                         double *value, npy_bool *inside)
 {
@@ -156,7 +156,7 @@ static int write_all_windings(const Limits *limits, const Slots *slots, double a
     return 0;
 }
 
-/* Repeats each of n numbers. */
+/* Repeats each of n numbers `count` times. */
 static void repeat(npy_intp n, npy_intp count, const double *from, double *to)
 {
     for (npy_intp i = 0; i < n; i++) {
@@ -219,7 +219,7 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
 
 /* ------------------------------------------------------------------ distances */
 
-/* Seeds, one for all poses or one for each, and the meaning of a move. */
+/* Seeds, one for all poses or one for each, and the distance metric. */
 typedef struct {
     const double *q;
     npy_intp step;
@@ -242,13 +242,13 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* A slot of a pose with its rounded distance from the seed, infinite if it does not count. */
+/* A slot of a pose with its rounded distance from the seed, infinite if invalid. */
 typedef struct {
     uint64_t distance;
     npy_intp slot;
 } Ranked;
 
-/* Ranks a slot. Of one that is farther than a rounded distance only this is certain. */
+/* Returns a slot with its distance; beyond the distance `enough`, only a lower bound of it. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {
@@ -269,7 +269,7 @@ static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose
                                 seeds->scale);
 }
 
-/* Tests whether two slots hold the same solution at other turns. */
+/* Tests whether two slots are windings of the same solution. */
 static int differ_by_turns(npy_intp n, const double *a, const double *b)
 {
     for (npy_intp j = 0; j < n; j++) {
@@ -280,7 +280,7 @@ static int differ_by_turns(npy_intp n, const double *a, const double *b)
     return 1;
 }
 
-/* Returns the nearest valid slot of a pose, -1 if there is none; see chasles_distance.h. */
+/* Returns the nearest valid slot of a pose, else -1; see chasles_distance.h. */
 static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
     const npy_intp n = slots->n;
@@ -298,7 +298,7 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     return best.slot;
 }
 
-/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN for a pose without one. */
+/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN without a valid slot. */
 static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q, *valid, *seed, *turn, *unit;
@@ -319,7 +319,7 @@ static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
     return found;
 }
 
-/* Sorts n slots by their distances, equal ones in their order; `room` has place for n more. */
+/* Sorts n slots by distance (stable); `room` is scratch memory for n slots. */
 static void sort_ranked(Ranked *slots, Ranked *room, npy_intp n)
 {
     for (npy_intp width = 1; width < n; width *= 2) {
@@ -407,7 +407,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether groups of slots, each turns of one solution, differ; false for many groups. */
+/* Tests whether groups of slots, each with the windings of one solution, differ; false for many
+ * groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

@@ -237,7 +237,7 @@ class NearestMethods(RobotFacts):
         threads: int,
         max_step: FloatArray | float = np.inf,
     ) -> tuple[Rows, Any]:
-        """The best solutions for targets and seeds; where possible, no joint moves by more."""
+        """Return the best solutions for targets and seeds, if possible within `max_step`."""
         inverse, (target, seeds) = self.functions[info.name], rows
         if held and not is_own(self, held):
             if redundancy != "fixed":
@@ -269,7 +269,7 @@ class NearestMethods(RobotFacts):
         max_step: FloatArray | float = np.inf,
         limits: Any = "robot",
     ) -> NearestSolution:
-        """The best solution for a target, from a configuration (n,)."""
+        """Return the best solution for a target, from a configuration (n,)."""
         moves, rows = self._moves(label, info, limits), (target[None], q_seed[None])
         found, limited = self._best(label, info, moves, rows, held, redundancy, 1, max_step)
         return _packed(label, self.functions[info.name], found, limited, (), None)

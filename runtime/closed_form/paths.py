@@ -128,9 +128,9 @@ class InverseMethods(RobotFacts):
             fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
                 mapping sets values () or (m,). Redundancy parameters (`redundancy`) keep their
                 values at `q_seed` by default. For other joints, an inverse is derived on first use.
-            redundancy: How a redundant robot uses its surplus freedom, as in `ik_nearest`. "fixed"
-                keeps its parameters. Other values choose the parameters anew at each pose, among
-                the solutions within `max_step` of the previous configuration.
+            redundancy: The choice of the redundancy parameters, as in `ik_nearest`. "fixed" keeps
+                the parameters. Other values select new parameters at each pose, among the solutions
+                within `max_step` of the previous configuration.
             max_step: Maximum joint displacement between successive poses [rad or m]; by default
                 0.5 rad, for prismatic joints 0.5 `unit_length`.
 
@@ -197,7 +197,7 @@ class InverseMethods(RobotFacts):
         redundancy: NearestRedundancy,
         max_step: float | None,
     ) -> JointPath:
-        """A path whose redundancy parameters are chosen anew at each pose."""
+        """Follow a path with a new choice of the redundancy parameters at each pose."""
         largest = self._largest(max_step, self.functions[info.name].solutions)
         q, margin = np.empty((len(target), self.n)), np.empty(len(target))
         for k, pose in enumerate(target):
@@ -217,7 +217,7 @@ class InverseMethods(RobotFacts):
         return self._report(q, margin, None)
 
     def _largest(self, max_step: float | None, kind: Any) -> FloatArray:
-        """(n,) largest moves of the joints between successive poses."""
+        """Return the maximum displacements (n,) of the joints between successive poses."""
         return JUMP * facts_of(kind).units if max_step is None else np.full(self.n, float(max_step))
 
     def _first(self, slots: Solutions, q_seed: FloatArray) -> _Step:

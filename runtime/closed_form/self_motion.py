@@ -36,7 +36,7 @@ _MAX_ROWS = 100_000
 
 
 def check_redundancy(label: str, redundancy: str) -> None:
-    """Raise InputValueError for an unknown use of the redundancy."""
+    """Raise an InputValueError for an unknown value of `redundancy`."""
     if redundancy not in (known := get_args(NearestRedundancy)):
         planned = '; "global" is planned' if redundancy == "global" else ""
         raise InputValueError(

@@ -17,13 +17,13 @@ static PyObject *library_repr(Library *self)
     return PyUnicode_FromFormat("<chasles library %R>", self->path);
 }
 
-/* Returns the address of the symbol, or NULL with an error that names the file. */
+/* Returns the address of the symbol, or NULL with an error that states the file. */
 static const void *find_symbol(Library *self, const char *symbol)
 {
     const void *found = dlsym(self->handle, symbol);
     if (!found) {
-        PyErr_Format(MismatchError, "%U: not a library of chasles (it has no %s)",
-                     self->path, symbol);
+        PyErr_Format(MismatchError, "%U: not a library of chasles (it has no %s)", self->path,
+                     symbol);
     }
     return found;
 }
@@ -42,9 +42,8 @@ static int library_load(Library *self, const char *path, const char *expected_ha
         return -1;
     }
     if (strcmp(hash, expected_hash) != 0) {
-        PyErr_Format(MismatchError,
-                     "%U: compiled for content %.16s..., but %.16s... is expected", self->path,
-                     hash, expected_hash);
+        PyErr_Format(MismatchError, "%U: compiled for content %.16s..., but %.16s... is expected",
+                     self->path, hash, expected_hash);
         return -1;
     }
     self->kernels = find_symbol(self, "chasles_kernels");

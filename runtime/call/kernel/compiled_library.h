@@ -1,4 +1,4 @@
-/* Library: a compiled robot, opened and checked against the content hash that is expected. */
+/* Library: a compiled robot, opened and checked against its expected content hash. */
 #ifndef CHASLES_COMPILED_LIBRARY_H
 #define CHASLES_COMPILED_LIBRARY_H
 
@@ -17,7 +17,7 @@ extern PyTypeObject LibraryType;
 /* open(path, expected_hash) of the module: a new Library, or NULL with a MismatchError. */
 PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
 
-/* Returns the entry of the function with this name, NULL if there is none. */
+/* Returns the entry of the function with this name, else NULL. */
 const chasles_kernel *library_find(const Library *library, const char *name);
 
 #endif

@@ -20,14 +20,14 @@ static struct {
     size_t bytes;
 } kept;
 
-/* Returns the block that holds an array's memory. */
+/* Returns the block of an array. */
 static Block block_of(void *memory)
 {
     char *start = (char *)memory - BLOCK_HEAD;
     return (Block){start, *(size_t *)start};
 }
 
-/* Removes a block from the table. */
+/* Removes a block from the pool. */
 static Block take_kept(int i)
 {
     Block block = kept.blocks[i];
@@ -37,7 +37,7 @@ static Block take_kept(int i)
     return block;
 }
 
-/* Returns the oldest blocks to the system until at most n blocks and so many bytes are kept. */
+/* Returns the oldest blocks to the system until at most n blocks with `bytes` bytes remain. */
 static void shrink_kept(int n, size_t bytes)
 {
     while (kept.n > n || kept.bytes > bytes) {
@@ -46,8 +46,7 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the smallest kept block that holds `size` bytes and is at most a quarter larger, -1 if
- * there is none. */
+/* Returns the smallest kept block of `size` to 1.25 `size` bytes, else -1. */
 static int find_kept(size_t size)
 {
     int best = -1;
@@ -97,7 +96,7 @@ static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(
     kept.blocks[kept.n++] = block;
     kept.bytes += block.size;
 #ifdef MADV_FREE
-    /* Lets the system take the pages when it runs short of memory; their contents are lost then. */
+    /* Allows the system to reclaim the pages, without their contents. */
     madvise(block.start, block.size, MADV_FREE);
 #endif
 }

@@ -42,13 +42,13 @@ typedef struct {
     char ufunc_types[MAX_OPERANDS];
 } Kernel;
 
-/* Makes a kernel from tuples that describe the operands (.name, .shape) and must agree with the
- * entry of the library; NULL with an error set. */
+/* Creates a kernel from tuples of operand descriptions (.name, .shape), which must match the
+ * library entry; NULL with an error set. */
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
 
-/* States that the kernel is an inverse of poses, of a robot with this forward kinematics (or NULL)
- * and unit of length; -1 with an error set where its operands are not those of one. */
+/* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length;
+ * -1 with an error set if its operands are those of another function. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);
@@ -59,8 +59,8 @@ static inline int overlaps(const double *a, npy_intp a_size, const double *b, np
     return (uintptr_t)a < (uintptr_t)(b + b_size) && (uintptr_t)b < (uintptr_t)(a + a_size);
 }
 
-/* Tests whether the object is an array that the kernel can read in place: float64, aligned, dense,
- * and of the operand's shape. */
+/* Tests whether the kernel can read an object in place: an aligned, dense float64 array with the
+ * operand's shape. */
 static inline int is_core_array(PyObject *object, const Operand *operand)
 {
     if (!PyArray_CheckExact(object)) {
