@@ -135,7 +135,7 @@ def test_non_finite_coordinates_propagate_as_nan(robot):
 
 
 def test_docstring_documents_out_of_reach_error(robot):
-    assert "OutOfReachError: A single pose where a loop does not close" in robot.chain.__doc__
+    assert "OutOfReachError: If a loop does not close at a single pose" in robot.chain.__doc__
     assert "OutOfReachError" not in robot.plain.__doc__
 
 
