@@ -26,7 +26,7 @@ def solve_chain(
         work: Receives the joints and the steps.
         lines: The chain.
         found: The family that fits the chain.
-        target: The required displacement of the chain.
+        target: The displacement of the last body that the joints must produce.
         given: Values of the fixed joints (radian or metre), keyed by joint index.
     """
     left, target = without(lines, target, given)

@@ -54,7 +54,8 @@ def hybrid_inverses_for_fixed(
         hybrid: The robot.
         families: The families to try, in order.
         fixed: Names of the fixed joints; () lets the structure of the main chain select them.
-        closure: Closure equations of loops without a closed form; None if all loops have one.
+        closure: Closure equations of loops without a closed form; None if all loops have a closed
+            form.
 
     Raises:
         InputValueError: A main-chain joint name is unknown, or the other joints have no closed
@@ -90,7 +91,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error for fixed joints without a closed form; lists suitable joint sets."""
+    """Returns the error for fixed joints that leave no closed form; lists suitable joint sets."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MOST_NAMED]

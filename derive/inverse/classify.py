@@ -28,7 +28,7 @@ class Attempt:
 
     Attributes:
         family: The family.
-        reading: The end of the chain (base or tool) at which the axis order starts.
+        reading: The end of the chain (base or tool) from which the axes are numbered.
         given: Indices of the joints with fixed values.
         requirements: The conditions on the remaining axes, with their deviations.
     """
@@ -40,7 +40,7 @@ class Attempt:
 
     @property
     def backwards(self) -> bool:
-        """Whether the axis order starts at the tool."""
+        """Whether the axes are numbered from the tool."""
         return self.reading == "tool"
 
     @property
@@ -74,8 +74,8 @@ class Classification:
         found: The family that fits; None if no family fits.
         attempts: All tested families, up to the matching family.
         missing: The reason why no closed form exists; empty if one exists.
-        near: Structures that the axes nearly have, likeliest first. Each defines a nominal arm from
-            which Newton's method may refine the inverse.
+        near: Structures that the axes have approximately, likeliest first. Each defines a nominal
+            arm from which Newton's method may refine the inverse.
         give: Indices of the joints that the caller fixed; () if the structure selects them.
     """
 
@@ -88,7 +88,7 @@ class Classification:
 
     @property
     def tier(self) -> Literal["exact", "snapped", "none"]:
-        """Whether the axes have a structure exactly , nearly ("snapped") or not."""
+        """Whether the axes have a structure exactly, nearly ("snapped") or not."""
         if self.found is None:
             return "none"
         return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
@@ -183,11 +183,11 @@ def others_that_fit(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """Returns the structures that the axes nearly have, likeliest first.
+    """Returns the structures that the axes have approximately, likeliest first.
 
-    A structure within the measured-error tolerance wins; otherwise structures are sorted by
-    deviation. Inputs such as a swivel angle require exact axes, so an inexact arm has a fixed joint
-    instead.
+    A structure whose deviation is within the tolerance for measurement errors comes first; other
+    structures are sorted by deviation. An input such as a swivel angle requires exact axes, so an
+    arm with inexact axes uses a fixed joint as input instead.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)

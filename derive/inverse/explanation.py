@@ -86,7 +86,7 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """Describes a permanent singularity, with a prefix; empty for other arms."""
+        """Describes a permanent singularity, after a prefix; an empty text for other arms."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)
@@ -136,9 +136,9 @@ def explain(
         families: The families to try, in order.
 
     Returns:
-        The explanation. Its text lists the structure of the axes, the numbered solution steps with
-        degenerate cases, and the maximum solution count. Without a closed form, the text lists the
-        deviation of the axes from each known structure.
+        The explanation. The text lists the structure of the axes, the numbered solution steps with
+        degenerate cases, and the maximum solution count. If no closed form exists, the text lists
+        the deviation of the axes from each known structure.
     """
     if not isinstance(description, Mechanism):
         terms = Terms({parameter.symbol: parameter.value for parameter in description.parameters})
@@ -225,13 +225,13 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
 
 
 def _with_added(classification: Classification) -> str:
-    """Lists the auxiliary axes added to the chain, with a leading comma; empty without any."""
+    """Lists the auxiliary axes added to the chain, after a comma; empty text if there are none."""
     names = [axis.name for axis in classification.lines.added]
     return f", with {listed(names)} at 0 beside the arm's joints" if names else ""
 
 
 def _for_given(attempt: Attempt, classification: Classification) -> str:
-    """Lists the fixed joints, with a leading comma; empty without any."""
+    """Lists the fixed joints, after a comma; an empty text if there are none."""
     names = [classification.lines.axes[k].name for k in attempt.given]
     return f", for given {listed(names)}" if names else ""
 
@@ -307,7 +307,7 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
-    """Describes the joints that follow from the sum of several joint angles."""
+    """Describes the joints that are computed from the sum of several joint angles."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
         total = " + ".join(remainder.joints)
@@ -315,7 +315,7 @@ def _remaining(solved: Solved) -> Iterable[str]:
 
 
 def _general(general: GeneralInverse) -> str:
-    """Formats the solution steps of a general arm (without a structure)."""
+    """Formats the solution steps of a general arm (an arm of no known family)."""
     most = general.function.branches
     arguments = ", ".join(argument.name for argument in general.function.inputs)
     head = f"ik({arguments}): at most {most} solutions in {most} slots, {general.method}."
@@ -323,7 +323,7 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: Hybrid) -> str:
-    """Describes how the actuator coordinates follow from the main chain."""
+    """Describes how the actuator coordinates are computed from the main-chain joints."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."

@@ -3,11 +3,11 @@
 A redundant arm is solved for fixed values of its surplus joints. Inverting the motion of a fixed
 joint removes the joint at either end of the chain. A fixed joint inside the chain is first moved to
 the end. Let E be the motion of fixed joint k, P the motion of the joints before it and Q the motion
-of the joints behind it. Then
+of the joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes behind it without rotating them. So only prismatic joints are
+A prismatic joint shifts the axes after it without rotating them. So only prismatic joints are
 selected automatically inside the chain; the user may also fix a revolute joint there.
 """
 
@@ -35,7 +35,8 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
         count: Number of joints to fix.
 
     Returns:
-        Joint indices in ascending order. A chain longer than ``LONG`` has end joints only.
+        Joint indices in ascending order. In a chain longer than ``LONG``, only end joints can be
+        fixed.
     """
     joints = range(len(lines.axes))
     ways = set()
@@ -85,7 +86,7 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """Returns the axes behind a fixed joint, displaced by the motion of that joint."""
+    """Returns the axes after a fixed joint, displaced by the motion of that joint."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]

@@ -2,8 +2,7 @@
 
 The test samples random configurations of the true arm and solves their poses with the nominal
 inverse. Newton's method on the true arm refines every branch, as ``chasles_polish.h`` does. If the
-true axes are close enough to the nominal structure, some branch returns to the sampled
-configuration.
+true axes are close enough to the nominal axes, some branch converges to the sampled configuration.
 """
 
 from collections.abc import Iterator
@@ -109,8 +108,8 @@ def share_near(
     """Returns the fraction of random configurations recovered from a nearby nominal configuration.
 
     Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
-    inverse is needed. If the nominal inverse has a branch near most configurations, the result is
-    at most slightly below :attr:`Sampled.share_led`: distant branches rarely converge to the
+    inverse is needed. If the nominal inverse has a branch close to most configurations, the result
+    is at most slightly less than :attr:`Sampled.share_led`: distant branches rarely converge to the
     sampled configuration.
 
     Args:
@@ -145,7 +144,7 @@ def _branches(
 
 
 def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
-    """Returns absolute joint differences modulo one turn, from 0 to pi."""
+    """Returns absolute joint differences modulo one turn, in the range from 0 to pi."""
     return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 

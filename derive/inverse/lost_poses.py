@@ -1,6 +1,6 @@
 """Counts the poses that an inverse misses, on a sample of right-angle configurations.
 
-If a joint rotates all bodies behind it about its own axis, its angle is arbitrary, and the solution
+If a joint rotates all following bodies about its own axis, its angle is arbitrary, and the solution
 step selects one value. If the other joints reach the pose only for certain values, the closed form
 may miss the solution. This happens at right angles, in arms with round dimensions, and if a fixed
 prismatic joint makes axes intersect.

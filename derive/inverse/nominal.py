@@ -28,7 +28,7 @@ def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
     Args:
         robot: The calibrated arm.
         lines: The axes of the calibrated arm.
-        found: The structure that the axes nearly have.
+        found: The structure that the axes have approximately.
 
     Returns:
         A robot without symbolic parameters, with the home pose of the calibrated arm.
@@ -108,7 +108,7 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
 
 
 def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
-    """Returns a pose as a translation and rotations about z, y and x, with 40 digits."""
+    """Returns a pose as a translation and rotations about z, y and x, at 40-digit precision."""
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
@@ -131,7 +131,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle with 40 digits; right angles are exact and need no operation."""
+    """Returns an angle at 40-digit precision; right angles are exact and need no operation."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)

@@ -36,8 +36,8 @@ GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005",
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MOST_DRAWN = 100, 600
-"""Number of test configurations, and of random trials to find them; many loops close in only one of
-five trials."""
+"""Number of test configurations, and of random trials to find them; many loops can be closed in
+only one of five trials."""
 STEPS = 8
 
 
@@ -225,9 +225,10 @@ def lead(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loop solutions are continued from the reference; the opposite rotation may be blocked.
+        # Loop solutions are continued from the reference configuration; the loops may block the
+        # opposite rotation.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
-        # With few degrees of freedom, the design cannot reach all poses of the built robot.
+        # If it has few degrees of freedom, the design cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _led(fk, T, start, weights, held)
@@ -239,7 +240,7 @@ def lead(
 
 
 def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
-    """Returns the turns per unit of each coordinate; 0 for non-revolute coordinates."""
+    """Returns the number of turns per unit of each coordinate; 0 for non-revolute coordinates."""
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
         for c in hybrid.mechanism.coordinates
@@ -247,7 +248,7 @@ def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
-    """Returns coordinate differences; revolute differences are reduced to half a turn."""
+    """Returns coordinate differences; revolute differences are at most half a turn."""
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 

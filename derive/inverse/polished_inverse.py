@@ -1,4 +1,4 @@
-"""Inverse of an arm that nearly has a structure: nominal solutions refined on the true arm.
+"""Inverse of an arm close to a known family: nominal solutions refined on the true arm.
 
 The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branches and refines them
 on the true arm (``chasles_polish.h``).
@@ -49,7 +49,7 @@ def as_start(nominal: Solved) -> Solved:
 def polished_inverse(
     classification: Classification, nominal: SymbolicFunction, general: GeneralTables, move: float
 ) -> WrittenFunction:
-    """Returns the function ``ik`` of an arm that nearly has a structure.
+    """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
         classification: The structure, and the deviation of the axes.
@@ -75,7 +75,7 @@ def polished_inverse(
 
 
 def nearly_meet(lines: Lines) -> bool:
-    """Whether three consecutive revolute axes nearly meet in one point, as in a wrist."""
+    """Whether three consecutive revolute axes nearly intersect in one point, as in a wrist."""
     triples = [tuple(range(k, k + 3)) for k in range(len(lines.axes) - 2)]
     turning = [triple for triple in triples if all(lines.axes[k].turns for k in triple)]
     return any(lines.meeting_deviation(triple) <= NEARLY_STRUCTURE for triple in turning)
@@ -99,12 +99,12 @@ def led_from(
 
     Args:
         nominal: The task ``ik`` of the nominal robot.
-        turns: Turns per unit of each coordinate; 0 for non-revolute coordinates.
+        turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
         length: Robot length (metre), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
         general: Tables of the general solver; () without one.
         further: Number of extra solution slots.
-        meets: Whether three consecutive axes nearly meet in one point.
+        meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
     """
     q, residual, margin = nominal.outputs

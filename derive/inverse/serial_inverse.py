@@ -1,8 +1,9 @@
 """Inverse kinematics of a serial robot: one function per task that its structure solves.
 
-A chain with an exact structure has a closed form. A chain that nearly has a structure is refined
-from the solutions of a nominal arm. Five joints without a structure are solved as six joints, with
-an added joint about the tool axis. Any other chain with six free joints is solved as a general arm.
+A chain that fits a family exactly has a closed form. For a chain close to a known family, Newton's
+method refines the solutions of a nominal arm. Five joints that fit no family are solved as six
+joints, with an added joint about the tool axis. Any other chain with six free joints is solved as a
+general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -37,7 +38,7 @@ from .tool_axis import by_tool_axis
 MOST_FREE = 6
 """Maximum number of joints that a tool pose determines."""
 MOST_TRIED = 5
-"""Maximum number of structures tried until one misses no pose."""
+"""Maximum number of structures tried until the inverse of one structure misses no pose."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ class Inverses:
         classification: The structure of the axes, or the reason why none was found.
         solved: The tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
-        general: The inverse of a general arm, if the axes have no structure.
-        polished: The inverse of an arm that nearly has a structure; ``solved`` then contains the
-            inverse of the nominal arm.
+        general: The inverse of a general arm, if the axes fit no known family.
+        polished: The inverse of an arm that is close to a known family; ``solved`` then contains
+            the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that start from the nominal arm.
     """
 
@@ -76,8 +77,8 @@ class Inverses:
     def self_motion(self) -> str:
         """Describes the joints that move without moving the tool, in every configuration.
 
-        Empty for arms without such a self-motion, for arms with more joints than a pose determines,
-        and for chains whose surplus joints are coupled by loops.
+        It is an empty text for arms without such a self-motion, for arms with more joints than a
+        pose determines, and for chains whose surplus joints are coupled by loops.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)

@@ -1,10 +1,10 @@
 """Solves a five-joint arm as a six-joint arm with an added joint.
 
 The added joint 6 rotates the tool about its own axis. Position and direction of the tool axis do
-not depend on angle 6, and angle 6 is 0 at every reachable pose. If this gives no structure, a joint
-at 0 with another axis is added, for the pose task only. Its axis passes through the intersection of
-the last two or first two axes (which makes a spherical wrist), through a point of an axis next to a
-prismatic joint, or at a distance.
+not depend on angle 6, and angle 6 is 0 at every reachable pose. If the six joints fit no family, a
+joint at 0 with a different axis is added, for the pose task only. Its axis passes through the
+intersection of the last two or first two axes (which makes a spherical wrist), through a point of
+an axis next to a prismatic joint, or at a distance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ def by_tool_axis(
         families: The families to try, in order.
 
     Returns:
-        None unless exactly five joints are free and form a structure with the added axis.
+        None unless exactly five joints are free and fit a family together with the added axis.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):
@@ -104,7 +104,7 @@ def _by_added_axis(
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
-    """Yields the chain with an added joint at 0, behind the last joint or before the first joint.
+    """Yields the chain with an added joint at 0, after the last joint or before the first joint.
 
     The added axis passes through the intersection of the last two axes at this end, through a point
     of the end axis if a joint is prismatic, or at a distance. The added axis is perpendicular to

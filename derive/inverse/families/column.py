@@ -106,7 +106,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the rotation by joints 1 and 4; selects the best rotation for the column if v is 0.
+    """Returns the rotation by joints 1 and 4; if v is 0, selects the best rotation for the column.
 
     The column rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close
     to the column.

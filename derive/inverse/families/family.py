@@ -17,7 +17,7 @@ from ..structure.requirement import Requirement
 from ..tasks.task import Task, TaskInput
 
 Reading = Literal["base", "tool"]
-"""The end of the chain at which the axis numbers start."""
+"""The end of the chain from which the axes are numbered."""
 
 
 def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
@@ -34,10 +34,10 @@ class Family:
         requires: Returns the conditions on the axes, with their deviations.
         solve: Solves all joints for a tool displacement, step by step. Each step has a reason, a
             degenerate case and an equation, printed by ``--explain`` and in the article.
-        readings: The ends at which the axis numbers may start.
+        readings: The ends from which the axes may be numbered.
         behind_given: Whether the structure may also apply to the free joints of a longer chain with
             fixed joints.
-        rather_gives: Whether the family is tested last with fixed joints, because fixing its
+        rather_gives: Whether the family is tested last if joints are fixed, because fixing its
             prismatic joint is preferred.
         solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families
             solve only their own tasks, such as the position.

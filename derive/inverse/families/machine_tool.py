@@ -5,9 +5,9 @@ consecutive, with no revolute joint between them. The orientation determines the
 and the remaining position error determines the prismatic joints.
 
 There are up to two revolute joints; three are possible with three prismatic joints or in a head
-whose axes meet in one point. If the first and third axis become parallel, only the sum of their
-angles is determined. With three prismatic joints the position can still be reached for any split of
-the sum. The axes need not intersect or be perpendicular.
+whose axes intersect in one point. If the first and third axis become parallel, only the sum of
+their angles is determined. Three prismatic joints still reach the position for any division of this
+sum between the two joints. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
 a pose out of reach, the result is a nearby pose.

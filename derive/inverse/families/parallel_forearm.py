@@ -129,7 +129,7 @@ def _nearer(
     """Returns refined angles 1 and 5, if the refinement reduces the error of both equations.
 
     If axis 6 is nearly parallel to axes 2 to 4, its component along them determines its direction
-    only to 1e-8. The perpendicular component is accurate to all digits: two unit vectors with the
+    only to 1e-8. The perpendicular component has full double precision: two unit vectors with the
     components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 = (c' - c)(c' +
     c)``.
     """
@@ -174,8 +174,8 @@ def _aligned(
 ) -> tuple[CosSin, CosSin]:
     """Returns the angles that make axis 6 parallel to axes 2 to 4, if both equations hold nearby.
 
-    Several solutions may coincide there and are then accurate only to 1e-5. The sum of angles 2 to
-    4 is arbitrary.
+    Several solutions may coincide at such a pose; they are then accurate only to 1e-5. The sum of
+    angles 2 to 4 is arbitrary.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]

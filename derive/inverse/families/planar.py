@@ -1,9 +1,9 @@
 """Planar arms and SCARAs: up to three parallel revolute axes, and prismatic joints.
 
 A prismatic joint along the axes lifts the tool. A prismatic joint perpendicular to two revolute
-axes replaces the third, as in a cylindrical robot. Maximum number of solutions: 2, or 1 with only
-two revolute joints and no perpendicular prismatic joint. For a pose out of the plane, or a position
-that two revolute joints cannot reach, the result is a nearby pose.
+axes may replace the third revolute joint, as in a cylindrical robot. Maximum number of solutions:
+2, or 1 with only two revolute joints and no perpendicular prismatic joint. For a pose out of the
+plane, or a position that two revolute joints cannot reach, the result is a nearby pose.
 """
 
 import numpy as np
@@ -83,7 +83,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
-        # 2, 3. A triangle with one side changed by the prismatic joint.
+        # 2, 3. A triangle; the prismatic joint changes the length of one side.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
     elif len(turning) == _LEAST_TURNS:

@@ -12,7 +12,7 @@ With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direc
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
 This reference is smooth unless the wrist is straight below the shoulder, where a floor-mounted arm
-has its base. There the angle is measured from an arbitrary direction.
+has its base. For such a wrist position, the angle is measured from an arbitrary direction.
 
 Maximum number of solutions: 8 per swivel angle.
 
@@ -179,7 +179,7 @@ def _frame(
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """Returns the direction of ``v``, or of ``instead`` if ``v`` is 0."""
+    """Returns the unit vector along ``v``, or along ``instead`` if ``v`` is 0."""
     v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))
@@ -190,7 +190,7 @@ def _elbow(lines: Lines) -> Vector:
     return lines.meeting(3, 2)
 
 
-# Axis 1 defines the reference of the swivel angle, so axis numbers cannot start at the tool.
+# Axis 1 defines the reference of the swivel angle, so the axes cannot be numbered from the tool.
 SWIVEL = Family(
     "spherical shoulder and spherical wrist",
     (7,),

@@ -39,7 +39,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     meaning = f"a point of axis {a4.name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
-    # 1. The parallel joints keep the height of the wrist along their axes, and its tilt.
+    # 1. The parallel joints change neither the height of the wrist along their axes nor its tilt.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
     # 2. The parallel joints rotate the wrist axis; joint 4 does not rotate its own axis.
     seen = rotated(terms, a1.h, q1.back, along)

@@ -1,4 +1,4 @@
-"""Inverse of a general arm (without a structure), and its text for ``--explain``."""
+"""Inverse of a general arm (an arm of no known family), and its text for ``--explain``."""
 
 from dataclasses import dataclass
 
@@ -64,7 +64,7 @@ def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
 
 
 def _joints(robot: SerialRobot) -> str:
-    """Returns the joint count as a word, with the joint type."""
+    """Returns the number of joints as a word, with the joint type."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"

@@ -5,9 +5,9 @@ For a point p on a line with unit direction l, the equations of Raghavan and Rot
     x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
 
 for two expressions of the same line. With a 1 appended to x, a motion p -> R p + d, l -> R l
-multiplies x by a matrix that depends only on R and d. Each revolute joint enters every quantity
-linearly in its cosine and sine, without squares; a prismatic joint also enters with its square.
-With h = R^T d:
+multiplies x by a matrix that depends only on R and d. Every quantity is linear in the cosine and
+sine of each revolute joint and quadratic in the displacement of each prismatic joint. With the
+vector h = R^T d, the quantities become:
 
     p'         = R p + d
     l'         = R l

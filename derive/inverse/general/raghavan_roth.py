@@ -11,8 +11,8 @@ axis, so it does not appear in the equations of this axis:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
-Both sides, written as fourteen line quantities (:mod:`.line_quantities`), are linear in the cosine
-and sine of each joint:
+Both sides are written as fourteen line quantities (:mod:`.line_quantities`), which are linear in
+the cosine and sine of each joint:
 
     A y = B(theta_3) x,   y the eight products of joints 1 and 2, x the nine of joints 4 and 5,
 
@@ -42,7 +42,7 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Returns the coefficient matrices of a joint for the given sign of its coordinate."""
+"""Returns the coefficient matrices of a joint whose coordinate has the sign ``sense``."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def splits(slides: Collection[int] = ()) -> list[Split]:
 
 
 def placements(robot: SerialRobot) -> list[Array]:
-    """Returns the exact constant placements (4, 4) before, between and behind the joints.
+    """Returns the exact constant placements (4, 4) before, between and after the joints.
 
     Raises:
         DescriptionError: A joint is neither revolute nor prismatic, or is a mimic joint.
@@ -187,7 +187,7 @@ def forward(
     """Returns the pose (4, 4) for the joint values about or along the joints' z axes.
 
     Args:
-        constants: The constant placements before, between and behind the joints.
+        constants: The constant placements before, between and after the joints.
         values: The joint values: angles or displacements.
         slides: Indices of the prismatic joints.
     """

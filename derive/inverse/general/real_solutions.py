@@ -1,6 +1,6 @@
 """Computes all real solutions of a general arm for one pose, for the example in its article.
 
-The roots of the determinant follow from a quadratic eigenvalue problem M(theta) u = 0 in the
+The roots of the determinant are computed from a quadratic eigenvalue problem M(theta) u = 0 in the
 tangent of half the suppressed angle. (The generated C uses no eigenvalue library.) Newton's method
 on the pose refines each solution.
 """
@@ -26,7 +26,7 @@ def real_solutions(
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
-    """Returns the sorted solutions of six joints without a structure.
+    """Returns the sorted solutions of six joints that fit no known family.
 
     Args:
         constants: The seven constant placements of the arm, as floats.
@@ -80,7 +80,7 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """Returns the largest joint difference; angle differences are reduced to half a turn."""
+        """Returns the largest joint difference; angle differences are at most half a turn."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:

@@ -1,7 +1,7 @@
 """Selects the splits that best separate the solutions of a general arm, and the fixed joints.
 
 If consecutive axes intersect or are parallel, many splits are unsuitable: det M is zero for every
-suppressed angle, or does not separate some solutions. So all splits are rated at many
+suppressed angle, or some solutions share the suppressed angle. So all splits are rated at many
 configurations. A split is suitable at a configuration if det M is a trigonometric polynomial of
 degree 8 in the suppressed angle. In addition, the second smallest singular value of M at the
 solution and the smallest singular value of A must be far from zero.
@@ -41,7 +41,7 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which a split of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of configurations with fixed joints, and of extra ones per right angle of these joints."""
+"""Number of configurations with fixed joints; number added per right angle of these joints."""
 KEPT, MOST_KEPT = 3, 4
 """Number of retained splits; if a split fails at a pose, the next is tried. A fourth split is
 retained only if it is suitable at configurations where the other three are not."""
@@ -184,12 +184,12 @@ def choice_at(
     """Returns the splits for a set of fixed joints, or None without a suitable split.
 
     Args:
-        constants: The constant placements before, between and behind the joints, as floats.
+        constants: The constant placements before, between and after the joints, as floats.
         given: Indices of the fixed joints, in ascending order.
         slides: Indices of the prismatic joints.
-        apart: Separation of the solutions in each of the six joints (radian), if known. Solutions
-            of an arm near a structure often share some joint values, so these joints cannot
-            separate them.
+        apart: Separation of the solutions in each of the six joints (radian), if known. If the arm
+            is close to a known family, its solutions often share the values of some joints, so
+            these joints cannot separate the solutions.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -199,7 +199,7 @@ def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Ar
     """Returns the constant placements of the free joints.
 
     Args:
-        constants: The constant placements before, between and behind all joints.
+        constants: The constant placements before, between and after all joints.
         motions: The motion (4, 4) of each fixed joint, keyed by joint index.
     """
     left = [constants[0]]
@@ -310,8 +310,8 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
     A is singular if the pair consists of two of three parallel axes: each solution of the other
-    joints then has two solutions of the pair. If both joints of the pair are prismatic, products of
-    squares do not appear.
+    joints then has two solutions of the pair. If both joints of the pair are prismatic, the
+    equations contain no products of the squared displacements.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))
@@ -351,8 +351,8 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Returns quasi-random configurations: multiples of square roots of primes, modulo 1.
 
-    In some configurations, fixed joints are at right angles, because the six free joints often have
-    a structure there.
+    In some configurations, the fixed joints are at right angles, because the six free joints often
+    fit a known family there.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

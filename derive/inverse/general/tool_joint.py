@@ -1,8 +1,8 @@
 """Solves five joints as six: an added joint 6 rotates the tool and must be at 0.
 
 Every solution of the five joints is a solution of the six joints with angle 6 at 0. Solutions with
-another angle 6 are discarded. The added axis is skew to the other axes, so that the six joints have
-no structure, and passes far enough from the tool origin to move it.
+another angle 6 are discarded. The added axis is skew to the other axes, so that the six joints fit
+no known family. The axis is far enough from the tool origin to move it.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ class WithTool:
     """A five-joint arm with an added sixth joint.
 
     Attributes:
-        constants: The constant placements before, between and behind the six joints, as floats.
+        constants: The constant placements before, between and after the six joints, as floats.
         choice: The joint orders in the equations.
     """
 
@@ -43,7 +43,7 @@ def with_tool_joint(
     """Returns the best-conditioned six-joint extension of a five-joint arm, or None.
 
     Args:
-        constants: The constant placements before, between and behind the joints, as floats.
+        constants: The constant placements before, between and after the joints, as floats.
         slides: Indices of the prismatic joints.
         given: Indices of the fixed joints; five joints remain free.
     """

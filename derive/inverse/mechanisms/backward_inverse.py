@@ -1,8 +1,8 @@
-"""Inverse kinematics of robots whose loops need iteration in forward kinematics.
+"""Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
 
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
-closed form, loop by loop. Each loop may fold to either side. If the loops reduce the degrees of
-freedom of the main chain, as in a delta robot with a rotated platform, the loop equations decide
+closed form, loop by loop. Each loop has two branches (two folds). If the loops reduce the degrees
+of freedom of the main chain, as in a delta robot with a rotated platform, the loop equations decide
 whether the pose is reachable.
 """
 
@@ -77,19 +77,20 @@ def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int
     """Returns the indices of the sign choices that do not change the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
-        # Several joint vectors of the platform chain describe one pose; the legs are the same.
+        # Several joint vectors of the platform chain describe the same pose and the same legs.
         return unused | frozenset(range(len(work.signs) - len(work.sides)))
     if not 0 < len(work.signs) <= MOST_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # Loops rarely close at random chain poses, but sign choices change the results there too.
+        # At random chain poses, the loops can rarely be closed, but the sign choices still change
+        # the results.
         return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
 def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """Returns the loop branches that do not affect the actuated coordinates, such as fork flips."""
+    """Returns the loop branches that do not affect the actuated coordinates (flipped forks)."""
     q = function.outputs[0].entries
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
     used = {symbol for entry in behind for symbol in entry.free_symbols}
@@ -121,7 +122,7 @@ def _poses(h: Hybrid) -> FloatArray:
 def _solved(
     h: Hybrid, settled: frozenset[int], structure: Structure
 ) -> tuple[SymbolicFunction, Work]:
-    """Returns the function without the settled sign choices, and its steps."""
+    """Returns the function without the settled sign choices, and the steps of the function."""
     lines, found = structure
     terms, work = h.terms, Work(h.terms, settled=settled)
     target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))

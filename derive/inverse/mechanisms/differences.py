@@ -1,9 +1,9 @@
 """Geometric difference between a robot with loops as built and its design.
 
-Both robots are compared at the same actuated coordinates, with closed loops. A joint is represented
-by a line, a ball joint by a point, a prismatic joint by a direction. Each body is aligned with its
-counterpart to first order. So the result depends neither on the body frames nor on the position of
-a frame along its joint axis.
+Both robots are compared at the same actuated coordinates, with their loops closed. A joint is
+represented by a line, a ball joint by a point, a prismatic joint by a direction. Each body is
+aligned with its counterpart to first order. So the result depends neither on the body frames nor on
+the position of a frame along its joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -70,7 +70,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
 
 def _posture(bodies: BodiesInNumbers, values: Mapping[str, float]) -> dict[str, list[Feature]]:
-    """Returns the features of each body at fixed coordinates with closed loops."""
+    """Returns the features of each body for given coordinates, with the loops closed."""
     m = bodies.mechanism
     at = bodies.nearest(values, bodies.unknown, [closer.name for closer in m.closers])
     poses = bodies.poses(at)

@@ -14,8 +14,8 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of path points, Newton steps per point, and Newton steps at the end. Coordinates that need
-more steps, for example near a singularity, count as not converged."""
+"""Number of path points, Newton steps per point, and Newton steps at the end. If some coordinates
+need more steps, for example near a singularity, their result counts as not converged."""
 
 
 class Followed:
@@ -65,7 +65,7 @@ class Followed:
 
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns least-squares solutions of many systems; NaN for nonfinite matrices."""
+    """Returns least-squares solutions of many systems; NaN if the matrix is not finite."""
     found = np.full((len(A), A.shape[-1], b.shape[-1]), np.nan)
     sound = np.isfinite(A).all((-2, -1)) & np.isfinite(b).all((-2, -1))
     found[sound] = np.linalg.pinv(A[sound]) @ b[sound]

@@ -1,8 +1,8 @@
 """Inverse kinematics of a robot with loops: first the main chain, then the actuators.
 
-If the main chain has a structure, its joints follow from the pose, and the actuators follow from
-the joints. If the loops keep part of the chain from rotating, virtual prismatic joints replace this
-part, and its actuators follow from the prismatic displacements.
+If the main chain belongs to a known family, the joints are computed from the pose, and the
+actuators from the joints. If the loops prevent part of the chain from rotating, virtual prismatic
+joints replace this part. The actuators of this part are computed from the prismatic displacements.
 """
 
 from collections.abc import Mapping, Sequence
@@ -93,8 +93,8 @@ def _by_structure(
         hybrid: The robot.
         families: The families to try.
         give: Indices of the chain joints to fix.
-        built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. Its loops may
-            close beyond the dead points of the nominal robot.
+        built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
+            this robot may close only beyond the dead points of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -141,7 +141,7 @@ def _by_nominal(
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
         except DescriptionError:
-            # The loops of this nominal mechanism do not close at the reference.
+            # The loops of this nominal mechanism cannot be closed at the reference configuration.
             if hybrid.mechanism.nominal is not None:
                 raise
             continue
@@ -292,7 +292,7 @@ def _start_on_chain(
 def _joints_of(
     hybrid: Hybrid, lines: Lines, found: Attempt, work: Work
 ) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-    """Returns the arguments besides the pose, and the solved main-chain joints."""
+    """Returns the arguments other than the pose, and the solved main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
@@ -344,7 +344,8 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # Virtual prismatic joints do not show whether the loops behind them close.
+    # The virtual prismatic joints do not determine whether the loops that they replace can be
+    # closed.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
@@ -376,7 +377,7 @@ def _solved(
 def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
     """Compares the tool pose at the actuated coordinates with the target pose.
 
-    Without ``is_closed``, the result is NaN if a loop does not close at these coordinates.
+    Without ``is_closed``, the result is NaN if a loop cannot be closed at these coordinates.
     """
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
@@ -389,7 +390,7 @@ def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -
 
 
 def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the residual, or NaN if a loop does not close for the main-chain joints."""
+    """Returns the residual, or NaN if a loop cannot be closed for the main-chain joints."""
     if not closing:
         return residual
     closed = sp.And(*(sp.Ge(margin, 0) for margin in closing))

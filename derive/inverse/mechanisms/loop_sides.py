@@ -27,14 +27,14 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MOST_DRAWN = 200, 4000
-"""Number of test configurations, and of random trials to find them; crank-and-rod loops close in
-one of twenty trials."""
+"""Number of test configurations, and of random trials to find them; crank-and-rod loops can be
+closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
-of closed configurations. The ranges are tried in turn: three booms far from the base close only
-within a small range."""
+of closed configurations. The ranges are tried in turn: loops through three booms far from the base
+can be closed only if the sampling range is small."""
 MOST_CHOICES = 9
-"""Maximum number of sign choices (512 slots); with more, loops stay on the reference branch."""
+"""Maximum number of sign choices (512 slots); further loops keep the reference branch."""
 
 
 def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
@@ -57,7 +57,7 @@ def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
 
 
 def _is_free(step: LoopStep) -> bool:
-    """Whether the branch sign of a step is a symbol, not a number."""
+    """Whether the branch sign of a step is a symbol instead of a number."""
     return bool(sp.Add(step.sign).free_symbols)
 
 
@@ -203,7 +203,7 @@ def _configurations(hybrid: Hybrid, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
     Random coordinates lie within the limits. Without limits, angles span a full turn and lengths
-    the fraction ``part`` of the mechanism size. With a small fraction, a rocker may not pass its
+    the fraction ``part`` of the mechanism size. If the fraction is small, a rocker may not pass its
     dead points.
     """
     low, high = [], []

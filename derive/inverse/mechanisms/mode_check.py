@@ -1,8 +1,8 @@
 """Inverse of a robot with iterated loops; checks every solution by ``fk``.
 
-The leg inverse returns actuated coordinates with which the loops close at a pose. At these
-coordinates the loops may close in several assembly modes, and ``fk`` selects the reference mode. So
-``ik`` evaluates ``fk`` at every slot of ``ik_legs``. A slot is a solution if ``fk`` returns the
+The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
+these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
+So ``ik`` evaluates ``fk`` at every slot of ``ik_legs``. A slot is a solution if ``fk`` returns the
 target pose; otherwise it belongs to another assembly mode.
 """
 
@@ -35,7 +35,7 @@ def with_legs(
     """
     if IK not in makers:
         return dict(makers), {}
-    # Cached: ik needs the slot count before its C is printed.
+    # Cached, because ik needs the number of slots before its C code is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker

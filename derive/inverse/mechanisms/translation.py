@@ -161,8 +161,9 @@ def actuators_of(
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Solves the actuated coordinates for the prismatic displacements of a pose.
 
-    One coordinate (a slider) must enter linearly. The other coordinate may enter linearly or by its
-    cosine and sine, as a crank does. Eliminating the slider leaves an equation for the crank.
+    The equations must be linear in one coordinate (a slider). The equations are linear in the other
+    coordinate, or in its cosine and sine if it belongs to a crank. Eliminating the slider leaves an
+    equation for the crank.
 
     Args:
         work: Contains the prismatic displacements; receives the solution step.
@@ -170,7 +171,7 @@ def actuators_of(
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates, or None for other equations.
+        The values of the coordinates, or None if the equations have a different form.
     """
     terms = work.terms
     slides = moved.slides

@@ -1,8 +1,8 @@
 """Gauss-Newton step for a pose with more equations than the chain has joints.
 
 Each closed-form step uses some of the six pose equations. Near a double solution of such an
-equation, its joint is accurate only to 1e-8, although the other equations determine the joint to
-all digits. A step on all equations restores this accuracy:
+equation, the angle of its joint is accurate only to 1e-8, although the other equations determine
+the angle to full double precision. A Gauss-Newton step on all equations restores full accuracy:
 
     (J^T J + mu) dq = J^T e
 
@@ -129,7 +129,7 @@ def _state(
 def _moved(
     terms: Terms, axes: Sequence[Axis], state: _State
 ) -> tuple[dict[int, CosSin], dict[int, sp.Expr]]:
-    """Returns the coordinates after a step."""
+    """Returns the coordinates after a Gauss-Newton step."""
     step = _solved(terms, state.columns, state.error)
     turns, lengths = dict(state.turns), dict(state.lengths)
     for axis, change in zip(reversed(axes), step, strict=True):

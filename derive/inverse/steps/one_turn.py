@@ -1,7 +1,8 @@
 """Three revolute and prismatic joints that position a point.
 
 A rotation changes neither the component of a point along its axis nor the distance from the axis.
-So one prismatic joint follows from a plane or a sphere, and the other joints follow from it.
+So one prismatic joint is determined by a plane or a sphere, and the other joints are computed from
+this joint.
 """
 
 import numpy as np
@@ -59,7 +60,7 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
     ways = [(a1, u, back, c), (a3, c, a3, u)]
-    # One prismatic joint follows from the height, the other from the distance. The height
+    # The height determines one prismatic joint, and the distance determines the other. The height
     # determines the joint that keeps the distance from the axis, or the only joint that changes the
     # height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)

@@ -2,7 +2,7 @@
 
 The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
 joints position the tool and set its pitch in the plane. A fifth joint rotates the tool about an
-axis in that plane.
+axis in the arm plane.
 """
 
 import sympy as sp
@@ -22,7 +22,7 @@ from .work import Work
 ARM = 4
 """Number of joints including the base and the arm, without the fifth joint."""
 DIGITS = 20
-"""Number of digits of the arm length, which is used as a scale."""
+"""Number of digits to which the arm length is rounded; it is used only as a scale."""
 
 
 def turn_to_plane(
@@ -65,7 +65,7 @@ def turn_to_direction(
     """Like :func:`turn_to_plane`, but a tool-fixed direction also determines joint 1.
 
     The next joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
-    They keep the angle between the direction and the axes.
+    These joints keep the angle between the direction and the axes.
 
     Args:
         work: Records the step.
@@ -82,7 +82,7 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, V is a small difference of positions as large as the arm.
+    # Near the axis, V is a small difference of two positions that are as large as the arm length.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -164,7 +164,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Rotates the arm plane to a position; returns the position from axis 2, and the rotation."""
+    """Rotates the arm plane to a position; returns this position from axis 2, and the rotation."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)

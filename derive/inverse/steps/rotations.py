@@ -73,7 +73,8 @@ def three_turns(
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
     """Solves ``R_4 R_5 = R`` for two angles; at most one solution.
 
-    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Both are never degenerate.
+    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Neither subproblem is ever
+    degenerate.
 
     Args:
         work: Records the steps.

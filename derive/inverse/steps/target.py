@@ -49,7 +49,7 @@ class Target:
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Returns the target of the joints before the last: ``G exp(S_n theta_n)^-1``."""
+        """Returns the target of all joints except the last: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))

@@ -1,7 +1,8 @@
 """Two joints that position a point.
 
-Two joints cannot reach every position. For an unreachable position, the steps return a nearby one.
-The second joint has to satisfy two equations; the better conditioned equation determines it.
+Two joints cannot reach every position. For an unreachable position, the steps return joint values
+that reach a nearby position. The second joint has to satisfy two equations; the better conditioned
+equation determines it.
 """
 
 import sympy as sp

@@ -22,9 +22,11 @@ class InverseStep:
     Attributes:
         joints: Names of the joints whose sum the step solves.
         method: The subproblem, for example "subproblem 4".
-        reason: Justification of the step: which joints its equation does not contain, and why.
+        reason: Justification of the step: the joints that its equation does not contain, and the
+            reason.
         found: The solved angle or length, with its equation.
-        degenerate: Describes where the value is arbitrary, and which value is used.
+        degenerate: Describes the poses at which the value is arbitrary, and the value that is used
+            there.
     """
 
     joints: tuple[str, ...]
@@ -39,7 +41,8 @@ class NamedVector:
     """A named vector to which the step descriptions refer.
 
     Attributes:
-        letters: LaTeX letters in order of preference; letters of parameters are avoided.
+        letters: LaTeX letters in order of preference; letters that denote robot parameters are
+            avoided.
         meaning: Description of the vector.
         vector: The components (metre for a position), in base axes.
         after: Number of preceding steps on which the vector depends.

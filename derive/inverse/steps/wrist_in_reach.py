@@ -2,8 +2,9 @@
 
 A joint does not move a wrist center on its axis, so its angle is arbitrary. A wrist with
 perpendicular consecutive axes reaches every orientation, and any angle works. Other wrists reach
-only some orientations: the angle between axes 4 and 6 has limits. Then the arm angle is selected
-that brings this angle to the middle of its range, or nearest to it.
+only some orientations: the angle between axes 4 and 6 has limits. For such wrists, the selected arm
+angle brings the angle between axes 4 and 6 to the middle of its range, or as close to the middle as
+possible.
 """
 
 import sympy as sp

@@ -1,7 +1,7 @@
 """Axes of a chain as lines in its home pose, and their relative positions.
 
-A chain is solvable if some axes are parallel or intersect. This test is numeric, at the default
-values of all parameters; the inverse is then derived in exact expressions.
+A chain has a closed-form inverse if certain axes are parallel or intersect. This test is numeric,
+at the default values of all parameters; the inverse is then derived in exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -36,7 +36,7 @@ MOST_ADDENDS = 16
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of an added joint: about the tool axis, and about another axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic prismatic value (metre): axes that intersect at this value intersect at any value."""
+"""Generic prismatic value (metre): axes that intersect at this value intersect at all values."""
 SOME_TURN = 0.7548776662
 """Generic revolute value (radian)."""
 APART = 0.5698402910
@@ -166,7 +166,7 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel; numbers and long constants keep their names."""
+    """Expands a constant so that terms cancel; does not change numbers and long constants."""
     if terms.is_number(component) or terms.addends(component) > MOST_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))

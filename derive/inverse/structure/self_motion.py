@@ -21,7 +21,7 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
         given: Indices of the joints with fixed values.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone"; empty for other arms.
+        A clause such as "the tool depends on joint5 + joint6 alone"; an empty text for other arms.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
@@ -48,13 +48,13 @@ def _moving(motions: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
 
 
 def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns joint rates (k, n) that do not move the tool."""
+    """Returns joint velocities (k, n) that do not move the tool."""
     _, sizes, V = np.linalg.svd(J)
     return V[int((sizes > JACOBIAN_RANK).sum()) :]
 
 
 def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
-    """Returns the rate ratio of two joints if it is always 1 or -1, else 0."""
+    """Returns the velocity ratio of two joints if it is always 1 or -1, else 0."""
     if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
         return 0.0
     ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])

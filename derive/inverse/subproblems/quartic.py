@@ -11,15 +11,15 @@ to the conic. If lambda = g tau solves the cubic resolvent
 
     (tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0,   r' = r/g, P = (p/2g)^2, Q = (q/2g)^2,
 
-the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic is -2 P at -1 and 2 Q at
-1, so it always has such a root, and no complex arithmetic is needed. A line intersects the circle
-in two points, or misses the circle and has two complex roots.
+the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic has the value -2 P at -1
+and 2 Q at 1, so it always has a root in this range, and no complex arithmetic is needed. A line
+intersects the circle in two points, or misses the circle and has two complex roots.
 
 Among several roots tau, the root farthest from the others is used. Two coinciding roots of the
-quartic then lie on one line, where they are computed without loss of accuracy. A double root tau,
-accurate only to 1e-8, is never used. Newton's method computes tau; it converges monotonically on
-the outer side of the depressed cubic. If the outer root has no real line pair, the circle has no
-intersections; the other two roots tau follow from a quadratic.
+quartic then lie on the same line of the pair, so they are computed without loss of accuracy. A
+double root tau, accurate only to 1e-8, is never used. Newton's method computes tau; it converges
+monotonically on the outer side of the depressed cubic. If the outer root has no real line pair, the
+circle has no intersections; the other two roots tau follow from a quadratic.
 
 Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; t is refined in the cubic
 
@@ -31,8 +31,9 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 three equations for two unknowns. The second equation is always used, with the first for alpha^2 >
-|p| and the third otherwise. So a relative error of t is an error of p, q, r relative to the largest
-of them. If p is only rounding error, t = 0 is exact, as a fourfold root requires.
+|p| and the third otherwise. So a relative error of t has the same effect as an equally large error
+of p, q and r relative to their maximum. If p is only rounding error, t = 0 is exact, as a fourfold
+root requires.
 
 Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.
@@ -63,7 +64,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps; reaches 12 digits from a start value with 30 % error."""
+"""Number of Newton steps; they reach 12 digits from a start value with a 30 % error."""
 POLISHING_STEPS = 2
 
 
@@ -127,10 +128,10 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols (1 or -1); the four combinations give all roots. The second is opposite
-            to the sign of the polynomial's derivative with respect to the angle, and changes only
-            at double roots. The first distinguishes two roots with equal second sign by their side
-            of the conic axis.
+        signs: Two symbols (1 or -1); the four combinations give all roots. The second sign is
+            opposite to the sign of the polynomial's derivative with respect to the angle, and
+            changes only at double roots. The first sign distinguishes two roots with equal second
+            sign by their side of the conic axis.
         separation: If two roots agree up to rounding error, they are returned at this angle on
             either side of their common point.
         reference: Reference direction and sense of the signs, if those of the circle are
@@ -190,7 +191,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Returns the root tau farthest from the others, or a root in [-1, 1] if it is outside."""
+    """Returns the root tau farthest from the others if it is in [-1, 1], else a root in [-1, 1]."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -215,7 +216,7 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for the positive root of ``y^3 - k y = size``; above it for k > 0."""
+    """Returns a start value for (if k > 0, above) the positive root of ``y^3 - k y = size``."""
     let = terms.let
     # size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
@@ -262,8 +263,8 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The lines intersect outside the circle. Within the circle, either y or x separates the lines;
-    # this coordinate of a root identifies its line.
+    # The lines intersect outside the circle. Within the circle, the two lines are separated by
+    # their y or x values. This coordinate of a root identifies the line of the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

@@ -7,7 +7,7 @@ Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^
 component of p perpendicular to u. Out of reach, the root is set to 0, which gives the point of the
 line nearest to the sphere.
 
-Source: elementary; Elias and Wen 2022 treat no prismatic joints.
+Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """
 
 import sympy as sp

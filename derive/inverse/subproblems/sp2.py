@@ -8,9 +8,8 @@ order the two angles match, even if theta1 is arbitrary.
 
 If p is nearly parallel to k2, the two solutions are nearly equal, and the expression of subproblem
 4, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is a
-small difference of large terms. Because p and v have equal length, it equals
-``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression with the smaller
-terms is used.
+small difference of large terms. Because p and v have equal length, xi^2 also equals ``|p x k2|^2
+s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression with the smaller terms is used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.

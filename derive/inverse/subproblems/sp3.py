@@ -11,8 +11,9 @@ the angle phi between them. With ``D'^2 = D^2 - (k . p0 + k . p)^2``,
 
 which is a line for subproblem 4. Heron's form stays accurate for a folded elbow with P = Q; the
 cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close solutions are merged if
-rounding errors of D'^2 or (P + Q)^2 exceed their difference. A nearly folded elbow with close ends
-keeps both solutions, because D' is small and has full relative accuracy.
+rounding errors of D'^2 or (P + Q)^2 exceed their difference. For a nearly folded elbow with
+shoulder and wrist close together, both solutions are kept, because D' is small and has full
+relative accuracy.
 
 Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond these, the nearest boundary is
 used.
@@ -78,9 +79,10 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Like :func:`sp3`, with half the digits if the elbow is nearly folded or stretched.
+    """Like :func:`sp3`, but accurate to half the digits if the elbow is nearly folded or stretched.
 
-    It needs fewer operations; used if any angle is valid and this one is preferred.
+    This function needs fewer operations. It is used if every angle is valid and the solution is
+    only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
@@ -99,12 +101,12 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` of a sum that is as long as a known vector, in unknown orientation.
+    """Returns ``D'^2`` of a sum of unknown orientation that has the length of a known vector.
 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
-        total: A vector as long as the sum.
+        total: A vector with the same length as the sum.
         parts: The two vectors of the sum; their components along k do not depend on the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))

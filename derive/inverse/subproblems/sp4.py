@@ -1,4 +1,4 @@
-"""Subproblem 4: the angles for which a rotated vector has a known component along another.
+"""Subproblem 4: the angles for which a rotated vector has a known component along a given vector.
 
 Statement: ``h . R(k, theta) p = d``.
 
@@ -13,7 +13,7 @@ Out of reach, xi is set to 0, and (x, y) along e (a, b) is the circle point near
 Boundary: at xi = 0 both solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 + b^2).
 So below MEETING_SOLUTIONS (a^2 + b^2), the two solutions are merged. Otherwise rounding would move
 a solution off its singular position by 1e-8 and hide the singularity from later steps. Merging
-changes the component only by the fraction 4e-15.
+changes the component along h only by the fraction 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the robot's dimensions make a = b
 = 0 for every target, e decides whether the target is reachable, and there is no margin.

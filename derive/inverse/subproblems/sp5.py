@@ -12,15 +12,15 @@ to four solutions. The rotation from w to v about k2 is theta2.
 
 If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
 components v' and w' normal to k2 only to 1e-8. Two solutions that the squares do not separate
-therefore start on either side of their common point. Each moves to the nearer root of the
-second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on
-``v - R2 w = 0`` in all three angles follow, for data with vanishing first derivatives. A step is
-used only if it reduces the gap.
+therefore start on either side of their common point. Each solution moves to the nearer root of the
+second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on ``v - R2 w
+= 0`` in all three angles follow, for data with vanishing first derivatives. Each step is used only
+if it reduces the gap.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. For dependent
-equations, see subproblem 6.
+Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. If the equations are
+dependent, see subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """

@@ -17,8 +17,9 @@ steps are damped near singular Jacobians, and each is used only if it reduces th
 equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
-solutions. The first sign distinguishes two solutions with equal second sign. A closed path may
-exchange these two solutions, so the first sign changes on an unavoidable cut.
+solutions. The first sign distinguishes two solutions with equal second sign. A closed path of the
+data may exchange these two solutions, so the first sign must be discontinuous somewhere on such a
+path.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 

@@ -55,7 +55,7 @@ def direction_of(
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """Like :func:`direction`; also returns the squared length and the inverse length."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Squares of rounding noise would vanish from the sum used as divisor.
+    # Rounding errors count as 0: their squares would vanish from the sum used as divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)

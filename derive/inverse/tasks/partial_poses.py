@@ -135,7 +135,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # A pitch beyond 90 degrees is the elevation of a backward-leaning axis.
+        # A pitch beyond 90 degrees is the elevation of an axis that leans backward.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
             terms,

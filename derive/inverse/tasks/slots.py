@@ -95,8 +95,8 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """Returns the residual from squared distance and squared angle; NaN propagates.
 
-    fmax of C ignores NaN, so a pose with open loops would count as solved. A SymPy comparison would
-    be simplified for real numbers and also lose NaN.
+    fmax of C ignores NaN, so a pose whose loops cannot be closed would count as solved. A SymPy
+    comparison would be simplified for real numbers and also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
@@ -172,8 +172,8 @@ def function_of(
 ) -> SymbolicFunction:
     """Returns the function of a task over all slots, from the entries of one slot.
 
-    The coordinates with the indices ``given`` are inputs or depend only on inputs after the first.
-    ``loops`` contains the margins of the closed loops.
+    The coordinates with the indices ``given`` are inputs, or they depend only on inputs other than
+    the first. ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -200,7 +200,7 @@ def _labels(work: Work) -> tuple[str, ...]:
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # A step with two sign choices stores the first; the second follows directly.
+        # A step with two sign choices stores the first sign; the second sign is the next symbol.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(

@@ -16,7 +16,8 @@ class InputLetter:
     """Printed form of an input symbol in the article.
 
     Attributes:
-        letters: LaTeX letters in order of preference; letters of parameters are avoided.
+        letters: LaTeX letters in order of preference; letters that denote robot parameters are
+            avoided.
         component: Component index (0 to 2) of a vector input; None for a scalar.
     """
 
@@ -59,7 +60,7 @@ class Solved:
         return self.function.role.domain == "pose" or bool(self.function.role.aims)
 
     def searching(self) -> "Solved":
-        """Returns the task with a mark that the runtime must search for missed poses."""
+        """Returns the task with the flag that the runtime must search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
