@@ -1,7 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 Time ratios to peers in the same run hardly depend on the machine; a margin covers the rest. If a
-ratio is below the margin, all ratios are measured again. A ratio fails if it is below twice.
+ratio is below the margin, all ratios are measured again. A ratio fails if it is below the margin in
+both measurements.
 """
 
 import json
@@ -15,8 +16,8 @@ BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
 """Allowed relative decrease of a ratio on the machine of the baseline.
 
-It is large because another process on the same core slows chasles, which keeps the arithmetic units
-busy, more than its peers. Instruction counts (`count.py`) detect small losses.
+The margin is large because another process on the same core slows chasles, which keeps the
+arithmetic units busy, more than its peers. Instruction counts (`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
 """Allowed relative decrease of a ratio on another processor or with another compiler."""

@@ -60,7 +60,7 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The counted program: at each getppid call, valgrind writes its counts and restarts."""
+"""The counted program: at each getppid call, valgrind writes the counts and restarts at 0."""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }

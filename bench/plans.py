@@ -1,4 +1,4 @@
-"""The benchmarks and the durations of their runs."""
+"""The benchmarks and the durations of benchmark runs."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -53,7 +53,7 @@ class Ratio:
         peer: Minimum time of the peer [ns].
         median: Median ratio of all rounds; above 1, chasles is faster.
         least: Minimum ratio of all rounds.
-        bar: Required value of the median; None without a bar.
+        bar: Required value of the median; None if there is none.
     """
 
     key: str
@@ -70,13 +70,13 @@ class Ratio:
 
     @property
     def holds(self) -> bool:
-        """Whether the median reaches the bar."""
+        """Whether the median reaches the required value."""
         return self.bar is None or bool(self.median >= self.bar)
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A value and its upper bar; None without a bar."""
+    """A value and its upper limit; None if there is none."""
 
     key: str
     value: float
@@ -85,7 +85,7 @@ class Limit:
 
     @property
     def holds(self) -> bool:
-        """Whether the value is at most the bar."""
+        """Whether the value is at most the limit."""
         return self.bar is None or bool(self.value <= self.bar)
 
 

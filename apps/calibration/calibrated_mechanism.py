@@ -1,7 +1,7 @@
 """A calibrated robot with loops as a robot file: the nominal file with the identified parameters.
 
-The compiler closes the loops by Newton's method. It infers the nominal structure from the values;
-the inverse refines the nominal solutions.
+The compiler closes the loops by Newton's method. The compiler infers the nominal structure from
+the values; the inverse refines the nominal solutions.
 """
 
 from __future__ import annotations

@@ -84,8 +84,8 @@ def optimal_design(
         count: Number of configurations to select.
         targets: (m, 3) targets on the tool whose positions are measured [m]; None: poses are
             measured.
-        sigma: Standard deviation of each measured position coordinate [m]; for poses, a pair of
-            this and the standard deviation of the orientation [rad].
+        sigma: Standard deviation of each measured position coordinate [m]; for poses, the pair
+            of this value and the standard deviation of the orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.
         is_allowed: Test of all candidates (M, n) -> (M,) booleans, for example for collisions.
 

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 UNEXPLAINED = 0.01
 """Maximum error of a calibrated robot, relative to the spread of its tool positions. A larger error
-suggests another robot or wrong joint values."""
+suggests a different robot or wrong joint values."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0

@@ -1,8 +1,8 @@
 """Model selection by cross-validation: which parameters to identify.
 
 More parameters fit the measurements better, but may predict other measurements worse. Each model is
-identified several times, each time without one fold of the configurations. The errors on the
-omitted folds compare the models.
+identified several times, each time without one fold of the configurations. The models are
+compared by the errors on the omitted folds.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
@@ -59,9 +59,9 @@ CALIBRATION_MODELS = (
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
-"""Models, the simplest first. Their standard deviations [m, rad, 1] suit industrial arms: encoder
-zeros within 1 degree, links made and mounted within 1 mm and 1 mrad, drives exact within 0.3
-mrad."""
+"""Models, the simplest first. The standard deviations of the models [m, rad, 1] suit industrial
+arms: encoder zeros within 1 degree, links made and mounted within 1 mm and 1 mrad, drives exact
+within 0.3 mrad."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -264,8 +264,8 @@ class Calibration(StudyResult):
             robot: The nominal robot with parametric functions; None: it is loaded by its name.
 
         Raises:
-            InputValueError: The suffix is not .npz, or the file contains no calibration or one of
-                another robot.
+            InputValueError: The suffix is not .npz, or the file contains no calibration, or a
+                calibration of a different robot.
             UnknownRobotError: The robot named in the file is unknown; pass `robot`.
         """
         found = super().load(path)

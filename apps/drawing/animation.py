@@ -49,7 +49,8 @@ def animate(
         The path of the file.
 
     Raises:
-        InputValueError: If the suffix is not supported, or the trajectory is of another robot.
+        InputValueError: If the suffix is not supported, or the trajectory belongs to a different
+            robot.
         NotInstalledError: If ffmpeg is needed but not installed.
         ChaslesError: If ffmpeg fails.
         OutOfReachError: If loops do not close at a configuration.

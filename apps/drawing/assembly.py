@@ -15,7 +15,7 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Number of starts for the passive leg joints; two suffice for legs with two links."""
+"""Number of start configurations of the passive leg joints; two suffice for legs with two links."""
 _STEPS = 20
 """Maximum number of Newton steps from each start."""
 
@@ -24,8 +24,8 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at given actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. Rod orientations keep the values of the start; no body uses
-            them.
+        z: (k, n_z) configurations. Rod orientations keep the values of the start configuration,
+            since no body uses them.
         margin: (k,) margins; 0 if the platform is singular and two modes coincide.
     """
 
@@ -47,7 +47,8 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
         near: (n_z,) start configuration for the passive leg joints.
 
     Returns:
-        The modes, without modes whose legs do not close from any start.
+        The modes, without modes whose loops Newton's method cannot close from any start
+        configuration.
     """
     robot = bodies.robot
     theta, margin, _ = robot.functions["modes"](q)

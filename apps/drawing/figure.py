@@ -96,9 +96,9 @@ def draw(
 
     Raises:
         OutOfReachError: If loops do not close at q.
-        InputValueError: If a view is unknown, axes are passed for several views, or a motion is of
-            another robot; if `ghosts` needs a closed-form inverse or assembly modes that the robot
-            does not have.
+        InputValueError: If a view is unknown, axes are passed for several views, or a motion
+            belongs to a different robot; if `ghosts` needs a closed-form inverse or assembly modes
+            that the robot does not have.
         ShapeError: If q, ghosts or path has a wrong number of coordinates.
         NotInstalledError: If matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
@@ -135,7 +135,7 @@ def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
 
     Raises:
         ShapeError: If the shape of the configurations is not (k, n).
-        InputValueError: If the motion is of another robot.
+        InputValueError: If the motion belongs to a different robot.
     """
     sampled = postures.sample() if hasattr(postures, "sample") else postures
     if getattr(sampled, "robot", robot.name) != robot.name:
@@ -262,7 +262,7 @@ def figure_of(
 
 
 def _cells(views: list[View]) -> list[tuple[int, int]]:
-    """Return row and column of each view: four spatial views in a square, others side by side."""
+    """Return row and column of each view: four spatial views in two rows, others in one row."""
     if [view.name for view in views] == [view.name for view in SPATIAL]:
         return [(0, 0), (0, 1), (1, 0), (1, 1)]
     return [(0, k) for k in range(len(views))]

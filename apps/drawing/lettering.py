@@ -174,7 +174,7 @@ class Lettering:
         return []
 
     def _is_nearest(self, place: FloatArray, dimension: Dimension) -> bool:
-        """Return whether this dimension is the nearest to a place, so that it is unambiguous."""
+        """Return whether a dimension is nearest to a position, so that it is unambiguous."""
         others = [own for own in self.scene.dimensions if own is not dimension]
         own = _distance(place, dimension)
         return all(_distance(place, other) > own for other in others)
@@ -220,7 +220,7 @@ class Lettering:
 
 
 def _distance(place: FloatArray, dimension: Dimension) -> float:
-    """Return the distance of a place from the line of a dimension [m]."""
+    """Return the distance of a position from the line of a dimension [m]."""
     way = dimension.b - dimension.a
     part = np.clip((place - dimension.a) @ way / (way @ way), 0, 1)
     return float(np.linalg.norm(place - dimension.a - part * way))

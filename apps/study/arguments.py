@@ -22,12 +22,12 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
     """Return an array of finite numbers.
 
     Args:
-        name: The function and its argument, for errors.
+        name: Names of the function and the argument, for error messages.
         values: The numbers.
         shape: The expected shape; None: any.
 
     Raises:
-        ShapeError: The array has another shape.
+        ShapeError: The array has the wrong shape.
         InputValueError: A number is NaN or infinite.
     """
     array = np.asarray(values, dtype=np.float64)
@@ -79,11 +79,11 @@ def key_of(name: str, rng: Rng) -> int:
     """Return the int that determines random numbers.
 
     Args:
-        name: The function, for errors.
+        name: Name of the function, for error messages.
         rng: The int itself, a generator from which the int is drawn, or None for fresh entropy.
 
     Raises:
-        InputTypeError: rng has another type.
+        InputTypeError: rng has an unsupported type.
         InputValueError: The int is negative.
     """
     if rng is None:

@@ -13,13 +13,13 @@ from .samples import Samples
 FloatArray = NDArray[np.float64]
 
 _STARTS = 8
-"""Number of configurations from which each bound is optimized; local optima are few."""
+"""Number of start configurations for each bound. Few suffice, since local optima are few."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
-"""Step at which an optimization stops, relative to the coordinate ranges."""
+"""Step length below which an optimization stops, relative to the coordinate ranges."""
 _SLOPE = 1e-14
-"""Slope at which an optimization stops, for coordinates relative to their ranges."""
+"""Gradient below which an optimization stops, for coordinates relative to the ranges."""
 
 
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
@@ -57,14 +57,14 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize the coordinate along an axis, or its negative for sign -1, from a start."""
+    """Minimize a coordinate from a start, or the negative coordinate for sign -1."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # A large finite value at open loops, since the line search interpolates between values.
+        # Open loops get a large finite value, since the line search interpolates between values.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])

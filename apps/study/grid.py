@@ -1,7 +1,7 @@
 """A grid of equal cells, and the volume, area or length of the body that fills visited cells.
 
-Visited cells are counted, since the density of points is uneven. A line along x through the body
-visits, at each end, on average half a cell too much. To first order, the volume of the visited
+Visited cells are counted, since the density of points is uneven. At each end, a line along x
+through the body visits on average half a cell too much. To first order, the volume of the visited
 cells exceeds the volume of the body by h/2 times the area of their open faces. Here, h is the side
 of a cell, and the open faces along x are the surface projected along x. The correction along each
 axis is a factor 1 - c, where c is half the number of open faces per cell. The product of the three
@@ -9,7 +9,7 @@ factors is exact for boxes and never negative. If a random half of the points mi
 visited cells, the points are too few, and the cells are enlarged. Four errors remain:
 
 - If the surface is parallel to the grid, all lines end at the same position within their cells, and
-  the excess is between 0 and h per face. Such a face is coplanar with its neighbors.
+  the excess is between 0 and h per face. Such a face is coplanar with the adjacent faces.
 - The points may miss a cell that contains only a small corner of the body. The number of missed
   cells is extrapolated as a power of the number of points, from a random half of the points.
 - If there are few cells, the lines end at few positions, so their average is uncertain.
@@ -39,8 +39,8 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""Exponent of the number of points with which missed cells decrease: 1 if the surface is parallel
-to the grid, 1/3 if the surface cuts off corners of cells."""
+"""The number of missed cells decreases as this power of the number of points: 1 if the surface is
+parallel to the grid, 1/3 if the surface cuts off corners of cells."""
 _SLOPING = 0.1
 """Relative error of the correction at sloping faces."""
 
@@ -53,7 +53,8 @@ _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss; beyond it, the
 number of cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
+"""Minimum number of cells along the longest side; with fewer cells, nearly all are at the
+surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +190,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells have too few points: the box is the only bound.
+    # Even the largest cells have too few points, so the box is the only bound.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 

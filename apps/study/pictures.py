@@ -204,7 +204,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Plot the border of a section; points behind the first axis have negative distances.
+    """Plot the border of a section; distances beyond the first axis are negative.
 
     Args:
         found: The `ExactWorkspace`.

@@ -1,7 +1,8 @@
 """Reach: the poses with solutions within limits, and the limits that exclude other poses.
 
-The inverse returns the solutions for each pose on all branches. They are compared with the limits,
-each revolute joint at every full turn. Base placement is the same test for several base poses.
+The inverse returns the solutions for each pose on all branches. The solutions are compared with the
+limits, each revolute joint at every full turn. Base placement is the same test for several base
+poses.
 """
 
 from __future__ import annotations
@@ -40,13 +41,13 @@ class Reach(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        coordinate_names: The names of its coordinates.
+        coordinate_names: The names of the robot's coordinates.
         n_solutions: (m, k) number of solutions within limits, for m positions and k orientations;
             full turns of a joint are not counted separately.
         limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
             the smallest excess; -1 if the pose is reached, -2 if it is out of reach even without
             limits.
-        grid: The grid whose cell centers are the positions; None if the targets are no grid.
+        grid: The grid whose cell centers are the positions; None if the targets are not a grid.
     """
 
     _parts = (Grid,)
@@ -143,7 +144,7 @@ def reach(
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
-        ShapeError: Targets or orientations have another shape.
+        ShapeError: Targets or orientations have the wrong shape.
         InputValueError: A number is not finite, or `orientations` is passed with poses.
     """
     poses, rotations = _poses_and_rotations(targets, orientations)
@@ -185,7 +186,7 @@ def base_placement(
 
     Raises:
         AttributeError: The robot has no `ik`.
-        ShapeError: Poses or bases have another shape.
+        ShapeError: Poses or bases have the wrong shape.
         InputValueError: A number is not finite.
     """
     tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)

@@ -54,7 +54,8 @@ class StudyResult:
         """Return the result that `to_npz` wrote.
 
         Raises:
-            InputValueError: The suffix is not .npz, or the file contains another kind of result.
+            InputValueError: The suffix is not .npz, or the file contains a different kind of
+                result.
         """
         by_suffix(path, {".npz": cls})
         arrays = read_npz(path)

@@ -31,7 +31,7 @@ PIECE = 1 << 16
 BLOCK = 1 << 12
 """Number of points processed at once; their poses and Jacobians fit in the cache."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube; a double has one more."""
+"""Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0
 """Seed word of the net, which makes its random digits independent of the pieces."""
 
@@ -113,7 +113,8 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
 
     Args:
         robot: The robot.
-        count: Number of points. For a grid of n coordinates, it is rounded down to a k^n.
+        count: Number of points. For a grid of n coordinates, the number is rounded down to k^n with
+            an integer k.
         sampling: As in `Samples`.
         key: As in `Samples`.
 

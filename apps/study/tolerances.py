@@ -10,9 +10,9 @@ IN_PLACE = 1e-12
 from the base, the distance is relative to the distance from the base."""
 STRAIGHT = 1e-9
 """Sine of the angle below which three points count as collinear: the radius of their circle is a
-billion times their distance. It is also the relative distance up to which points are coplanar."""
+billion times their distance. This is also the relative distance up to which points are coplanar."""
 NODES_APART = 2e-3
-"""Node spacing of fourth-order finite differences, relative to the curve length. Its fourth power,
+"""Node spacing of fourth-order finite differences, relative to the curve length. The fourth power,
 2e-11, is the truncation error relative to higher derivatives. Second derivatives amplify rounding
 errors to about 2e-10."""
 
@@ -26,4 +26,4 @@ TANGENT = 1e-12
 rounding errors."""
 BESIDE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; less for
-short arcs. It exceeds SAME_ARC, so that a test point is beyond all equal arcs."""
+short arcs. The distance exceeds SAME_ARC, so that a test point is beyond all equal arcs."""

@@ -130,7 +130,7 @@ _SPAN = ("bodies", "ends", "across", "from_end")
 
 
 def _struts(skeleton: Skeleton, start: Posture) -> list[dict[str, Any]]:
-    """Return each strut once, with its length at coordinate 0."""
+    """Return each strut once, with the strut length at coordinate 0."""
     names = [variable.name for variable in skeleton.robot.configuration_variables]
     spans = {body.span.name: body.span for body in skeleton.bodies if body.span}
     found = []

@@ -15,8 +15,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _LEAST_ERROR_BUDGET = 60
-"""Maximum number of forward kinematics evaluations for a pose out of reach. Few suffice, since a
-drag moves little per frame; additional starts would leave the branch."""
+"""Maximum number of forward kinematics evaluations for a pose out of reach. Few suffice, since
+the tool moves little per frame; additional start configurations would leave the branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Branches:
 
     Attributes:
         q: (k, n) coordinates of the branches [rad or m], at the full turns nearest to the previous
-            configuration, or at turns within the limits if the nearest ones are not.
+            configuration, or at turns within the limits if the nearest turns violate the limits.
         inside: (k,) whether a branch is within the limits.
         margin: (k,) margin of each branch; 0 at the workspace border.
         followed: (n,) coordinates of the nearest branch within the limits; without one, coordinates

@@ -2,8 +2,8 @@
 
 For a slider, a frame consists of a configuration, the branches of the inverse with their poses as
 ghosts, and the limit colors. For the tool handle, the inverse determines the configuration. The
-optional ghosts of assembly modes have a separate column without a bar. The time of viser to send a
-frame to the browser is not included.
+optional ghosts of assembly modes have a separate column without a limit. The time of viser to send
+a frame to the browser is not included.
 """
 
 import time

@@ -25,7 +25,7 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""A peer without a bar, since it is ten times slower than the others on unsuitable arms."""
+"""A peer without a required ratio: on unsuitable arms, it is ten times slower than other peers."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -117,7 +117,7 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a special structure, compared with the module that ssik ships for it.
+    """An arm without a closed-form structure, compared with the module that ssik ships for it.
 
     The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver solves poses of
     its own arm.

@@ -23,7 +23,7 @@ from .one_call import VECTORS, repeated
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
-"""Bars: a robot with loops may take twice the time of its main chain."""
+"""Required ratios: a robot with loops may take twice the time of the main chain."""
 CHAINS = ("well_manipulator", "excavator", "board_installer")
 FIVE_BAR_BAR = 100.0
 TIMED = (

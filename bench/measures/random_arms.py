@@ -1,6 +1,6 @@
 """Time the inverses of random arms: ``python -m bench arms``.
 
-The arms have geometry errors or no special structure. ``tests/campaigns/displaced.py`` and
+The arms have geometry errors or no closed-form structure. ``tests/campaigns/displaced.py`` and
 ``tests/campaigns/general.py`` check their solutions.
 """
 
@@ -22,12 +22,12 @@ SINGLES, BATCH = 1000, 10_000
 ROUNDS = 3
 MICRO = 1e6
 MAX_P99 = 50.0
-"""Bar on the 99th percentile of the call time of arms with errors [us]."""
+"""Limit of the 99th percentile of the call time of arms with errors [us]."""
 COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar", "")
 
 
 def run(count: int, first: int) -> int:
-    """Print the times of random arms; return 1 if an arm with errors exceeds its bar.
+    """Print the times of random arms; return 1 if an arm with errors exceeds the limit.
 
     Args:
         count: Number of arms of each kind.

@@ -1,1 +1,1 @@
-"""Other libraries, set up for the same kinematics and grouped by problem."""
+"""Other libraries, set up for the same kinematics, in one folder per problem."""

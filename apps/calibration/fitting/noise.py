@@ -5,14 +5,14 @@ parameters add d + D dx, the scaled deviations from nominal. With s the noise, t
 
     H = J^T J + s^2 D^T D
 
-gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The residual variance of an
-error is the fraction 1 - h, since the fit follows the error. sum(1 - h) is the residual number of
+gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The fit follows an error, so
+only the fraction 1 - h of the error's variance remains. sum(1 - h) is the residual number of
 degrees of freedom.
 
-Without known standard deviations, s^2 = sum e^2 / (M - k). With them, s maximizes the marginal
-likelihood of the measurements: along the singular vectors of J D^-1, an error has the variance
-lambda + s^2. Few measurements do not determine s. A wide prior of log s about the stated noise
-regularizes it; thirty degrees of freedom outweigh the prior.
+Without known standard deviations, s^2 = sum e^2 / (M - k). With known standard deviations, s
+maximizes the marginal likelihood of the measurements: along the singular vectors of J D^-1, an
+error has the variance lambda + s^2. Few measurements do not determine s. A wide prior of log s
+about the stated noise regularizes it; thirty degrees of freedom outweigh the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
@@ -35,8 +35,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
-"""Outlier limit in robust standard deviations, for many residual degrees of freedom. For few,
-Student's distribution gives the limit with the same probability."""
+"""Outlier limit in robust standard deviations, for many residual degrees of freedom. For few
+degrees of freedom, Student's distribution gives the limit with the same probability."""
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 LEAST_NOISE = 1e-3
@@ -49,7 +49,7 @@ CHANCE = float(scipy.special.ndtr(-OUTLYING))
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""Minimum fraction 1 - h of its variance with which an error is tested as an outlier."""
+"""Minimum residual fraction 1 - h of the variance of errors that are tested as outliers."""
 _STRAY = math.log(10)
 """Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
 _LOG_NOISE = np.linspace(math.log(LEAST_NOISE), math.log(1e6), 200)
@@ -94,7 +94,7 @@ class Linearized:
     def freedoms(self, noise: float) -> float:
         """Return the residual number of degrees of freedom.
 
-        A parameter that only parameter_std determines reduces it by nothing.
+        A parameter that only parameter_std determines does not reduce this number.
         """
         if not len(self.D):
             return float(self.J.shape[0] - self.J.shape[1])

@@ -50,12 +50,13 @@ _ROUNDS = 12
 _STEP = 1e-12
 """Relative change of the sum of squares and of the variables at which the iteration stops."""
 _EVALUATIONS = 100
-"""Maximum number of evaluations per solution; about twenty suffice. Exact data do not converge."""
+"""Maximum number of evaluations per solution; about twenty suffice. For exact data, the iteration
+does not converge."""
 _NEARNESS = 0.3
-"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. It is below the
-noise, but decides between parameters with the same effect."""
+"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
+below the noise, but decides between parameters with the same effect."""
 _PLACED = 1e-3
-"""Penalty on frames and targets, which the design does not place, in the same unit."""
+"""Penalty on frames and targets, which the design does not determine, in the same unit."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes the positions of
 targets and base only weakly, so these may be far from their start."""
@@ -191,7 +192,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never known exactly. Free axes absorb it, otherwise base corrections do.
+    # The device frame is never known exactly. Free axes absorb the error of this frame, otherwise
+    # base corrections absorb it.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -209,7 +211,7 @@ class Fit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The least-squares problem. Its variables x are identified parameters, then unknowns.
+    """The least-squares problem. The variables x are the identified parameters, then the unknowns.
 
     Attributes:
         robot: The robot.

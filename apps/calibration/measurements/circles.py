@@ -55,7 +55,7 @@ class CirclePoints(Positions):
     Attributes:
         points: (N, m, 3) as in :class:`Positions`.
         sigma: Standard deviation of each position coordinate [m].
-        circle: (N,) circle index of each configuration; negative if on no circle.
+        circle: (N,) circle index of each configuration; negative for a configuration on no circle.
     """
 
     circle: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
@@ -112,8 +112,8 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Tolerance for rotation about another axis [rad], as coordinates may be rounded to six digits.
-It is also the relative singular value below which a direction is undetermined."""
+"""Tolerance for rotation about a different axis [rad], as coordinates may be rounded to six digits.
+This is also the relative singular value below which a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:

@@ -99,7 +99,7 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frames for a tool that rotates about at most one axis, from positions too.
+    """Return the frames for a tool that rotates about at most one axis, also from positions.
 
     Four points represent the probe: its origin and one point on each axis. The distance of these
     points is the spread of the tool positions, at least `_LEVER`.

@@ -319,7 +319,7 @@ def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
 
 
 def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find positions, numbered or not, and columns of target and station names."""
+    """Find positions, with or without numbers, and columns of target and station names."""
     del own, said
     found = {}
     for heading in rest:

@@ -39,7 +39,7 @@ _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class StationPositions(Measurements):
-    """Positions of targets at unknown places on the tool, from stations with unknown frames.
+    """Positions of targets at unknown positions on the tool, from stations with unknown frames.
 
     Each station must measure at least three positions that are not collinear.
 

@@ -55,7 +55,7 @@ class Measurements(ABC):
     """Measurements at N configurations."""
 
     _fixes_tool: ClassVar[bool]
-    """Whether the tool orientation is measured too: identifies tool corrections, not targets."""
+    """Whether the tool orientation is measured; then tool corrections replace the targets."""
 
     @property
     @abstractmethod
@@ -155,7 +155,7 @@ def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> Flo
 
 @dataclass(frozen=True, eq=False)
 class Positions(Measurements):
-    """Positions of targets at unknown places on the tool, for example from a laser tracker.
+    """Positions of targets at unknown positions on the tool, for example from a laser tracker.
 
     Attributes:
         points: (N, m, 3) positions of m targets in W [m], NaN for invisible targets.
@@ -254,7 +254,7 @@ class Positions(Measurements):
 
 @dataclass(frozen=True, eq=False)
 class Poses(Measurements):
-    """Poses of a probe at an unknown place on the tool.
+    """Poses of a probe that has an unknown pose on the tool.
 
     Attributes:
         T: (N, 4, 4) poses of the probe in W.

@@ -70,7 +70,7 @@ def of_quaternions(found: FloatArray) -> FloatArray:
     """Return rotations (N, 3, 3) from quaternions (N, 4) w, x, y, z of equal length.
 
     Raises:
-        WrongRow: A quaternion is longer or shorter than the others.
+        WrongRow: A quaternion is longer or shorter than the other quaternions.
     """
     size = np.linalg.norm(found, axis=-1)
     usual = float(np.median(size))

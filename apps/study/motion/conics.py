@@ -93,9 +93,9 @@ def conic(poses: ArrayLike) -> ConicArc:
         The arc; the orientation is a smooth curve through the orientations of the poses.
 
     Raises:
-        ShapeError: `poses` has another shape.
-        InputValueError: The positions are not coplanar, three are collinear, the order along the
-            conic differs, or the points are on both branches of a hyperbola.
+        ShapeError: `poses` has the wrong shape.
+        InputValueError: The positions are not coplanar, three are collinear, the points are not
+            in the order along the conic, or the points are on both branches of a hyperbola.
     """
     T, _ = waypoints("conic", poses)
     if len(T) != _POINTS:
@@ -117,7 +117,7 @@ def conic(poses: ArrayLike) -> ConicArc:
 
 
 def _plane(p: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Return the center of points, their size [m], and two axes (2, 3) of their plane."""
+    """Return center and size [m] of coplanar points, and two axes (2, 3) of the plane."""
     middle = p.mean(0)
     _, spread, axes = np.linalg.svd(p - middle)
     if spread[2] > STRAIGHT * spread[0]:

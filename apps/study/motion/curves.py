@@ -73,7 +73,7 @@ class JointLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, n) values and their first and second derivatives by s."""
+        """(m, n) values, and first and second derivatives with respect to s."""
         return _straight(self.q_start, self.q_end, self.length, s)
 
 
@@ -114,7 +114,7 @@ class TaskLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values and their first and second derivatives by s."""
+        """(m, k) values, and first and second derivatives with respect to s."""
         return _straight(self.start, self.end, self.length, s)
 
 
@@ -164,7 +164,7 @@ class TaskCurve:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values and their first and second derivatives by s."""
+        """(m, k) values, and first and second derivatives with respect to s."""
         T, V, A = self.curve.at(s)
         places = 2 if self.task == "planar" else 3
         orders = [T[:, :places, 3], V[:, :places], A[:, :places]]
@@ -261,10 +261,11 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
 
     Args:
         T_start: (4, 4) pose at the start.
-        T_end: (4, 4) pose at the end. For a half turn, the sign of the axis is ambiguous.
+        T_end: (4, 4) pose at the end. For a rotation by half a turn, the sign of the axis is
+            ambiguous.
 
     Returns:
-        The line. For a pure rotation, its length is the angle [rad].
+        The line. For a pure rotation, the length of the line is the angle [rad].
 
     Raises:
         ShapeError: A pose is not (4, 4).
@@ -365,7 +366,7 @@ class Spline:
         """Poses at lengths (m,)."""
         p, v, a = (self.positions(s, order) for order in range(3))
         R = self.rotations(s).as_matrix()
-        # SciPy returns the angular velocity in body axes. Its derivative in base axes needs no
+        # SciPy returns the angular velocity in body axes. The derivative in base axes needs no
         # further term, since omega x omega = 0.
         turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
         return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
@@ -379,7 +380,7 @@ def spline(poses: ArrayLike) -> Spline:
             positions [m] with the orientation of the base.
 
     Raises:
-        ShapeError: There are fewer than three poses, or their shape is wrong.
+        ShapeError: There are fewer than three poses, or the array has the wrong shape.
         InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):
@@ -423,11 +424,11 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
     Args:
         poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)
             positions [m] with the orientation of the base.
-        radius: Distance of the ends of the parabolas from each corner [m], at most half of the
-            adjacent lines.
+        radius: Distance of the ends of the parabolas from each corner [m], at most half the
+            length of the adjacent lines.
 
     Raises:
-        ShapeError: There are fewer than three poses, or their shape is wrong.
+        ShapeError: There are fewer than three poses, or the array has the wrong shape.
         InputValueError: Two consecutive poses have the same position, or the radius is too large.
     """
     with requires("chasles[study]"):
@@ -457,11 +458,11 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return poses (m, 4, 4) of a curve, and their chord lengths from the start (m,).
 
     Args:
-        name: The calling function, for errors.
+        name: Name of the calling function, for error messages.
         poses: (m, 4, 4) poses or (m, 3) positions, three or more; consecutive ones differ.
 
     Raises:
-        ShapeError: There are fewer than three poses, or their shape is wrong.
+        ShapeError: There are fewer than three poses, or the array has the wrong shape.
         InputValueError: Two consecutive poses have the same position, a number is not finite, or a
             pose is not rigid.
     """

@@ -14,7 +14,7 @@ from .trajectory import Trajectory
 FloatArray = NDArray[np.float64]
 
 _ROUNDING = 1e-9
-"""Relative excess of a limit that counts as a rounding error."""
+"""Relative excess over a limit that counts as a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
     """Return limits (n,) from one number or from n numbers.
 
     Raises:
-        ShapeError: The limits have another shape.
+        ShapeError: The limits have the wrong shape.
         InputValueError: A limit is not above 0.
     """
     values = np.asarray(limits, dtype=np.float64)

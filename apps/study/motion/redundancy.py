@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 30
-"""Maximum number of steps; converging iterations need 5 to 8."""
+"""Maximum number of Newton steps; converging iterations need 5 to 8 steps."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
 """Nodes of finite differences at the start, inside and at the end of a curve."""
 
@@ -57,9 +57,9 @@ def minimum_norm(
 ) -> OnCurve:
     """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
 
-    Derivatives with respect to s match the twist of the curve and its derivative up to rounding.
-    Their null-space components are fourth-order differences, which are inaccurate near
-    singularities, where joints move far within a hundredth of the curve.
+    Derivatives with respect to s match the twist of the curve and the derivative of the twist up to
+    rounding errors. The null-space components are fourth-order differences, which are inaccurate
+    near singularities, where joints move far within a hundredth of the curve.
 
     Args:
         robot: A robot with as many joints in its main chain as coordinates.

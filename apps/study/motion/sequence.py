@@ -155,14 +155,14 @@ class MotionSequence:
         Args:
             curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
-            fixed: Joints with constant values, as in `Motion`; names keep the values at the start
-                of the stage.
+            fixed: Joints with constant values, as in `Motion`; joints given by name keep the
+                values at the start of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
                 start of the stage.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path, and the others limit the path length
-                in the coordinates.
+                plan, duration is the time of the whole path, and the other limits refer to the
+                path length in the coordinates.
 
         Raises:
             InputValueError: The curve or the plan does not start at q_end, or the plan has no path.

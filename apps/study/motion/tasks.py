@@ -1,9 +1,9 @@
 """Rates and accelerations on a curve of the tool, or in the coordinates of a task.
 
-They are exact, without damping or limits, so they are large close to a singularity.
+The rates are exact, without damping or limits, so they are large close to a singularity.
 
-With the position p and the directions x and z of the tool's first and third axes, their twist
-(v, omega) and its derivative (a, alpha):
+The equations contain the directions x and z of the tool's first and third axes, the tool twist
+(v, omega) and the derivative (a, alpha) of the twist:
 
     pitch: sin P = z_z,      P' cos P = (omega x z)_z,    P'' cos P - P'^2 sin P = z''_z
     angle: A = atan2(x_y, x_x), A' = omega_z, A'' = alpha_z   (the tool's plane stays the base's)
@@ -26,8 +26,8 @@ from .curves import Task
 FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
-"""Step of fourth-order differences [rad or m]. The truncation error is about its fourth power,
-2e-11; second derivatives divide rounding errors by its square."""
+"""Step of fourth-order differences [rad or m]. The truncation error is about the fourth power
+of the step, 2e-11; second derivatives divide rounding errors by the square of the step."""
 
 
 def task_rates(
@@ -35,8 +35,9 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s on a curve in task coordinates.
 
-    Joints that the inverse for the task keeps constant do not move. The number of the others must
-    be the number of task coordinates; otherwise the task does not determine their rates.
+    Joints that the inverse for the task keeps constant do not move. The number of moving joints
+    must equal the number of task coordinates; otherwise the task does not determine the joint
+    rates.
 
     Args:
         robot: A robot with the inverse of the task.

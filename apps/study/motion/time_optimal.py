@@ -50,9 +50,9 @@ _HIDDEN = 1.0
 _BEFORE = 1e-9
 """Distance of a sample before a node, relative to the time between nodes."""
 _NONE = 1e9
-"""An unreachable acceleration limit, for the path length of the tool."""
+"""Acceleration limit for the path length of the tool, too large to be reached."""
 _MARGIN = 1e-5
-"""Relative time margin for extremes between these samples."""
+"""Relative time margin for maxima between two samples."""
 
 
 def time_optimal(
@@ -145,7 +145,7 @@ def _fastest(
 
 
 def _nodes(motion: Motion, count: int) -> FloatArray:
-    """Return grid nodes from start to end, denser if rates change by a larger factor."""
+    """Return grid nodes from start to end, denser where joint rates change by a larger factor."""
     s = np.linspace(0, motion.curve.length, count + 1)
     _, by_s, by_ss = motion.on_curve(s)
     if not by_s.any():

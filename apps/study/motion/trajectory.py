@@ -105,8 +105,8 @@ class Trajectory(StudyResult):
             robot: The robot, checked against the file; required unless `to_npz` wrote the file.
 
         Raises:
-            InputValueError: The file cannot be read or is of another robot, a column is missing, a
-                cell is not a number, times are not ascending, or `robot` is missing.
+            InputValueError: The file cannot be read or belongs to a different robot, a column is
+                missing, a cell is not a number, times are not ascending, or `robot` is missing.
             ShapeError: The shapes of the arrays do not match the robot.
         """
         if by_suffix(path, {".npz": True, ".csv": False}):

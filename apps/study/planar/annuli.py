@@ -99,7 +99,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which a circle crosses others, over one turn; the first repeats last."""
+    """Return the angles of a circle's crossings over one turn; the first repeats at the end."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

@@ -64,7 +64,7 @@ class ArcRegion:
         return np.array([points.min(0), points.max(0)])
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (m, 2) are enclosed by the arcs: rays cross them an odd number."""
+        """Return whether points (m, 2) are enclosed: a ray crosses arcs an odd number of times."""
         if not self.arcs:
             return np.zeros(len(points), dtype=bool)
         parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
@@ -240,9 +240,10 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return angles (2, ..., k) at which a circle crosses k others, on the circle and the others.
+    """Return the angles (2, ..., k) of the intersections of a circle with k circles, on both.
 
-    NaN without an intersection. Tangent circles do not count, since rounding would decide.
+    NaN without an intersection. Tangent circles do not count, since rounding would decide whether
+    they cross.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
@@ -256,7 +257,7 @@ def _crossings(
 
 
 def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
-    """Group arcs by circle; circles that differ by rounding are equal."""
+    """Group arcs by circle; circles that differ by rounding errors are equal."""
     found: list[list[BorderArc]] = []
     for arc in arcs:
         if arc.radius <= SAME_ARC * size:
@@ -276,7 +277,7 @@ def _cuts(
 ) -> list[float]:
     """Return the angles over one turn at which other circles cross a circle or arcs end on it.
 
-    For tangent arcs, rounding decides whether they cross; but one of the arcs ends there.
+    Rounding decides whether tangent arcs cross, but one of the arcs ends at the tangent point.
     """
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]

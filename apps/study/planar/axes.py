@@ -30,7 +30,7 @@ class MovingAxes:
         names: Names of the joints.
         directions: (m, 3) directions of the axes in the base frame.
         points: (m, 3) the point of each axis nearest to the base origin [m].
-        turns: (m,) whether a joint is revolute; the others are prismatic.
+        turns: (m,) whether a joint is revolute; the other joints are prismatic.
         limits: (m, 2) limits of each joint relative to the configuration [rad or m].
         place: (3,) the point [m].
     """
@@ -45,14 +45,14 @@ class MovingAxes:
     @property
     def parallel(self) -> bool:
         """Whether all axes are parallel, with two or more revolute joints."""
-        if self.turns.sum() < 2:  # noqa: PLR2004 - one turns a point on a circle
+        if self.turns.sum() < 2:  # noqa: PLR2004 - one joint moves a point on a circle
             return False
         n = self.directions[self.turns][0]
         return bool(np.abs(np.cross(self.directions, n)).max() <= SAME_ARC)
 
     @property
     def upright(self) -> bool:
-        """Whether the first axis is vertical and the others move the point in a vertical plane."""
+        """Whether axis 1 is vertical and the other axes move the point in a vertical plane."""
         rest = self.without_first()
         if not (self.turns.all() and rest.parallel):
             return False
@@ -100,7 +100,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _postures(robot: Robot) -> FloatArray:
-    """Return the middle of the limits, and random configurations around it."""
+    """Return the middle of the limits, and random configurations within the limits."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_POSTURES, robot.n))

@@ -1,10 +1,11 @@
 """Workspaces with exact borders, for arms that move a point in a plane.
 
 If the axes that move the point are parallel, the workspace is planar, or a prism if prismatic
-joints move along the axes. If the first axis is vertical and the others are normal to a plane that
-the first joint rotates, the workspace is a body of revolution. The plane may be offset from the
-axis. In both cases, the point sweeps the section by rotating about one axis after the other, from
-the tip to the base, within limits; its border consists of arcs. `meridian.py` computes volumes.
+joints move along the axes. If the first axis is vertical and the other axes are normal to a plane
+that the first joint rotates, the workspace is a body of revolution. The plane may be offset from
+the axis. In both cases, the point sweeps the section by rotating about one axis after the other,
+from the tip to the base, within limits; its border consists of arcs. `meridian.py` computes
+volumes.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class ExactWorkspace(StudyResult):
         point: "tool" or "wrist".
         joints: The names of the joints that move the point.
         section: The region in the plane. For a body of revolution, its coordinates are (u, z); u is
-            0 at the points nearest to the first axis and negative behind the axis.
+            0 at the points nearest to the first axis and negative on the far side.
         origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0
@@ -137,13 +138,14 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
     Args:
         robot: A serial arm. Joints that do not move the point, such as a roll about the tool, are
-            ignored. The others must be parallel revolute joints and prismatic joints along them; or
-            a vertical first axis and revolute joints normal to a plane that the first one rotates.
+            ignored. The other joints must be parallel revolute joints and prismatic joints along
+            these axes; or a first joint with a vertical axis, and revolute joints normal to a plane
+            that the first joint rotates.
         point: "tool": the tool origin; "wrist": the last intersection of consecutive axes that the
             previous joints move in this way, such as the center of a spherical wrist.
 
     Raises:
-        InputValueError: The arm has another structure.
+        InputValueError: The axes of the arm do not have this form.
     """
     if robot.loops:
         raise InputValueError(f"{robot.name}: exact_workspace requires a serial arm, got loops")

@@ -2,7 +2,7 @@
 
 The plane has the distance d from a vertical axis and contains a region of points (u, v), with u = 0
 nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 + d^2) at
-height v; (-u, v) describes the same circle. As rho d(rho) = u du, the volume is an integral over
+height v; (-u, v) describes the same circle. Since rho d(rho) = u du, the volume is an integral over
 the region (Pappus).
 
 In a rotation by s, less than a full turn, u describes an arc of angle s. The arc of -u begins
@@ -200,7 +200,7 @@ def _along(
 
 
 def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
-    """Return the angles of an arc's ends, and the angles between at which u has given values."""
+    """Return the end angles of an arc, and the angles between them at which u has given values."""
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:

@@ -28,7 +28,8 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Maximum relative residual of the polynomial for which the border of a leg counts as circles."""
+"""Maximum relative residual of the polynomial for which the border of a leg's region counts as
+circles."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
@@ -94,7 +95,7 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot has another structure, or the angle is not finite.
+        InputValueError: The robot is not such a platform, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -118,7 +119,7 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
         robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot has another structure.
+        InputValueError: The robot is not such a platform.
     """
     legs = []
     turned = (constant_orientation_workspace(robot, phi).pieces[0] for phi in (0.0, np.pi))
@@ -199,7 +200,7 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
         resolution: Number of cells along the longest side.
 
     Raises:
-        InputValueError: The robot has another structure, or there is no angle.
+        InputValueError: The robot is not such a platform, or there is no angle.
     """
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))
     if not len(angles):

@@ -8,8 +8,9 @@ So the total workspace is bounded by arcs.
 
 The border of the inclusive workspace contains other curves, where two legs reach their limits. A
 square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs reach its
-center with a margin of d. It is outside if, at each angle, a leg misses its center by d. Both tests
-have a closed form. Other squares are subdivided; the remaining undecided area is the error.
+center with a margin of d. The square is outside if, at each angle, a leg misses the center of the
+square by d. Both tests have a closed form. Other squares are subdivided; the remaining undecided
+area is the error.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def orientation_range_workspace(
         tolerance: Relative error of the inclusive area at which the subdivision stops.
 
     Raises:
-        InputValueError: The robot has another structure, the angles are not ascending, or the
+        InputValueError: The robot is not such a platform, the angles are not ascending, or the
             tolerance is not positive.
 
     Source:

@@ -36,7 +36,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Minimum length of a segment relative to the coordinate ranges; shorter ones are not halved."""
+"""Minimum length of a segment relative to the ranges. Shorter segments are not halved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Return bounds of how far the shapes of each check approach, from the segment's middle.
+        """Bound how far the shapes of each check approach each other, from the segment's middle.
 
         Args:
             a: (n,) start of the segment [rad or m].
@@ -178,7 +178,7 @@ class ConfigurationSpace:
         return found
 
     def explain(self, q: FloatArray) -> str:
-        """Return what touches at a configuration (n,)."""
+        """Return the reason why a configuration (n,) is not free."""
         beyond = np.flatnonzero(~((q >= self.lower) & (q <= self.upper)))
         if len(beyond):
             return f"{self.robot.coordinates[beyond[0]].name} is beyond its limits"

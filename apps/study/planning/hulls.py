@@ -5,8 +5,9 @@ corners, each rod or cylinder a capsule between its ends. Lines and plates of th
 several joints are ignored.
 
 The motion of a point is bounded by the sum over the joints before it, of joint motion times lever
-arm at the middle configuration. The lever arms there suffice, because a joint moves all following
-axes together with the point. This bound is convex in the point, so the corners bound a shape.
+arm at the middle configuration. The lever arms at the middle configuration suffice, because a joint
+moves all following axes together with the point. This bound is convex in the point, so the corners
+bound a shape.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ class Hulls:
         Returns:
             (bodies, hulls) maximum distances [m] from the position of each hull at the center. Row
             k excludes the joints up to the joint of body k, which move all following shapes
-            together and do not change their distances.
+            together and do not change the distances between these shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints

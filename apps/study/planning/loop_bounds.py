@@ -9,10 +9,11 @@ joints, with d for the actuators, Taylor's formula gives
 
 If a box of x satisfies this strictly, the joints stay inside: on its border, the inequality would
 not hold. The box is the limit, from below, of iterating the right-hand side F, which is convex and
-increasing in w. Its steps satisfy d' >= F'(w) d > 0 and converge to 0, so no eigenvalue of F'
-exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity in the box; its
-eigenvalues are below 1, since the box is slightly widened. So B dc/dx is regular in the box, and
-the solution is continuous and on one branch. Rounding errors, about 1e-13, are not bounded.
+increasing in w. The steps of the iteration satisfy d' >= F'(w) d > 0 and converge to 0, so no
+eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity in
+the box; its eigenvalues are below 1, since the box is slightly widened. So B dc/dx is regular in
+the box, and the solution is continuous and on one branch. Rounding errors, about 1e-13, are not
+bounded.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -48,9 +49,9 @@ _ATTEMPTS = 30
 _FEWEST = 5
 """Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
-"""Range of prismatic joints that is bounded, relative to their range in the samples."""
+"""Range of prismatic joints in which the bounds hold, relative to the range in the samples."""
 _FITS = 1e-9
-"""Relative error of an equation's polynomial that counts as rounding."""
+"""Relative error of an equation's polynomial that counts as a rounding error."""
 _ROUNDS = 30
 """Maximum number of iterations for the box of the joints."""
 _WIDER = 1 + 1e-6
@@ -94,7 +95,7 @@ class LoopBounds:
 
         Args:
             a: (n,) actuated coordinates at the start of the segment [rad or m].
-            b: (n,) actuated coordinates at its end [rad or m].
+            b: (n,) actuated coordinates at the end of the segment [rad or m].
 
         Returns:
             (z,) bounds [rad or m]; None if loops are open or near a dead point.
@@ -165,7 +166,7 @@ def closed_postures(
     """Return random coordinates (m, n) at which the loops close, and configurations (m, n_z).
 
     Raises:
-        InputValueError: The loops close at too few of them.
+        InputValueError: The loops close at too few random configurations.
     """
     rng = np.random.default_rng(0)
     q, z = [], []
@@ -333,6 +334,6 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The first axis is the next joint; previous axes are already summed.
+        # The first array axis belongs to the next joint; the previous array axes are summed.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

@@ -120,7 +120,7 @@ class Roadmap:
         return graph
 
     def _check(self, graph: Any, points: FloatArray, path: list[int]) -> tuple[bool, int]:
-        """Remove the first blocked edge; return whether one was found, and the number of checks."""
+        """Remove the first blocked edge; return whether there is one, and the number of checks."""
         checked = 0
         for i, j in pairwise(path):
             if graph[i][j]["free"]:

@@ -72,7 +72,7 @@ class SuccessStudy(StudyResult):
         write_table(path, names, [astuple(row) for row in self.rows])
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the success rate over the samples, one line per step, with 95 % intervals.
+        """Plot the success rate over the samples, one line per maximum step, with 95 % intervals.
 
         Args:
             ax: matplotlib axes; None: a new figure.
@@ -104,7 +104,8 @@ def success_study(
         q_goal: (n,) the goal.
         samples: Numbers of points.
         max_steps: Maximum edge lengths.
-        runs: Number of roadmaps per pair, each with different random numbers.
+        runs: Number of roadmaps per pair of sample count and maximum step, each with different
+            random numbers.
         neighbors: As in `prm`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
