@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from .quality.quality_report import ModelReport as ModelReport
 
 # SymPy reads its cache size at import. The default of a thousand results is too small for a robot
-# with loops, which would rebuild its expressions repeatedly.
+# with loops: SymPy would rebuild the same expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"

@@ -18,16 +18,16 @@ Result = TypeVar("Result")
 def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     """Starts work in a forked process, with a copy of this process's state.
 
-    On other systems than Linux, or with other threads running, the work runs in this process when
-    its result is requested. A fork could copy a lock that another thread holds, and nothing would
+    On systems other than Linux, or while other threads run, this process runs the work when the
+    result is requested. A fork could copy a lock that another thread holds, and nothing would
     release this lock.
 
     Args:
         work: Computes the result, which is plain data.
 
     Yields:
-        A function that waits for the result and raises the error of the work. The process ends with
-        the body of the context.
+        A function that waits for the result, or raises the error that the work raised. The process
+        ends at the end of the ``with`` block.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work
@@ -46,12 +46,12 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 
 def send(work: Callable[[], object], sender: Connection) -> None:
-    """Runs work and sends its outcome."""
+    """Runs work, and sends the result or the error."""
     sender.send(outcome_of(work))
 
 
 def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
-    """Returns whether work succeeds, and its result or its error."""
+    """Returns whether work succeeds, and the result or the error."""
     try:
         return True, work()
     except BaseException as error:
@@ -59,7 +59,7 @@ def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
 
 
 def received(receiver: Connection) -> Any:
-    """Receives the result of a process, and raises the error of its work.
+    """Receives the result of a process, or raises the error that its work raised.
 
     Raises:
         EOFError: The process ended without a result.
@@ -71,7 +71,7 @@ def received(receiver: Connection) -> Any:
 
 
 def _picklable(error: BaseException) -> BaseException:
-    """Returns the error, or an equivalent one if the error cannot be pickled."""
+    """Returns the error, or a RuntimeError with the traceback if the error cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

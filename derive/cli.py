@@ -215,7 +215,7 @@ def derive(
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
         if len(due) == 1 and not up_to_date:
-            # The robot's own error has already stated the reason.
+            # The error message of the robot has already stated the reason.
             raise typer.Exit(1)
         _stop("derive again what is out of date" if up_to_date else "some robots failed")
     done = "compared" if up_to_date else f"written to {folder}"

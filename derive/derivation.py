@@ -34,7 +34,7 @@ from .terms.terms import Terms
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
 """Name of the loop margin function, by the domain of the functions that it guards."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions without these margins."""
+"""Roles of functions that need no loop margin function."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def derive(
     parametric: bool = False,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derives the functions of a robot: tool kinematics, and maps through its loops.
+    """Derives the functions of a robot: tool kinematics, and the solution of its loops.
 
     The derivation order is fixed: neither functions nor names of terms depend on the order of
     ``functions``.
@@ -163,7 +163,7 @@ def derive(
 def _with_called(
     functions: Sequence[str] | None, called: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Returns the names of the requested functions and of all functions that their C calls."""
+    """Returns the names of the requested functions, and of all functions called by their C code."""
     if functions is None:
         return None
     names = list(functions)
@@ -227,7 +227,7 @@ def _of_mechanism(
     asked_of_tool = [name for name in chosen if name in FUNCTIONS]
     made = hybrid.tool_functions(asked_of_tool) if has_chain and asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
-    # These functions share their terms with the main chain's functions.
+    # These functions share terms with the functions of the main chain.
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws

@@ -27,7 +27,7 @@ class Limits:
 
     Attributes:
         seconds: Wall-clock time.
-        memory: Bytes, in addition to those of this process. Windows has no such limit.
+        memory: Bytes in addition to the memory of this process. Ignored on Windows.
     """
 
     seconds: float = 60.0
@@ -39,7 +39,7 @@ class IsolatedWorkError(RuntimeError):
 
 
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
-    """Returns the result of work in another process, which cannot write files.
+    """Returns the result of work in a separate process, which cannot write files.
 
     On Linux, the process is a fork. The fork avoids locks that other threads may hold; if a library
     waits for such a lock, the time limit ends the process. On other systems, a new interpreter
@@ -66,7 +66,7 @@ def _forked(work: Callable[[], Result], limits: Limits) -> Result:
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=send, args=(lambda: _limited(work, limits), sender))
     with warnings.catch_warnings():
-        # Python 3.12 warns about forks with other threads running, see above.
+        # Python 3.12 warns about forks while other threads run; the docstring gives the remedy.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     sender.close()

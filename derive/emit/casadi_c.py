@@ -1,4 +1,4 @@
-"""Writes C by CasADi's own generator and interface, for ``casadi.external``.
+"""Writes C with CasADi's own generator and interface, for ``casadi.external``.
 
 The default C (``emit/c``) is printed from typed programs and has a different interface. This
 language is for programs that pass robot functions to CasADi. Its functions are named
@@ -6,7 +6,7 @@ language is for programs that pass robot functions to CasADi. Its functions are 
 derivatives, ``jac_<robot>_<function>``.
 
 CasADi's rootfinder closes loops without a closed form. Functions with branches (inverses) have no
-graph and are omitted. Velocities through such loops are derivatives and are omitted too.
+CasADi graph and are omitted. Velocities through such loops are derivatives and are omitted too.
 """
 
 from collections.abc import Iterator, Sequence

@@ -25,7 +25,8 @@ OF_GEOMETRY = "parametric pose"
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the file for ``casadi.Function.load``, by name.
 
-    The file contains :func:`joined`. CasADi prints its own graph and needs no programs.
+    The file contains :func:`joined`. CasADi prints its own graph and does not need the typed
+    programs.
     """
     function = joined(derivation)
     if function is None:

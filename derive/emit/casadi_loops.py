@@ -105,7 +105,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """Returns the variables, or NaN if the iteration ends without closing the loops."""
+    """Returns the variables, or NaN if the iteration ends while loops are still open."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 

@@ -18,8 +18,8 @@ class Emitter:
         language: Its name, the key of its files in the manifest.
         files: Returns the files for a derivation and its programs. The same derivation gives the
             same texts on any machine.
-        prints_equations: Whether it prints the equations and needs no programs. Its files are then
-            written while the programs are built.
+        prints_equations: Whether the language prints the equations and does not need the typed
+            programs. Its files are then written while the programs are built.
     """
 
     language: str

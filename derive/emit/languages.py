@@ -39,7 +39,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Returns the emitters with the article in a level of detail: "full", "brief" or "none"."""
+    """Returns the emitters with the article at a level of detail: "full", "brief" or "none"."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

@@ -159,7 +159,7 @@ def _robot_file(derivation: Derivation) -> str:
 
 
 def _inverse(inverse: Inverses) -> InverseFacts:
-    """Returns the tier of the inverse, or the reason for a missing inverse."""
+    """Returns the solution method (tier) of the inverse, or the reason for a missing inverse."""
     tier = "general" if inverse.general else inverse.classification.tier
     return InverseFacts(tier, inverse.missing)
 
@@ -191,7 +191,7 @@ def _loops(hybrid: Hybrid) -> LoopFacts:
 
 
 def _rounded(value: float) -> float:
-    """Rounds a number to the digits that agree on every machine."""
+    """Rounds a number to the digits that are equal on all machines."""
     return float(f"{value:.12g}") + 0.0
 
 

@@ -8,7 +8,7 @@ from ..chain.rigid_bodies import Array, TreeBody
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Returns the bodies as plain data in metres and radians; a pose is its first three rows.
+    """Returns the bodies as plain data in metres and radians; poses have three rows.
 
     Args:
         found: The bodies with their shapes.

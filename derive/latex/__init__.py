@@ -1,8 +1,8 @@
-r"""Prints a derivation as LaTeX: the equations behind the generated C, in the form of a paper.
+r"""Prints a derivation as LaTeX: an article with the equations of the generated C.
 
-:func:`fragments` returns pieces to ``\input`` in any article; :func:`document` returns the article.
-Before printing, every equation is a SymPy object in short symbols (:class:`PrintedEquations`), so
-tests can evaluate the printed equations.
+:func:`fragments` returns LaTeX fragments to ``\input`` in any article; :func:`document` returns the
+article. Before printing, every equation is a SymPy object in short symbols
+(:class:`PrintedEquations`), so tests can evaluate the printed equations.
 """
 
 from .chain.model_fragment import model_quality

@@ -84,7 +84,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "singularities": (
         "Singular configurations of the main chain",
-        # A main chain without singularities implies nothing about its loops.
+        # Loops can have singularities even if the main chain has none.
         lambda page: "" if page.chain.singular.is_regular else singularities(page.chain),
     ),
     "workspace": (
@@ -114,7 +114,7 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article of a robot and its fragments, by path.
 
-    LaTeX prints the equations and needs no programs.
+    The LaTeX output needs the equations only, not the typed programs.
     """
     return _files(derivation, fragments(derivation))
 
@@ -126,7 +126,7 @@ def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
-    """Returns the article with some fragments, and these fragments."""
+    """Returns the article with the selected fragments, and these fragments, by path."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}
@@ -205,7 +205,7 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether the loops have more than one tool pose; the inverse is then the loop solution.
+    """Whether one loop solution fits several tool poses; the inverse is then the loop solution.
 
     If a pose determines the main-chain joints, the main chain has a separate inverse to print.
     """
@@ -249,7 +249,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """Returns a heading and the fragment below it."""
+    """Returns a heading, and the fragment under this heading."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 
@@ -275,7 +275,7 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps the end of a section with the next section: no page contains only references."""
+"""Keeps the end of a section on the page of the next section: no page contains only references."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

@@ -1,7 +1,7 @@
 r"""Prints the works that an article cites, as a list at its end.
 
 A fragment cites a work by author and year, so that any article can include the fragment. The list
-contains each work with a key that occurs in another fragment.
+contains the works that other fragments cite.
 """
 
 from collections.abc import Iterable, Mapping

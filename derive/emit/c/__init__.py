@@ -1,1 +1,1 @@
-"""C for single poses, batches on vector lanes and parallel branches."""
+"""Generates C for single poses, for batches on vector lanes, and for parallel branches."""

@@ -50,7 +50,8 @@ def files(
 def has_lanes(function: SymbolicFunction) -> bool:
     """Whether a function gets a vector version.
 
-    The function must be small, call no solver and compute no start value for another function.
+    The function must be small, call no solver and compute no start configuration for a different
+    function.
     """
     size = sizes(function)
     return (

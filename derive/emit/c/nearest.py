@@ -51,7 +51,7 @@ def _has_slots(derivation: Derivation, function: Signature) -> bool:
 
 
 def _seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses whose additional inputs follow from a seed."""
+    """Returns the inverses whose additional inputs a seed determines."""
     functions = (*derivation.functions, *derivation.written)
     inverses = [function for function in functions if _has_slots(derivation, function)]
     return [f for f in inverses if _parameters(derivation, f) is not None]

@@ -25,9 +25,9 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the refined inverse of a nearly structured arm and its solver files, by name.
+    """Returns the files of the refined inverse for an arm close to a closed-form structure.
 
-    Other robots have no such files.
+    Other robots need no such files.
     """
     robot = derivation.robot
     own = {
@@ -89,7 +89,7 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """Prints the pose on vector lanes, or as scalar code without vectors or with iterated loops."""
+    """Prints the pose for vector lanes; scalar code if there are none or the loops are iterated."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one

@@ -187,7 +187,7 @@ def _section(name: str, lines: list[str]) -> list[str]:
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Joins levels of statements into sections that each end with a level of stores."""
+    """Joins dependency levels of statements into sections; each ends with stores to outputs."""
     section: list[Statement] = []
     for level in levels_of:
         section += level

@@ -1,1 +1,1 @@
-"""Article fragments for a chain: parameters, screw axes, link transforms, poses and Jacobians."""
+"""LaTeX fragments for a chain: parameters, screw axes, link transforms, poses and Jacobians."""

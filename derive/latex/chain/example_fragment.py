@@ -33,7 +33,7 @@ _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
 """Marks a value outside its limits."""
 MOST_WIDE = 6
-"""Maximum number of coordinates with two decimals in a table row."""
+"""Maximum number of coordinates for which a table shows two decimals."""
 SOLVED = 1e-9
 """Largest residual (m, rad) of a valid solution, as stated in the article."""
 SLACK = 1e-9
@@ -59,7 +59,7 @@ def worked_example(page: Page) -> str:
 
 
 def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray) -> str:
-    """Prints the solutions of an arm without a closed-form inverse; empty for other arms."""
+    """Prints solutions found by iteration if the arm has no closed-form inverse, else nothing."""
     robot, inverse = page.robot, page.inverse
     if not inverse.written:
         return ""
@@ -111,8 +111,8 @@ def example(
         coordinates: The coordinates of the robot.
         symbols: LaTeX of its coordinates.
         q: The values of the coordinates (radian, metre).
-        known: Values of joints that an inverse may take in addition to the pose, by name.
-        called: LaTeX of these joints by name, if different from the name.
+        known: Values of joints that an inverse may need in addition to the pose, by joint name.
+        called: LaTeX of these joints, if different from the joint name.
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
@@ -160,7 +160,7 @@ def solutions_of_pose(
         pose: LaTeX of the tool's pose.
         coordinates: The actuated coordinates.
         actuators: LaTeX of these coordinates.
-        found: Their values by slot.
+        found: The values of the coordinates in each slot.
     """
     columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
     columns += _columns(actuators, coordinates, [*found.values()])
@@ -187,7 +187,7 @@ def rounded(value: float, unit: str) -> float:
 
 
 def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, metre); infinite without a limit."""
+    """Returns the limits of a coordinate (radian, metre); a missing limit is infinite."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -214,7 +214,7 @@ def _solutions(
     called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
-    """Prints the table of all solutions; one is the original configuration."""
+    """Prints the table of all solutions, including the original configuration."""
     role = inverse.role
     inputs = [np.concatenate([TARGETS[aim](T[None]) for aim in role.aims or WHOLE], axis=1)[0]]
     inputs += [np.array([known[argument.name]]) for argument in inverse.inputs[1:]]
@@ -269,7 +269,7 @@ def _count(count: int) -> str:
 
 
 def _value(coordinate: Joint | Coordinate, value: float, places: int) -> str:
-    """Formats a value in degrees or metres, with a mark outside its limits."""
+    """Formats a value in degrees or metres, and marks a value outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
         shown = f"{round(math.degrees(value), places) + 0.0:.{places}f}"

@@ -1,4 +1,4 @@
-r"""Prints the fragments of derived functions: forward kinematics, Jacobians."""
+r"""Prints the LaTeX fragments of forward kinematics and Jacobians."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ SHORT = 50.0
 
 
 def forward_kinematics(page: Page) -> str:
-    """Prints the tool pose as one matrix if it fits a line, else entry by entry."""
+    """Prints the tool pose as one matrix if the matrix fits a line, else entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     shared = _definitions(page, fk.definitions)
@@ -54,7 +54,7 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """Prints the pose with named entries; optionally shows short entries in full."""
+    """Prints the pose as a matrix of names; optionally shows short entries in full."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name
@@ -85,7 +85,7 @@ def _entries(page: Page) -> str:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """Prints the matrix of names, and the matrix of entries below it."""
+    """Prints the matrix of names, and below it the matrix of the named entries."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

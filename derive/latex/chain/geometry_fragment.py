@@ -1,4 +1,4 @@
-r"""Prints the fragments that need only the description: screw axes and link transforms."""
+r"""Prints the LaTeX fragments that need only the description: screw axes and link transforms."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-r"""Prints the fragments of the description: joints by convention, parameters, and short symbols."""
+r"""Prints the description as LaTeX: joints by convention, parameters, and short symbols."""
 
 import re
 from collections.abc import Sequence
@@ -19,9 +19,10 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
 )
 MOST_RUNS = 2
-"""Maximum number of joint tables with one convention each; more become one table of transforms."""
+"""Maximum number of joint tables (one per convention); above it, one table of transforms."""
 FEW = 4
-"""Maximum number of names joined by "and"; longer lists have commas or dots."""
+"""Maximum number of names joined by "and"; longer lists are separated by commas or shortened by
+dots."""
 
 
 def parameters(page: Page) -> str:
@@ -34,7 +35,7 @@ def parameters(page: Page) -> str:
 def joints(page: Page) -> str:
     """Prints the joint tables, and the legend of their abbreviations."""
     notation = page.equations.notation
-    # Numeric lengths keep their decimals in any case.
+    # This printer always prints numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MOST_RUNS:
@@ -166,7 +167,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """Prints the cleaned values of the file, and their total effect."""
+    """Prints the cleaned values of the file, and the total change of the tool pose."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -184,7 +185,7 @@ def noted(robot: SerialRobot | Mechanism) -> str:
     """Prints the notes of the robot, except notes that repeat the table of cleaned values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Unbreakable names and digits need loose lines.
+    # Names and digits cannot be hyphenated, so lines need wide spaces.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

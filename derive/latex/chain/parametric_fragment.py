@@ -43,11 +43,11 @@ _BY_PART = {
 
 @dataclass(frozen=True)
 class _Segments:
-    """The product, divided at the joints.
+    """The product of transforms for the tool pose, divided at the joints.
 
     Attributes:
-        between: The motions before, between and after the joints.
-        moving: The joint motions, in q, p and torques.
+        between: The constant motions before, between and after the joints.
+        moving: The joint motions in terms of q, p and joint torques.
     """
 
     between: tuple[Placement, ...]
@@ -55,7 +55,7 @@ class _Segments:
 
 
 def parametric(page: Page) -> str:
-    """Prints the geometry as variables: the table of p, the pose, and its derivative columns."""
+    """Prints the table of p, the pose as a function of p, and its derivatives."""
     found = page.geometry
     if found is None:
         return ""

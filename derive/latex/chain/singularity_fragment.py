@@ -13,23 +13,23 @@ from ..setting.widths import LINE, width
 from .tables import Column, tabular
 
 WHOLE = 6
-"""Number of joints with a square Jacobian."""
+"""Number of joints for which the Jacobian is a square matrix."""
 WIDEST = 0.8 * LINE
 """Maximum width (pt) of a product on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of degrees and metres: errors of at most 1e-5 rad and m."""
+"""Decimals of printed degrees and metres, for rounding errors of at most 1e-5 rad and m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
 
 
 def singularities(page: Page) -> str:
-    """Prints where the arm is singular: determinant factors, conditions, or numeric configurations.
+    """Prints the singularities of the arm: determinant factors, conditions, or configurations.
 
-    For an arm that is singular everywhere, prints the rank. An arm without singularities gets a
-    sentence.
+    For an arm that is singular everywhere, prints the rank. For an arm without singularities,
+    prints a sentence.
 
-    Empty if nothing is known.
+    Prints nothing if no singularity is known.
     """
     found = page.singular
     if found.is_regular:

@@ -78,7 +78,7 @@ def counts_moving(robot: SerialRobot) -> bool:
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the index of each moving joint among the moving joints, as for its screw axis."""
+    """Returns the index of each moving joint, and its screw axis, among the moving joints."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
@@ -126,12 +126,12 @@ def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Prin
 
 
 def marked(cell: str, is_assumed: bool) -> str:
-    """Formats a cell, with a mark for an assumption."""
+    """Formats a cell, and marks an assumed value."""
     return f"{cell}{ASSUMED}" if is_assumed and cell != NONE else cell
 
 
 def legend(cells: str) -> str:
-    """Explains the mark if a text contains it."""
+    """Explains the mark of assumed values if a text contains this mark."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -181,7 +181,7 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats a number, with decimals unless it is a fraction."""
+    """Formats an exact number, followed by its decimal value unless it is a fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 

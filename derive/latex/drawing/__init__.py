@@ -125,7 +125,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
 
 
 def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
-    """Returns the symbols of a scene, with the ground below."""
+    """Returns the symbols of a scene, with the ground symbol below the base."""
     marks = Marks(parts, paper, is_planar=is_planar)
     if parts.foot is not None:
         marks.ground_at(*map(paper.at, parts.foot))

@@ -39,7 +39,7 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
 
 
 def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
-    """Maps each side where a line leaves the higher corners of a square to the next side."""
+    """Maps each side at which a level line enters a square to the side at which it leaves."""
     corners = [(i + a, j + b) for a, b in _AROUND]
     sides = [
         (min(p, q) + max(p, q), bool(above[q]))
@@ -65,7 +65,7 @@ def area(loop: Loop) -> float:
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Simplifies a polygon within a distance.
+    """Simplifies a polygon by at most a distance.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.
@@ -77,7 +77,7 @@ def simplified(loop: Loop, slack: float) -> Loop:
 
 
 def _kept(line: Loop, slack: float) -> Loop:
-    """Returns the remaining corners of a line, without its end."""
+    """Returns the corners of a simplified line, without the last corner."""
     (ax, ay), (bx, by) = line[0], line[-1]
     length = math.dist(line[0], line[-1])
     if len(line) < 3 or length == 0:  # noqa: PLR2004

@@ -14,9 +14,9 @@ _DIRECTIONS = [
     (whole(1000 * math.cos(k * math.pi / 12)), whole(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Possible directions of a label, in thousandths."""
+"""Possible directions from a point to its label, with components in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Free space around a point, and possible additional distances."""
+"""Minimum distance of a label from its point, and possible additional distances."""
 _AFAR = 40
 """Distance beyond which a leader line connects a label to its point."""
 _AWAY = 1.2
@@ -26,7 +26,7 @@ _GAP = 6
 _CROSSED = 3
 """Cost per length of a line that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Direction components above which a label starts, ends or stands at its point."""
+"""Minimum components of a sideways and of an upward or downward label direction."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -93,7 +93,7 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of lines that no label should cross.
-        outlines: The same for body outlines, which a loop number may cross.
+        outlines: Start, end and half width of body outlines, which a loop number may cross.
         boxes: Labels and symbols that no label may cover.
         plates: Filled polygons, on which a label may lie if no other position is free.
     """

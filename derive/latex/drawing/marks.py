@@ -1,4 +1,4 @@
-"""Draws the symbols of all members, and records the areas that they cover."""
+"""Draws the symbols of all members, and records the covered areas."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ COLLAR = 36
 BARREL = 0.55
 """Barrel length as a fraction of a cylinder's length."""
 FORESHORTENED = 0.35
-"""A direction with a smaller projected fraction counts as end-on."""
+"""A direction counts as end-on if its projection is shorter than this fraction."""
 GUIDE, RAIL = 45, 110
 """Length of a guide beyond its slider, and of an unlimited guide on the ground."""
 HATCH = 11
@@ -84,7 +84,7 @@ class Marks:
     # --- ground ---
 
     def ground_at(self, point: Point, other: Point) -> None:
-        """Hatches the ground at a point, across the direction to another."""
+        """Hatches the ground at a point, perpendicular to the direction to a second point."""
         length = max(distance(point, other), 1)
         x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
         side = whole(FOOTING * y), whole(FOOTING * x)
@@ -265,14 +265,14 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """Returns a hinge's drawn position, moved along its axis if it would cover another."""
+        """Returns a hinge's drawn position, moved along its axis to uncover other hinges."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # Along its child body, or else along its parent body.
+        # The hinge moves along its child body, or else along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -392,7 +392,7 @@ class Marks:
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """Returns the ends of a guide relative to its slider, spanning its known travel."""
+        """Returns the ends of a guide relative to its slider; it covers the slider's limits."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
@@ -432,7 +432,7 @@ def _frame(a: Point, b: Point) -> str:
 
 
 def _beside(a: Point, b: Point, shift: int) -> list[Point]:
-    """Returns a line moved to its left."""
+    """Returns a line shifted to the left of its direction."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     move = whole(-shift * y), whole(shift * x)

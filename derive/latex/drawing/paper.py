@@ -58,7 +58,7 @@ class Paper:
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """Returns the mean position of points towards the eye, in tenths of a millimetre."""
+        """Returns the mean position of points along the view direction, in 0.1 mm."""
         return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 

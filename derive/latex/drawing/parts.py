@@ -110,7 +110,7 @@ class Scene:
         tool: The tool frame (4, 4).
         base: The base frame (4, 4); None if not drawn.
         foot: Both ends of the line from the ground to the single base joint; None if this joint is
-            on the ground, or if there are several.
+            on the ground, or if the base has several joints.
     """
 
     solids: Sequence[Solid]
@@ -134,7 +134,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class DrawnMembers:
-    """Facts from a description about the drawn members, by name.
+    """Data of the drawn members from a description, by member name.
 
     Attributes:
         coordinates: Index of the entry of q, from 1, that moves a joint or cylinder.
@@ -159,7 +159,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
 
 class _Builder:
-    """Collects the parts shape by shape; the solid of each body has the body's index."""
+    """Collects the parts shape by shape; a solid has the index of its body."""
 
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members

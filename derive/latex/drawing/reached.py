@@ -22,14 +22,15 @@ _MORE = 12_000
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
 """Their maximum offset relative to the coordinate ranges, in each round."""
 _LEVEL = 5.9
-"""The outline passes where this many of the nine cells around a point are reached: through the
-middle of the outer cells, which the region half covers on average."""
+"""The outline connects points around which this many of the nine nearest cells are reached. It
+passes through the middle of the outermost cells: on average, the region covers half of such a
+cell."""
 _LEAST = 12.0
-"""Minimum area of a loop (cells)."""
+"""Minimum area of a boundary polygon (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
 """Tolerance of outline simplification (cells), and its growth factor until few corners remain."""
 _CORNERS = 76
-"""Maximum number of corners of all loops together."""
+"""Maximum number of corners of all boundary polygons together."""
 _TRIED = 60
 """Number of configurations for detecting the coordinates that move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
@@ -41,9 +42,10 @@ class ToolRegion:
 
     Attributes:
         axes: Names of the coordinates to the right and up; r is the distance from the first axis.
-        loops: Its boundary; a loop inside another loop bounds a hole.
-        moving: Indices of the coordinates that shape it, in q.
-        upright: Index of the coordinate that rotates it about the first axis; -1 for a planar arm.
+        loops: The boundary polygons; a polygon inside a larger polygon bounds a hole.
+        moving: Indices in q of the coordinates that determine the region.
+        upright: Index of the coordinate that rotates the region about the first axis; -1 for a
+            planar arm.
     """
 
     axes: tuple[str, str]
@@ -62,7 +64,7 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (metre).
         upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
-            a point on this axis; None if there is none.
+            a point on this axis; None without such a coordinate.
     """
 
     at: Callable[[Array], Array]
@@ -135,7 +137,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     axis. If the tool stays in a coordinate plane, it is the region in this plane. Angles without
     limits cover one revolution. Multiples of roots of primes fill the coordinate box;
     configurations near the boundary complete the region. Cell sizes are not simple fractions of
-    lengths, so that the last digits of a machine do not matter.
+    lengths, so that rounding differences between machines do not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -159,7 +161,7 @@ def box(
     """Returns the lowest and highest value of each coordinate (n,).
 
     Args:
-        coordinates: Whether it is a length, and its limits (radian or metre).
+        coordinates: Whether each coordinate is a length, and its limits (radian or metre).
 
     Returns:
         The ends; None if a length has no limits, or for too many coordinates.
@@ -256,7 +258,7 @@ def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
 def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
-    """Returns the boundary of the planar image of a box."""
+    """Returns the boundary of the planar region that a coordinate box maps to."""
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
     if len(q) < 2:  # noqa: PLR2004 - a span
         return ()

@@ -1,1 +1,1 @@
-"""Article fragment for the inverse: structure, steps, and slots."""
+"""LaTeX fragment for the inverse: structure of the axes, solution steps, and slots."""

@@ -1,4 +1,4 @@
-"""Prints the equations of a six-joint arm without a structure."""
+"""Prints the equations of a six-joint arm without a closed-form structure."""
 
 from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.general.raghavan_roth import JOINTS
@@ -11,10 +11,10 @@ _ADDED = r"\theta_{\mathrm{tool}}"
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """Prints the loop, the elimination and the determinant, in the arm's symbols.
+    """Prints the loop equation, the elimination and the determinant, in the arm's symbols.
 
     Args:
-        page: The arm's page.
+        page: The symbols and expressions of the arm.
         general: Its inverse.
     """
     choice, count = general.choice, general.function.branches

@@ -1,4 +1,4 @@
-r"""Prints the inverse: its structure, its steps in order, and its slots."""
+r"""Prints the inverse: the structure of the axes, the solution steps, and the slots."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -32,7 +32,7 @@ def inverse(page: Page) -> str:
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """Prints the main chain's inverse; prismatic joints replace segments that cannot rotate."""
+    """Prints the main chain's inverse; prismatic joints replace translating segments."""
     chain = page.chain
     # A robot with loops has only the task of the complete pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
@@ -46,7 +46,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
-        # Uses the nominal chain if the chain as built has no structure.
+        # Uses the nominal chain if the chain as built has no closed-form structure.
         return text(
             _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
         )
@@ -61,7 +61,7 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots whose loops have a closed form only backwards."""
+    """Explains the actuators of robots with a closed form only from main chain to actuators."""
     freedoms = len(page.hybrid.q)
     reached = (
         f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
@@ -136,7 +136,7 @@ _FREE = (
 
 
 def _together_at_last(found: Inverses) -> str:
-    """Explains the step on all pose conditions of a chain with fewer joints."""
+    """Explains the Gauss-Newton step on all pose conditions, for a chain with fewer joints."""
     if not any(axis.stays for axis in found.classification.lines.axes):
         return ""
     return (
@@ -150,10 +150,10 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Converts all tasks to printed symbols, with continued step numbers.
+    """Converts all tasks to printed symbols; step numbers continue from task to task.
 
     Args:
-        page: The chain's page.
+        page: The symbols and expressions of the chain.
         inverses: Its inverse.
         actuators: Printed symbols of actuated coordinates that steps may find, by name.
     """
@@ -224,7 +224,7 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """Prints the vectors in the steps that depend on no step."""
+    """Prints the vectors that do not depend on the result of a step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -295,7 +295,7 @@ def _anonymous(page: Page, task: PrintedTask) -> list[str]:
 
 
 def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
-    """Returns a sentence instead of steps repeated from an earlier task."""
+    """Returns a sentence that replaces steps repeated from an earlier task."""
     names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
     own = _numbers(steps[0].number, len(steps))
     return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
@@ -326,7 +326,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Prints the coordinates without a step."""
+    """Prints the coordinates that no step determines."""
     printer = _printer(page)
     parts = []
     if task.rest:

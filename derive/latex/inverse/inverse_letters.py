@@ -15,7 +15,7 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters of coefficients, signs, sums, sides and prismatic joints, in order of preference."""
+"""Letters of coefficients, signs, sums, pose sides and prismatic joints, by preference."""
 
 
 class InverseLetters:

@@ -12,7 +12,7 @@ from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
 from .inverse_letters import InverseLetters
 
 BEHIND_VECTORS = 100
-"""Order of a step's coefficients in a product: after the vectors of a linkage step."""
+"""Position of a step's coefficients in a product: after the vectors of a linkage step."""
 
 
 class InverseSymbols:
@@ -20,7 +20,7 @@ class InverseSymbols:
 
     Attributes:
         notation: The robot's short symbols; receives new symbols.
-        letters: The free letters.
+        letters: The letters that the article does not use yet.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
         actuators: Printed symbols of actuated coordinates that steps may find, by name.

@@ -37,11 +37,11 @@ class InverseTerms:
         inlined: The values of terms written in full.
         changed: Definitions that replace the derivation's definitions.
         preferred: Names of terms that are components of a named vector.
-        uses: Number of occurrences of each term in print.
+        uses: Number of printed occurrences of each term.
     """
 
     def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
-        """Starts without names."""
+        """Creates the terms of a task, without names."""
         self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
         self.printed_constants = PrintedTerms(terms, symbols.notation, {})
         self.printer = self.printed_constants.printer
@@ -76,7 +76,7 @@ class InverseTerms:
         return -shown if negative and function is sp.sin else shown
 
     def _definition(self, term: sp.Symbol) -> sp.Expr:
-        """Returns the definition of a term, without the floors that guard its divisors."""
+        """Returns the definition of a term, without the lower bounds of its divisors."""
         definition = self.changed.get(term, self.terms.definitions[term])
         tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
         return definition.xreplace(tiny)
@@ -131,7 +131,7 @@ class InverseTerms:
         return value.is_Add and width(self.printer.tex(value)) < SHORT
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression of named terms in printed symbols."""
+        """Converts an expression of named terms to printed symbols."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:

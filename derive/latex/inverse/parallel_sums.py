@@ -22,7 +22,7 @@ class ParallelPair:
     Attributes:
         names: Names of the joints.
         one: The rotation about the first axis.
-        other: The rotation about the second axis, with the first axis's sense.
+        other: The rotation about the second axis, positive in the sense of the first axis.
         total: Symbols of the rotation by the sum.
     """
 

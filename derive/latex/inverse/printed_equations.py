@@ -31,7 +31,7 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """Returns no relation: the equation is the solution."""
+    """Returns no relation, as the equation already is the solution."""
     return ""
 
 

@@ -240,7 +240,7 @@ class _Writer:
         return terms.is_constant(a) and bool(terms.value(a) > 0)
 
     def _slide(self, step: InverseStep, found: FoundLength, value: sp.Expr) -> None:
-        """From here on, prints a solved length by its coordinate."""
+        """Prints a solved length as its coordinate in all later steps."""
         sign, term = found.length.as_coeff_Mul()
         if self.terms.is_open(term):
             self.terms.known[term] = sign * value

@@ -1,4 +1,4 @@
-"""Describes the structure of the axes, or the nearest structures."""
+"""Describes the closed-form structure of the axes, or the most similar structures."""
 
 import re
 from collections.abc import Iterable
@@ -10,11 +10,11 @@ from ..setting.names import escape
 from ..setting.page import Page
 
 MOST_MISSED = 3
-"""Number of structures to list if no structure fits."""
+"""Number of listed structures if the axes have no closed-form structure."""
 
 
 def missing_structure(classification: Classification) -> str:
-    """Lists the nearest structures with their violated conditions."""
+    """Lists the most similar closed-form structures with their violated conditions."""
     rows = nearest(classification)[:MOST_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."

@@ -41,7 +41,7 @@ def worked_example_of_loops(page: LoopPage) -> str:
 
 
 def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction]) -> str:
-    """Returns a pose near the reference, and all actuated coordinates that close the loops."""
+    """Returns a pose near the reference, and all actuated coordinates for this pose."""
     if not {"chain_fk", "actuators_all"} <= named.keys():
         return ""
     joints = page.chain.robot.coordinates

@@ -112,7 +112,7 @@ def _legs(printed: PrintedLegs) -> str:
 
 
 def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
-    """Returns the radius of a leg's circle, or its square if a root would not fit the line."""
+    """Returns the radius of a leg's circle, or the squared radius if a root is too wide."""
     is_long = width(printed.tex(length)) > LINE / 2
     if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
         return printed.equation(rf"\ell_{{{i}}}^2", length.base)
@@ -169,7 +169,7 @@ def _elimination(printed: PrintedLegs) -> str:
 
 
 def _pair_of(circles: int) -> str:
-    """Explains the origin of the linear pair."""
+    """Explains the derivation of the two linear equations."""
     if circles == 0:
         return (
             r"The first leg is a line, $\mathbf{w} \cdot \mathbf{n}_1 = 0$, and so are the others:"
@@ -237,7 +237,7 @@ def _harmonics(printed: PrintedLegs) -> str:
 
 
 def _singular_pair(printed: PrintedLegs) -> str:
-    """Covers the case where the linear equations do not determine w."""
+    """Explains the case in which the linear equations do not determine the position w."""
     if not printed.legs.L:
         return "The two lines that intersect closest to a right angle give the position."
     gap = printed.letters["gap"]

@@ -31,7 +31,8 @@ class LoopPage:
         mechanism: The description.
         hybrid: The derivation of its loops.
         skeleton: Its bodies with drawn shapes.
-        chain: The page of its main chain; coordinates have the joint symbols of `members`.
+        chain: The printed expressions of its main chain; coordinates have the joint symbols of
+            `members`.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
         inverse: The inverse of the robot; None if not derived.
@@ -51,7 +52,7 @@ class LoopPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
-        """Returns the page of a derivation."""
+        """Collects the symbols and steps of a derivation."""
         mechanism, hybrid = derivation.robot, derivation.hybrid
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
@@ -119,7 +120,7 @@ class LoopPage:
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps from the main chain, with continued numbers."""
+        """Returns the steps from the main chain, numbered after the steps from the actuators."""
         first = 1 + len(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints

@@ -44,7 +44,7 @@ def loops(page: LoopPage) -> str:
 
 
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
-    """Prints the condition for redundant loops that cannot all close."""
+    """Prints the least-squares condition for redundant loops with contradicting constraints."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
     metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
@@ -160,7 +160,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """Prints the scalar equations, with names for long squares."""
+    """Prints the scalar equations, with names for long squared terms."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

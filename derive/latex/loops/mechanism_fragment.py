@@ -69,7 +69,7 @@ def _by(drive: Drive) -> str:
 
 
 def _followers(page: LoopPage) -> str:
-    """Describes drives without actuation, with dependent motors."""
+    """Describes drives that are not actuated, whose motors depend on other motors."""
     told = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])

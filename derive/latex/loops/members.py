@@ -17,7 +17,7 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters in order of preference; letters of description names are avoided."""
+"""Letters in order of preference; letters that the description uses are skipped."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
@@ -116,7 +116,7 @@ def words(name: str) -> str:
     kind = kinds.get(part.partition(".")[0])
     if not dot or kind is not None:
         return f"{kind} {plain}" if dot else plain
-    # A pin shared by two members on one body.
+    # The name of a pin that two members share on one body.
     return f"pin between {plain} and {words(part)}"
 
 

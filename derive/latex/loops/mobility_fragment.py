@@ -1,4 +1,4 @@
-r"""Prints the mobility: two counts, the rank, and the reasons for differences."""
+r"""Prints the mobility by two formulas and by the rank, and the reasons for differences."""
 
 from ...loops.freedoms import SPATIAL
 from ...loops.mobility import Mobility
@@ -8,7 +8,7 @@ from .loop_page import LoopPage
 
 
 def freedoms(page: LoopPage) -> str:
-    """Prints the degrees of freedom by two counts and by the rank of the constraint Jacobian."""
+    """Prints the degrees of freedom by two formulas and by the rank of the constraint Jacobian."""
     found = page.hybrid.mobility
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)

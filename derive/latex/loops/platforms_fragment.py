@@ -170,11 +170,11 @@ class PrintedTriad:
         letters: The letters of the polynomial's symbols.
         equations: The elimination.
         u: Vectors from the first rod to the second and third, with named components.
-        norms: Named norms of both vectors, in the components of u.
-        k: Named right sides of the linear pair, in the norms.
+        norms: Named norms of both vectors, in terms of the components of u.
+        k: Named right sides of the two linear equations, in terms of the norms.
         w: Symbols of the first rod's components.
-        position: x and y in coordinates, parameters and :attr:`w`.
-        scale: Squared length; the polynomial is divided by its third power.
+        position: x and y in terms of coordinates, parameters and :attr:`w`.
+        scale: Squared length whose third power divides the polynomial.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
@@ -443,7 +443,7 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _paths() -> str:
-    """Explains all modes of six spatial rods."""
+    """Explains how all assembly modes of six spatial rods are found."""
     return sentence(
         r"\paragraph{All assembly modes} at actuator values are real solutions of equations in"
         r" Study coordinates (Wampler 1996). A quaternion $\mathbf{e}$ rotates the pins of the"
@@ -462,7 +462,7 @@ def _paths() -> str:
 
 
 def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """Prints the position at an angle."""
+    """Prints the platform's position at a platform angle."""
     terms, gap = printed.printed_terms.printer.terms, triad.letters["gap"]
     names = map(printed.printed_terms.tex, printed.page.theta[:PLANE])
     return sentence(

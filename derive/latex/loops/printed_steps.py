@@ -52,8 +52,8 @@ class PrintedRate:
     """One linear equation between rates, in printed symbols.
 
     Attributes:
-        left: Unknowns with the weights of their rates.
-        right: Expressions with the weights of their rates.
+        left: Unknowns, each with the factor of its rate.
+        right: Expressions, each with the factor of its rate.
         projected: LaTeX of two vectors: the left side is their scalar product, with the second
             vector differentiated. None if the left side is written in full.
     """
@@ -75,7 +75,7 @@ class PrintedLoopStep:
         vectors: Components and lengths of the given vectors.
         results: Intermediate results and displacements, each in terms of earlier results.
         angles: The resulting angles.
-        margin: The step's margin; None if the step always closes.
+        margin: The step's margin; None if the step always has a solution.
         rates: The rate equations of the unknowns.
         positions: Components of each given vector that an equation uses as a whole.
         points: Components of each vector that results define as a whole.
@@ -201,7 +201,7 @@ class _Writer:
         return self.letters.of_step(letter, self.number, axis)
 
     def _name_vectors(self) -> None:
-        """Names components, except letters and single numbers."""
+        """Names the components of vectors, except letters and single numbers."""
         for letter, vector in self.equations.vectors.items():
             parts = [self.printed_terms.of(part) for part in vector]
             is_alone = sum(part != 0 for part in parts) == 1
@@ -279,7 +279,7 @@ class _Writer:
     # --- equations ---
 
     def _put(self, value: sp.Expr) -> sp.Expr:
-        """Returns an expression in the step's quantities, in printed symbols."""
+        """Converts an expression in the step's quantities to printed symbols."""
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
             # SymPy would distribute the factor; the step keeps it in front of the bracket.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
@@ -306,7 +306,7 @@ class _Writer:
         return PrintedAngle(self.shown[equation.angle], dot(A, C) / scale, cross(A, C) / scale)
 
     def _is_new(self, rate: RateEquation) -> bool:
-        """Whether the unknowns of a rate were unknown before the step."""
+        """Whether the unknowns of a rate equation were unknown before the step."""
         return all(s in self.found or s not in self.step.solved for s, _ in rate.left)
 
     def _rate(self, rate: RateEquation) -> PrintedRate:

@@ -1,4 +1,4 @@
-r"""Prints the velocities: the rates of every step, and the Jacobian in actuated coordinates."""
+r"""Prints the rate equations of every step, and the Jacobian for the actuated coordinates."""
 
 from collections.abc import Mapping
 
@@ -23,7 +23,7 @@ BRACKET = 0.75 * LINE
 
 
 class Rates:
-    """Rates of printed expressions, linear in the rates of coordinates and unknowns.
+    """Time derivatives of printed expressions, linear in the rates of coordinates and unknowns.
 
     Attributes:
         dotted: The rate of each coordinate and unknown.
@@ -32,7 +32,7 @@ class Rates:
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Starts with the coordinates, which have known rates."""
+        """Creates the known rates: those of the coordinates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
@@ -40,7 +40,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns the rates of a step with right sides; later steps know these rates."""
+        """Returns the rate equations of a step with right sides; later steps use these rates."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -65,7 +65,7 @@ class Rates:
         return self.page.tex(sp.Add(*(weight * self.dotted[s] for s, weight in rate.left)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the rate of an expression."""
+        """Returns the time derivative of an expression."""
         total = sp.S.Zero
         for symbol in sorted(expression.free_symbols, key=str):
             if symbol in self.dotted:
@@ -75,7 +75,7 @@ class Rates:
         return total
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
-        """Returns the rate of a component, by name if the component has a name."""
+        """Returns the time derivative of a component, as a dotted name if it has a name."""
         if part not in self.definitions:
             return self.of(part)
         if part not in self.inner:
@@ -122,7 +122,7 @@ def _signed(addend: sp.Expr) -> sp.Expr:
 
 
 def rates(page: LoopPage) -> str:
-    """Prints rates from the actuators and back, and the Jacobian."""
+    """Prints rate equations from the actuators to the main chain and back, and the Jacobian."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     blocks = []
     main = [joint.name for joint in page.hybrid.robot.moving]

@@ -1,4 +1,4 @@
-r"""Prints the closed-form solution: step by step from the actuators, and back."""
+r"""Prints the closed-form solution from the actuators to the main chain, and back."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ SPACE = r"\,"
 MOST_ZEROS = 4
 """Maximum number of listed dead points per step."""
 LEAST_TOLD = 0.01
-"""Minimum lower bound of a margin that is worth printing."""
+"""The lower bound of a margin is printed if it is at least this number."""
 
 
 def solution(page: LoopPage) -> str:
@@ -80,7 +80,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """States the axes of a step."""
+    """States the body in whose axes a step is solved."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:

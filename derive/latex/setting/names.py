@@ -49,7 +49,7 @@ _ESCAPES = {
     },
 }
 _WORDS = ("a", "A", "I")
-"""Names that are also words."""
+"""Names that are also English words."""
 _BREAKS = "_/"
 """Characters after which a long word may break."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")

@@ -24,7 +24,7 @@ ACCENTS = ("hat", "tilde", "check", "breve")
 MOST_PARTS = 12
 """Maximum number of named numbers in a number that is printed by its parts."""
 MOST_WRITTEN = 200
-"""Most symbols and numbers in a constant that is written in parameters alone."""
+"""Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
 COMMAS_FROM = 10
 """Number of coordinates from which commas separate the indices of a sum."""
 LONG_RUN = 3
@@ -50,8 +50,8 @@ class Notation:
         called: LaTeX of the coordinates if different from q_1 and so on, else empty.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each of these symbols in a product.
-        meanings: Each short symbol in coordinates and parameters; a long constant in earlier short
-            symbols.
+        meanings: Each short symbol in terms of coordinates and parameters; a long constant in terms
+            of earlier short symbols.
         angles: The angles of cosines and sines, with accent and index, in order of first use.
         constants: The named constants, in order of first use.
         halves: Whether angles of 30 or 60 degrees cause roots of 3; then 1/2 is printed as a
@@ -101,7 +101,7 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the printed form of a coordinate-free expression, in full if short, else named.
+        """Converts a coordinate-free expression to print, in full if short, else by a name.
 
         Numbers of equal value share one name.
         """
@@ -244,7 +244,7 @@ class Notation:
         return expression.xreplace({part: self.constant(part) for part in parts})
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
-        """Returns a number by the name of its magnitude."""
+        """Returns a number as the name of its absolute value, with its sign."""
         value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)
@@ -255,7 +255,8 @@ class Notation:
     def named(self, raw: sp.Expr) -> sp.Symbol:
         """Returns the next named constant, for an expression in parameters and short symbols.
 
-        Its meaning is in parameters, or in earlier short symbols if long.
+        It is defined in terms of parameters, or of earlier short symbols if this definition is
+        long.
         """
         parts = size(raw, self._sizes)
         if parts <= MOST_WRITTEN:
@@ -271,7 +272,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number consists of more than ``MOST_PARTS`` other numbers."""
+    """Whether a number is composed of more than ``MOST_PARTS`` numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()

@@ -23,8 +23,8 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 class Page:
     """A serial chain with everything that its article prints.
 
-    Short symbols are numbered in order of first use. This class creates all their users at once, in
-    attribute order, so that no fragment depends on earlier fragments.
+    Short symbols are numbered in order of first use. This class creates all expressions in short
+    symbols at once, in attribute order, so that no fragment depends on earlier fragments.
 
     Attributes:
         robot: The chain.
@@ -32,7 +32,7 @@ class Page:
         links: The transforms between adjacent frames in short symbols.
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
-        singular: Where the Jacobian is rank deficient, in short symbols.
+        singular: The singular configurations, in short symbols.
         geometry: The geometry as variables; None without parametric functions.
     """
 
@@ -52,7 +52,7 @@ class Page:
         coordinates: int | None = None,
         ways: Sequence[Way] = WAYS,
     ) -> "Page":
-        """Returns the page of a serial robot.
+        """Collects the printed expressions of a serial robot.
 
         Args:
             derivation: A serial robot with its functions.

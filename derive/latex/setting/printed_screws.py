@@ -1,8 +1,8 @@
 """Converts screw axes and home pose to short symbols: exact if short, else decimal.
 
-With general angles, every joint adds terms to the product. Numeric angles without short roots as
-cosines and sines become decimals of 40 digits before multiplication. Angles that are parameters
-create shared terms.
+With general angles, every joint adds terms to the product. If the cosine or sine of a numeric angle
+is not a short root, it becomes a decimal at 40-digit precision before multiplication. Angles that
+are parameters create shared terms.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from ...model.values import Values, to_digits
 from .notation import Notation, is_surd
 
 MOST_TILTS = 3
-"""Maximum number of constant angles (except right angles) with cosines and sines as roots."""
+"""Maximum number of constant angles (except right angles) with cosines and sines in roots."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _turns(robot: SerialRobot) -> list[Rotation]:
 
 
 def _with_decimals(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with decimals for angles without short roots as cosines and sines."""
+    """Returns the robot with decimals for angles whose cosines and sines are not short roots."""
     tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
     many = len(tilted) > MOST_TILTS
 

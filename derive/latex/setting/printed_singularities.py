@@ -21,7 +21,7 @@ MOST_ADDENDS = 12
 POSTURES = 4
 """Number of singular configurations to print if the factors are longer."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Joint angles (degree) of the start for the first singular configuration, used cyclically."""
+"""Joint angles (degree) from which the search for a singularity starts, used cyclically."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class PrintedCondition:
 
     Attributes:
         factors: The factors in short symbols.
-        words: Description of the axes there; empty if no description fits.
+        words: Description of the axes in such a configuration; empty if no description fits.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -46,7 +46,7 @@ class PrintedSingularities:
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         postures: Singular configurations (radian, metre), if there are no short conditions.
-        held: The fixed coordinates if the determinant belongs to the other joints.
+        held: The fixed coordinates, if the determinant is that of the joints that are not fixed.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
@@ -68,7 +68,7 @@ def printed_singularities(
         robot: A serial robot.
         notation: Its short symbols.
         given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
-            arm are long, the conditions of the other joints are printed too.
+            arm are long, the conditions for the joints that are not fixed are printed too.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
@@ -93,7 +93,7 @@ def printed_singularities(
 
 
 def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
-    """Returns the determinant of the other joints with the fixed joints held."""
+    """Returns the Jacobian determinant of the joints that are not fixed."""
     if not given:
         return PrintedSingularities(None, ())
     still = {robot.moving[k].name for k in given}

@@ -29,7 +29,7 @@ class PrintedTerms:
     def __init__(
         self, terms: Terms, notation: Notation, known: Mapping[sp.Symbol, sp.Expr]
     ) -> None:
-        """Starts with the names of the coordinates."""
+        """Creates the names, at first those of the coordinates."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
         self._written: dict[sp.Symbol, sp.Expr] = {}
@@ -45,7 +45,7 @@ class PrintedTerms:
         return self.printer.tex(expression)
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression of named terms in printed symbols."""
+        """Converts an expression of named terms to printed symbols."""
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
@@ -64,7 +64,7 @@ class PrintedTerms:
     def exact(self, expression: sp.Expr) -> sp.Expr:
         """Returns an unnamed sum of constants and lengths in printed symbols.
 
-        If this is long, each length gets one constant as factor.
+        If the sum is long, each length gets one constant as factor.
         """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number

@@ -1,4 +1,4 @@
-r"""Prints expressions as engineers write them: lengths first, ascending indices, no leading minus.
+r"""Prints expressions with lengths first, ascending indices, and no leading minus sign.
 
 A sum is a list of signed terms in chain order, so that long sums can break between terms.
 """

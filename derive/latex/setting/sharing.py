@@ -63,7 +63,7 @@ class PrintedEquations:
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
     """Returns forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
-    If the derivation lacks one of these functions, all of them are derived for the page.
+    If the derivation lacks one of these functions, all of them are derived for the article.
 
     Args:
         derivation: A serial robot with its functions.
@@ -170,7 +170,7 @@ class _Sharing:
                 if value is not None and (factor.is_Pow or len(factors) > 1):
                     self._fit_in_brackets(base, value)
         known = {}
-        # Naming numbers a constant, so the order must not depend on a set.
+        # A new name takes the next index, so the order must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)

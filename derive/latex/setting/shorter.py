@@ -8,7 +8,7 @@ from ...model.sizes import addends, size
 MOST_MULTIPLIED = 60
 """Maximum addends of a product of sums that is expanded on trial."""
 MOST_GATHERED = 4
-"""Maximum terms of a sum with its common root in front; longer sums must break across lines."""
+"""Maximum terms of a sum with its common root in front; longer sums must be broken across lines."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
