@@ -19,11 +19,11 @@ from .posture import posture
 from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
-"""Barrel length as a fraction of the retracted cylinder length."""
+"""Barrel length of a cylinder as a fraction of its retracted length."""
 INSIDE = 0.15
 """Minimum rod length inside the barrel, as a fraction of the retracted cylinder length."""
 WITHOUT_LENGTH = 0.55
-"""Barrel fraction of the reference length, for cylinders with retracted length 0."""
+"""Barrel length as a fraction of the reference length, for cylinders with retracted length 0."""
 DETOUR = 1.6
 """Maximum length ratio of a link drawn along the common normal to a straight link."""
 APART = 0.08
@@ -56,9 +56,9 @@ class Skeleton:
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     """Returns the bodies with their shapes.
 
-    Consecutive passive joints without an extended body between them share one symbol: two revolute
-    joints are ``universal``, three are ``ball``. A row with more than one prismatic joint only
-    places a platform and has no symbol.
+    Consecutive passive joints share one symbol if no extended body is between them: two revolute
+    joints are ``universal``, three are ``ball``. A row of joints with more than one prismatic joint
+    only positions a platform and has no symbol.
 
     Args:
         rigid: The bodies on joints.
@@ -68,9 +68,9 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Returns rows of consecutive passive joints without extended bodies, as body indices.
+    """Returns rows of consecutive passive joints (no extended body between them), as body indices.
 
-    A prismatic joint with limits is on a guide of its own and belongs to no row.
+    A prismatic joint with limits has its own guide and does not belong to a row.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -311,7 +311,7 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Array, end: int) -> float:
-        """Returns the signed length along an axis at one end of a line; 0 off the axis."""
+        """Returns the signed length of a line end along an axis; 0 if the end is off the axis."""
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
             return 0.0

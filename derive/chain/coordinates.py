@@ -36,7 +36,7 @@ class Motion(Protocol):
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the rates of the values."""
+        """Returns the time derivatives of the values."""
         ...
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
@@ -77,14 +77,14 @@ class InProportion:
 
 
 class LoopRates(Protocol):
-    """Rates of all terms that depend on the coordinates through closed loops."""
+    """Time derivatives (rates) of all terms that depend on the coordinates through loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """Returns, for each coordinate, the rates at unit speed of this coordinate."""
+        """Returns, for each coordinate, the rates of all terms if only this coordinate moves."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates at coordinate rates qd."""
+        """Returns the rates of all terms at coordinate velocities qd."""
         ...
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
@@ -94,11 +94,11 @@ class LoopRates(Protocol):
 
 @dataclass(frozen=True)
 class SolvedRates:
-    """Rates through loops with a closed-form solution.
+    """Time derivatives of terms that depend on loops with a closed-form solution.
 
     Attributes:
         terms: Table of named terms.
-        loops: Rates of the solved angles; callers may add angles.
+        loops: Time derivatives of the solved angles; callers may add angles.
         q: The coordinates.
     """
 
@@ -107,11 +107,11 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """Returns, for each coordinate, the rates at unit speed of this coordinate."""
+        """Returns, for each coordinate, the rates of all terms if only this coordinate moves."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates at coordinate rates qd."""
+        """Returns the rates of all terms at coordinate velocities qd."""
         return self._of(dict(zip(self.q, qd, strict=True)))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
@@ -124,14 +124,14 @@ class SolvedRates:
 
 
 class ThroughLoops:
-    """Motion of joints that depend on the coordinates through closed loops."""
+    """Motion of joints that depend on the coordinates through loops."""
 
     def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
-        """Stores the values and the rates through the loops.
+        """Stores the values and the object that computes their time derivatives.
 
         Args:
             values: Values of all moving joints (radian or metre).
-            rates: The rates of the terms in the values.
+            rates: Computes the time derivatives of the terms in the values.
         """
         self.values, self._rates = tuple(values), rates
         self._units = rates.units()
@@ -153,9 +153,9 @@ class ThroughLoops:
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the rates of the values directly, without ``D_q``."""
+        """Returns the time derivatives of the values directly, without ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the second time derivatives at rates qd and accelerations qdd."""
+        """Returns the second time derivatives at velocities qd and accelerations qdd."""
         return self._rates.twice(qd, qdd).of_each(self.speeds(qd))

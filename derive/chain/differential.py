@@ -1,8 +1,8 @@
 """Jacobians, Jacobian rates, Hessian, twists and accelerations from screw theory.
 
 Column j of a Jacobian is (v_j; omega_j): omega_j is the axis of joint j, and v_j is the velocity of
-the observed point at unit rate of joint j. The three Jacobians differ in the observed point and in
-the axes in which a column is expressed:
+the observed point at unit velocity of joint j. The three Jacobians differ in the observed point and
+in the frame whose axes express the columns:
 
 | Jacobian | observed point        | axes        |
 |----------|-----------------------|-------------|
@@ -145,7 +145,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # z x lever, in the axes that need the fewest products.
+    # z x lever, expressed in the axes that need the fewest products.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:

@@ -77,7 +77,7 @@ def gravity_torques(
 
 
 def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
-    """Returns bounds of sum_j |d tau_k / d q_j| over all coordinates within limits.
+    """Returns upper bounds of sum_j |d tau_k / d q_j| for all coordinates within limits.
 
     Args:
         robot: A chain of revolute and prismatic joints; at zero, all link frames equal the base
@@ -85,7 +85,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
         load: One mass per link, and the gravity vector.
 
     Returns:
-        One bound per joint k (N m/rad or N/m), computed from the stretched chain length.
+        One bound per joint k (N m/rad or N/m), computed from the length of the stretched chain.
 
     Raises:
         DescriptionError: A prismatic joint has no limits.
@@ -102,7 +102,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
 
 
 def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
-    """Returns the largest distance of each following link mass from a revolute joint."""
+    """Returns the largest distance from a revolute joint to each mass of the following links."""
     reaches, way = [], 0.0
     at = np.zeros(3)
     for k, joint in enumerate(robot.joints[first:], first):

@@ -8,8 +8,9 @@ parallel axes share one angle in every convention:
 
 A *group* is a run of parallel axes between two tilts. All its axes are along the z axis of the
 group frame. The *stations* of a group are the successive angles phi, one per joint; each has a
-translation (*reach*) that rotates with the station. Antiparallel axes (a tilt of pi) stay in their
-group with the sign -1. Constant right angles are exact permutations and need no operations.
+translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi between
+them) stay in the same group and get the sign -1. Constant right angles are exact permutations and
+need no operations.
 """
 
 from collections.abc import Sequence
@@ -59,7 +60,7 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, with the prismatic joints and frames that rotate with it.
+    """One angle of a group, and the prismatic joints and frames that rotate by this angle.
 
     Attributes:
         joint: Index of the revolute joint of the station; None at the start of a group.
@@ -95,7 +96,7 @@ class Group:
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z; factoring may produce a 40-digit angle."""
+    """A constant rotation about x or z; factoring may produce an angle at 40-digit precision."""
 
     axis: str
     angle: sp.Expr
@@ -238,7 +239,7 @@ class _Builder:
         stations: The stations of the open group.
         turned: Signed sum of the joint values in the open group; opposite axes count negative.
         offset: Sum of the constant angles in the open group.
-        unsettled: Portion of the offset that is not yet in the axes of the last station.
+        unsettled: Portion of the offset that is not yet expressed in the axes of the last station.
         sign: -1 while the axes are opposite to the group axes, else 1.
     """
 
@@ -315,7 +316,7 @@ class _Builder:
     def _settle(self) -> None:
         """Rotates the axes of the last station to the end of its section.
 
-        The end of the group and the preceding translation then share one angle.
+        The end of the group and the preceding translation then use the same angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         station = self.stations[-1]

@@ -1,7 +1,7 @@
 """Functions of a chain: poses, Jacobians, Jacobian rates, Hessian, twists, accelerations.
 
 The coordinates may differ from the joints. A :class:`~chasles.derive.chain.coordinates.Motion` maps
-coordinates to joints: linearly in a serial robot, through closed loops in other robots.
+coordinates to joints: linearly in a serial robot, and through loop equations in other robots.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -107,7 +107,7 @@ class Kinematics:
 
 
 class _Derivation:
-    """One derivation pass over the functions of a chain, with shared Jacobian columns."""
+    """A single derivation of several functions of a chain, which share the Jacobian columns."""
 
     def __init__(self, chain: Kinematics) -> None:
         self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
@@ -210,7 +210,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # Converts joints to coordinates: first the derivative index, then the column index.
+        # Converts joint indices to coordinate indices: first of the derivatives, then of the
+        # columns.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()

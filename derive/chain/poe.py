@@ -17,7 +17,7 @@ def product_of_exponentials(
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
-    joints. Without mimic joints and with all directions 1, theta is q.
+    joints. If there are no mimic joints and all joint directions are 1, theta equals q.
 
     Args:
         description: A serial robot.

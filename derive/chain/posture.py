@@ -11,7 +11,7 @@ from .rigid_bodies import Array, RigidBodies, motions
 ANGLES = (0, 30, -30, 60, -60, 90, -90, 45, -45, 120, -120)
 """Candidate joint angles (degrees)."""
 SLIDES = (0.5, 0.7, 0.9)
-"""Candidate positions of prismatic joints, as fractions of the travel."""
+"""Candidate positions of prismatic joints, as fractions of the joint range."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
 """View direction of spatial drawings; not aligned with legs spaced by 60 degrees."""
@@ -35,8 +35,8 @@ def posture(rigid: RigidBodies) -> tuple[float, ...]:
     """Returns coordinates within the limits that separate the joints in the default view.
 
     Selects the best of up to two thousand configurations with round angles. The score is the
-    smallest image distance between two joints plus the overall spread; joints below the base and
-    bent joints cost. The result is the same on every machine.
+    smallest distance between two joints in the image plus the overall spread; joints below the base
+    and bent joints reduce the score. The result is the same on every computer.
 
     Args:
         rigid: The bodies of a serial robot.
@@ -48,7 +48,7 @@ def posture(rigid: RigidBodies) -> tuple[float, ...]:
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # The last digits of equal costs may differ between machines.
+    # The last digits of equal costs may differ between computers.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 
@@ -71,7 +71,7 @@ def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
     """Returns all combinations, or an evenly spread sample of many combinations."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
-    # Multiples of square roots of primes fill a cube evenly, and identically on every machine.
+    # Multiples of square roots of primes fill a cube evenly, and are identical on every computer.
     steps = [math.sqrt(prime) % 1 for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)]
     return [
         tuple(

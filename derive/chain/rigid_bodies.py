@@ -211,7 +211,8 @@ class RigidBodies:
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         way = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ way)
-        # In planar mechanisms, an end frame may define only a point, with z in the plane.
+        # In planar mechanisms, an end frame may define only a point; its z axis is then in the
+        # plane.
         length = max(float(np.linalg.norm(way)), 1e-300)
         along = abs(way @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
@@ -220,14 +221,14 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        """Returns the frame axis with the smallest strut component."""
-        # The last digits of equal components may differ between machines.
+        """Returns the frame axis with the smallest component along the strut."""
+        # The last digits of equal components may differ between computers.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
-    """Returns a constant placement as floats (4, 4), each rounded once from many digits."""
+    """Returns a constant placement as floats (4, 4), each rounded from a high-precision value."""
     exact = placement_matrix(placement)
     rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
     return np.array(rows) + 0.0

@@ -8,8 +8,8 @@ convert between q and the controller readings r, so that
     r = readings_from_coordinates(q), q one of ik(T).
 
 The inverse uses Newton's method per drive, starting from r = q / gain, with quadratic convergence.
-Springs couple the coordinates; each fixed-point round uses the deflection at r of the preceding
-round.
+Springs couple the coordinates. Each fixed-point iteration uses the deflection at the value of r
+from the preceding iteration.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
 """Restores symmetric point arrangements that a file rounds.
 
-For example, the legs of a platform may be copies of each other, rotated by 120 degrees. A file then
-contains (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body are grouped
-if rotations by multiples of 15 degrees about a frame axis map them to each other. The point with
-the fewest decimal places is kept, and the other points become its exact copies. A rounded distance
+For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
+(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body are grouped if
+rotations by multiples of 15 degrees about a frame axis map them to each other. The point with the
+fewest decimal places is kept, and the other points become its exact copies. A rounded distance
 between two points of a body, such as a rod length in a parallelogram, becomes an exact root.
 """
 
@@ -102,7 +102,7 @@ def _turned(point: Vector, axis: int, steps: int) -> Vector:
 
 
 class Distances:
-    """Irrational distances between points of one body, which a file must round."""
+    """Irrational distances between points of one body, which a file can state only rounded."""
 
     def __init__(self, bodies: Iterable[Iterable[Vector]], noise: float) -> None:
         """Collects the distances.

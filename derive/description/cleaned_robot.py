@@ -1,10 +1,10 @@
 """Snaps the numbers of a described robot to exact values and lists every change.
 
-Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Lengths
-lose noise; rounded angles and directions become exact. Equal numbers become equal exact numbers at
-every joint, so parallel axes stay parallel. In a robot with loops, the points of a body are also
-treated together (:mod:`~chasles.derive.description.arrangement`), as are the frames on a rotated
-base (:mod:`~.turned_base`).
+Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Noise is
+removed from lengths; rounded angles and directions become exact. Equal numbers become equal exact
+numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a body
+are also treated together (:mod:`~chasles.derive.description.arrangement`), as are the frames on a
+rotated base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -32,12 +32,12 @@ def cleaned(robot: Described) -> Described:
     """Returns the robot with exact numbers and a list of all changed numbers.
 
     Args:
-        robot: A robot with the numbers of its file.
+        robot: A robot with the numbers as written in its file.
 
     Returns:
         The robot with cleaned fields; ``cleaning`` lists the changes. For a serial robot,
         ``cleaning`` and ``notes`` also state a bound of the resulting pose change. A robot with
-        loops keeps a copy with the numbers of its file for a later comparison.
+        loops keeps a copy with the numbers as written in its file, for a later comparison.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 
@@ -65,7 +65,7 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
     """Returns the robot with exact numbers; warns if noise removal moves the tool far.
 
     Args:
-        robot: A robot with the numbers of its file.
+        robot: A robot with the numbers as written in its file.
         file: The name of the file.
     """
     result = cleaned(robot)

@@ -25,7 +25,7 @@ class ExactNumbers:
 
     Attributes:
         tolerance: Length noise (metre).
-        points: Exact points of arrangements, keyed by the points without noise.
+        points: Exact points of arrangements, keyed by the noise-free points.
         numbers: The numbers changed so far.
     """
 
@@ -85,7 +85,7 @@ class ExactNumbers:
         return x, y, z
 
     def without_noise(self, vector: Vector) -> Vector:
-        """Returns a length vector without noise; symbolic components are unchanged."""
+        """Returns a length vector without noise; symbolic components do not change."""
         x, y, z = (
             length if length == 0 or length.free_symbols else without_noise(length, self.tolerance)
             for length in vector

@@ -78,7 +78,7 @@ class MechanismFile(RobotFile):
         """The robot.
 
         Raises:
-            DescriptionError: The file is wrong.
+            DescriptionError: The file is invalid.
         """
         self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure", "nominal"))
         name = self.robot_name()

@@ -1,4 +1,4 @@
-"""Recognizes the exact numbers behind rounded or noisy numbers in files.
+"""Recognizes the exact values of rounded or noisy numbers in files.
 
 The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits:
 0.20249999999999999, or 6.1e-17 next to lengths of a metre. A *rounded angle* is a multiple of 15
@@ -59,7 +59,7 @@ _SINGLE_PLACES = 7
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal behind a noisy decimal, else the decimal itself.
+    """Returns the short decimal that a noisy decimal represents, else the decimal itself.
 
     A single-precision number written with the digits of a double, such as 0.20000000298023224, is
     first replaced by its shortest single-precision decimal. A decimal d with k places is selected
@@ -97,13 +97,13 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact angle (radian) behind an angle in a file, else the angle without noise.
+    """Returns the exact value (radian) of a rounded angle in a file, else the angle without noise.
 
     A decimal is replaced by a multiple of pi/12 if it equals this multiple rounded or truncated to
-    its decimal places. It needs so many decimal places that at most the fraction ``CHANCE`` of all
-    angles match by chance: three places, or two for right angles. Pi itself may have been rounded
-    or truncated before, to at most as many places but at least four: 0.7853975 is 3.14159 / 4. A
-    trailing zero does not count as a place, so 2.880 is kept. Zero must be written as zero.
+    its decimal places. The decimal must have so many places that at most the fraction ``CHANCE`` of
+    all angles match by chance: three places, or two for right angles. Pi itself may have been
+    rounded or truncated before, to at most as many places but at least four: 0.7853975 is 3.14159 /
+    4. A trailing zero does not count as a place, so 2.880 is kept. Zero must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -155,7 +155,7 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact direction behind a direction in a file, else the vector without noise.
+    """Returns the exact value of a rounded direction in a file, else the vector without noise.
 
     A decimal vector of any length is replaced by a unit vector of :func:`exact_directions` if,
     after scaling, each component agrees within one unit of the last written place or within
@@ -187,7 +187,7 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """A direction rotated from one axis and then about another by multiples of 15 degrees."""
+    """A direction rotated from one axis, then about another axis, by multiples of 15 degrees."""
 
     azimuth: int
     tilt: int

@@ -1,4 +1,4 @@
-"""Unit checks: finds numbers that fit another unit better than the assumed unit.
+"""Unit checks: finds numbers that fit a different unit better than the assumed unit.
 
 A file format with units raises an error for an implausible number without a stated unit. A format
 without units, such as URDF, is read with a note. A stated unit is always accepted.

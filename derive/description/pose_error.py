@@ -19,7 +19,7 @@ from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
-"""Assumed travel (metre) of prismatic joints without limits."""
+"""Assumed displacement range (metre) of prismatic joints without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
 """An mpmath matrix (mpmath has no type hints)."""
@@ -65,7 +65,8 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # From tool to base, so that the distance to the tool is known at each link.
+        # The links are visited from tool to base, so that the distance to the tool is known at each
+        # link.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond

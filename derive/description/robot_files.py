@@ -23,8 +23,8 @@ Every number is exact: an integer, a decimal, or an expression for
 The file of a robot with loops lists a joint tree (``parent``) and the members that close the loops:
 ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
 extend another file and change its parameter values. The file of a robot as built may specify the
-robot as designed (``nominal``), by file or by the name of an installed robot: from it the inverse
-is led.
+robot as designed (``nominal``), by file or by the name of an installed robot: the inverse is
+refined from this nominal robot.
 """
 
 from collections.abc import Sequence

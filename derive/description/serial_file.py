@@ -74,7 +74,7 @@ class RobotFile(TomlFile):
         Args:
             file: File name in error messages.
             text: TOML text.
-            heir: A file that extends this one.
+            heir: A file that extends this file.
             conventions: The conventions allowed in the file.
         """
         super().__init__(file, text, heir)
@@ -85,7 +85,7 @@ class RobotFile(TomlFile):
         """The robot.
 
         Raises:
-            DescriptionError: The file is wrong.
+            DescriptionError: The file is invalid.
         """
         self.check_fields((), self.table, (*ROBOT_FIELDS, *LOAD_FIELDS))
         name = self.robot_name()

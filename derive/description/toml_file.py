@@ -28,7 +28,7 @@ Keys = tuple[str | int, ...]
 """Path to a value in the file: names of tables and fields, and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields, in addition to parameters, that replace the fields of the extended file."""
+"""Fields (besides parameters) that replace the corresponding fields of the extended file."""
 HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -74,7 +74,7 @@ _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
 def file_error(
     file: str, line: int | None, field: str, value: object, expected: str
 ) -> DescriptionError:
-    """Returns the error for a value in a robot file; the message states all arguments."""
+    """Returns the error for a value in a robot file; its message contains all arguments."""
     position = file if line is None else f"{file}:{line}"
     about = f"{field}: " if field else ""
     found = "" if value is None else f", found {shown_value(value)}"
@@ -94,7 +94,7 @@ class TomlFile:
             file: File name in error messages.
             text: TOML text.
             heir: A file that extends this file and replaces its name, title, source and parameter
-                values. Errors in its lines state the heir.
+                values. Errors in lines of the heir state the name of the heir.
 
         Raises:
             DescriptionError: The text is empty or not valid TOML, or the heir has other fields.
@@ -460,7 +460,7 @@ def shown_value(value: object) -> str:
     """Formats a value as in the file; long values are truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
-    except ValueError:  # Python does not print integers with thousands of digits.
+    except ValueError:  # Python refuses to print integers of thousands of digits.
         return "a very large integer"
     if isinstance(value, bool):
         text = text.lower()

@@ -27,7 +27,8 @@ def table_of(text: str) -> dict[str, object]:
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
     """Returns the first line up to which the text (with closed brackets) has a property.
 
-    Because the parser stores no positions, beginnings of the text are parsed.
+    The parser stores no positions, so a bisection parses beginnings of the text of different
+    lengths.
     """
     lines = text.split("\n")
 

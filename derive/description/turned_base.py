@@ -1,4 +1,4 @@
-"""Restores exact angles on a rotated base, for which a file rounds every base frame.
+"""Restores exact angles on a rotated base; its file contains rounded angles for every base frame.
 
 If the whole robot is rotated, parallel and perpendicular axes have arbitrary rounded angles. So the
 base frames are expressed in axes rotated with one of the frames. Relative angles that are multiples
@@ -30,9 +30,9 @@ angles."""
 _FINE = 10**20
 """Resolution (1/radian) of an angle in rotated axes before simplification."""
 _UPRIGHT = 1e-3
-"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
+"""Cosine of the pitch; for smaller values, roll and yaw count as rotations about the same axis."""
 _GUARD = 2
-"""Decimal places beyond the rounding of a listed coordinate in rotated axes."""
+"""Additional decimal places of a coordinate in rotated axes in the list of changes."""
 
 
 @dataclass(frozen=True)

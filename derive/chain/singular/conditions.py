@@ -25,7 +25,7 @@ SEED = 40
 def conditions(
     minors: Sequence[Factored], q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> tuple[Condition, ...]:
-    """Returns the sets of factors that make all minors 0 in existing configurations.
+    """Returns the sets of factors that make all minors 0 in reachable configurations.
 
     Args:
         minors: The largest minors of a Jacobian, excluding minors that are always 0.
@@ -58,7 +58,7 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
 
 
 def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
-    """Returns a product simplified for ``factor`` = 0; None if the product is 0 too."""
+    """Returns a product simplified for ``factor`` = 0; None if the product is then also 0."""
     if factor in product:
         return None
     if not isinstance(factor, sp.cos | sp.sin):

@@ -1,8 +1,8 @@
-"""Factored minors of an arm's Jacobian; the arm is singular where all minors are 0.
+"""Factored minors of an arm's Jacobian; the arm is singular if all minors are 0.
 
-A square Jacobian has one such minor, its determinant. The Jacobian is written in the frame and at
-the point (:mod:`.views`) that give the minor the smallest blocks. The minor is then the product of
-the block determinants.
+A square Jacobian has only one largest minor, its determinant. The Jacobian is written in the frame
+and at the point (:mod:`.views`) that give the minor the smallest blocks. The minor is then the
+product of the block determinants.
 """
 
 import math
@@ -54,9 +54,9 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         q: The coordinates.
 
     Returns:
-        The factored minors, up to sign. The robot is singular where all minors are 0. () if all
-        minors are 0 in every configuration. None for mimic or helical joints, for inexact decimal
-        numbers in the description, or if a minor has no small blocks.
+        The factored minors, up to sign. The robot is singular in the configurations in which all
+        minors are 0. () if all minors are 0 in every configuration. None for mimic or helical
+        joints, for inexact decimal numbers in the description, or if a minor has no small blocks.
     """
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
@@ -111,7 +111,7 @@ def _is_exact(S: sp.Matrix) -> bool:
 
 
 def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> Factored | None:
-    """Returns a minor as the product of its block determinants; 0 if one is always 0."""
+    """Returns a minor as the product of its block determinants; 0 if a determinant is always 0."""
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]

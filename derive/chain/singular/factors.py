@@ -1,8 +1,8 @@
 """Factors polynomials in cosines and sines by half-angle tangents.
 
 A polynomial in tangents factors uniquely. The factors are converted back to cosines and sines of
-coordinate sums. A polynomial without factors keeps its form, except that angle sums of parallel
-axes are used if they shorten it.
+coordinate sums. An irreducible polynomial keeps its form, unless angle sums of parallel axes make
+it shorter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,7 +33,7 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """Returns the factors; None for a zero, too long or unconvertible polynomial."""
+    """Returns the factors; None if the polynomial is zero, too long or cannot be converted."""
     if polynomial == 0 or len(polynomial) > MOST_TERMS:
         return None
     parts = _Tangents(ring, polynomial).parts()
@@ -108,7 +108,7 @@ class _Tangents:
         return [(part, found.count(part)) for part in dict.fromkeys(found)]
 
     def _whole(self) -> list[tuple[sp.Expr, int]]:
-        """Returns the factors of a polynomial that splits off only constants."""
+        """Returns the factors of a polynomial whose only nontrivial factors are constants."""
         source = self.source
         constants = [f for f in self.factors if not f.free_symbols & {*self.t, *source.slides}]
         left = self.polynomial
@@ -177,7 +177,7 @@ def _half(degree: int) -> int:
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
     """Multiplies factors of odd degree in a tangent in pairs, as far as needed.
 
-    The tangent alone converts to half a sine.
+    A single tangent is converted to half the sine of its angle.
     """
     odd = [f for f in factors if sp.degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -190,6 +190,6 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Each factor contains the half angle, but their product does not.
+        # Each of the two factors contains the half angle, but the product of both does not.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

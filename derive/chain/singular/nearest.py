@@ -1,8 +1,8 @@
 """Numerical search for singular configurations, for arms without short minor factors.
 
 A configuration is singular if a wrench y does no work on any joint (J^T y = 0). With fewer joints
-than rows, it is singular if joint rates x do not move the tool (J x = 0). Minimum-norm Newton steps
-on q and y (or x) converge to a nearby singular configuration.
+than rows, it is singular if joint velocities x do not move the tool (J x = 0). Minimum-norm Newton
+steps on q and y (or x) converge to a nearby singular configuration.
 """
 
 import math
@@ -21,7 +21,7 @@ DRAWS = 4
 SEED = 50
 STEPS = 40
 STARTS = 24
-"""Number of start configurations; only results within the limits are used."""
+"""Number of start configurations; only results within the joint limits are used."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
@@ -29,7 +29,7 @@ WHOLE = 6
 def nearest_singular(
     robot: SerialRobot, start: Sequence[float], most: int
 ) -> tuple[FloatArray, ...]:
-    """Finds singular configurations near a configuration and near others in the joint ranges.
+    """Finds singular configurations near a given configuration and near others in the joint ranges.
 
     Args:
         robot: A serial robot.
@@ -48,7 +48,7 @@ def nearest_singular(
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
-    # Multiples of square roots of primes fill a cube evenly, and identically on every machine.
+    # Multiples of square roots of primes fill a cube evenly, and are identical on every computer.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     drawn = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
     if _smallest(S, drawn[0], scale) < RANK_LOST:
@@ -96,7 +96,7 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """Returns the joint limits; unlimited joints get half a turn or one arm length either way."""
+    """Returns joint limits; plus and minus half a turn or one arm length for unlimited joints."""
     limits = []
     for joint in robot.moving:
         half = math.pi if joint.kind == "revolute" else length
@@ -158,7 +158,7 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
     """Returns minimum-norm least-squares solutions (m, n) of slope * step = value."""
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Smaller singular values are rounding errors, which differ between machines.
+    # Smaller singular values are rounding errors, which differ between computers.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
@@ -170,6 +170,6 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint moves the screws of the joints behind it. The memory order suits later sums.
+    # A joint moves the screws of the joints after it. The memory layout makes later sums fast.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

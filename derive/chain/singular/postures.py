@@ -20,7 +20,7 @@ from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
-"""Number of random samples of the coordinates that are not solved."""
+"""Number of random samples of the coordinates that the root search does not solve."""
 GRID = 181
 """Number of grid values of a coordinate for bracketing roots."""
 HALVINGS = 60
@@ -70,14 +70,14 @@ class _Posture:
 
 
 WHOLE_WRIST = 3
-"""Number of wrist axes that meet in the wrist center."""
+"""Number of wrist axes that intersect in the wrist center."""
 WRIST = "the wrist's centre"
 Relation = Callable[[_Posture], float]
 """Deviation of a configuration from a relation; 0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describes the axes where factors of minors are 0; empty without a matching relation.
+    """Describes the axes at the zeros of factors of minors; empty if no relation matches.
 
     Args:
         robot: A serial robot.
@@ -126,7 +126,7 @@ def _off_axis(i: int, j: int, posture: _Posture) -> float:
 
 
 def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
-    """Describes the axes at the zeros of a factor; empty without a matching relation."""
+    """Describes the axes at the zeros of a factor; an empty text if no relation matches."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     rng = np.random.default_rng(SEED + 1)

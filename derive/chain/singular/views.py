@@ -1,8 +1,8 @@
 """Selects the body frame and reference point that give the Jacobian the most zeros.
 
 The rank of the Jacobian, and its determinant if it is square, do not depend on frame and point
-(Murray, Li and Sastry 1994, 3.4). In the frame of a middle body, at a point where axes meet, the
-Jacobian has small blocks.
+(Murray, Li and Sastry 1994, 3.4). In the frame of a middle body, and at an intersection point of
+axes, the Jacobian has small blocks.
 """
 
 import math
@@ -84,8 +84,8 @@ def minors(
 
     If the number of nonzero rows equals the joint count, there is one submatrix. With more joints,
     each submatrix omits joints and may have its own view. With fewer joints, each submatrix omits
-    rows, and all share the view that is simplest in total. Structurally singular submatrices are
-    omitted.
+    rows, and all submatrices share the view that is simplest in total. Structurally singular
+    submatrices are omitted.
 
     Args:
         robot: A serial robot.
@@ -152,7 +152,7 @@ def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
         q: Configurations (..., n).
         body: Number of joints before the body.
     """
-    # With components first, the cross products of all screws are operations on rows.
+    # If the component index comes first, the cross products of all screws are row operations.
     seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
     angles = q.reshape(-1, q.shape[-1], 1)
     for k in range(body):

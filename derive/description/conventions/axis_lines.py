@@ -1,8 +1,8 @@
 """Fits convention fields to a joint axis, expressed relative to the preceding axis.
 
 The z axis of the reference frame is along the preceding axis. In the conventions below, the x axis
-of the link points along the common normal of both axes. For Hayati's tilts, it points to the
-intersection of the joint axis with the plane normal to the preceding axis.
+of the link points along the common normal of both axes. For Hayati's tilts, the x axis points to
+the intersection of the joint axis with the plane normal to the preceding axis.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ def angle_between(line: AxisLine) -> mpmath.mpf:
 
 
 def is_parallel(line: AxisLine) -> bool:
-    """Whether both axes are parallel to full accuracy."""
+    """Whether both axes are parallel up to rounding error."""
     x, y, _ = line.direction
     return bool(mpmath.hypot(x, y) <= ZERO_COMPONENT)
 
@@ -113,14 +113,14 @@ def into_fields(found: Fitted) -> Fitted:
 
 
 def angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle (radian) as a multiple of pi/12 or with ``AXIS_DIGITS`` digits."""
+    """Returns an angle (radian) as a multiple of pi/12, or rounded to ``AXIS_DIGITS`` digits."""
     twelfths = 12 * value / mpmath.pi
     nearest = int(mpmath.nint(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else length(value)
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """Returns a length (metre) with ``AXIS_DIGITS`` digits; rounding errors become 0."""
+    """Returns a length (metre) rounded to ``AXIS_DIGITS`` digits; rounding errors become 0."""
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

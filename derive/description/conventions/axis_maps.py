@@ -39,8 +39,8 @@ class AxisMap:
         product: Pose of the joint frame relative to the preceding axis, as elementary motions.
         own: Symbols of the convention parameters.
         added: Symbols of the added rotations about and shifts along both axes.
-        columns: (6, own and added) twists (v; omega) of the joint frame per parameter rate, in
-            joint-frame axes.
+        columns: (6, own and added) twists (v; omega) of the joint frame per unit change of each
+            parameter, expressed in the joint frame.
         free: Twist components that displace the axis.
     """
 
@@ -96,7 +96,7 @@ def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """Returns twists (6, k) of the last frame per symbol rate, in its own axes."""
+    """Returns twists (6, k) of the last frame, in its own axes, per unit change of each symbol."""
     found = {symbol: sp.zeros(6, 1) for symbol in symbols}
     R, p = sp.eye(3), sp.zeros(3, 1)
     for motion in reversed(product):

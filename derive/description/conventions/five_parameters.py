@@ -1,4 +1,4 @@
-"""Five-parameter conventions, complete and continuous, for parallel and nonparallel axes.
+"""Five-parameter conventions for parallel and nonparallel axes; both are complete and continuous.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in

@@ -30,7 +30,7 @@ class Neighbours:
         joint: The joint.
         before: The preceding moving joint; None for the z axis of the base frame.
         line: The axis in the frame of the preceding joint.
-        frame: (4, 4) multi-digit pose of the joint frame in the frame of the preceding joint.
+        frame: (4, 4) high-precision pose of the joint frame in the frame of the preceding joint.
         size: Arm length: the sum of the distances between consecutive revolute axes (metre), or 1
             if the sum is zero.
     """
@@ -69,9 +69,9 @@ class Neighbours:
         """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
 
         Rows are shifts along the common normal and its perpendicular, relative to the arm length,
-        and rotations about both. A prismatic axis has only the rotations. The position of a
-        preceding prismatic axis is free, so its perpendicular shifts count as parameters. None if
-        the convention cannot represent the axis.
+        and rotations about both. For a prismatic axis, only the rotations count. The position of a
+        preceding prismatic axis is arbitrary, so shifts perpendicular to this axis count as
+        parameters. None if the convention cannot represent the axis.
         """
         found = self.fit(convention)
         if found is None:
@@ -84,7 +84,7 @@ class Neighbours:
     def by_numbers(
         self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
     ) -> NDArray[np.float64]:
-        """Returns the displacements for any product of motions between the two axes."""
+        """Returns the axis displacements for any product of motions between the two axes."""
         if self.before is not None and self.before.kind == "prismatic":
             product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product
             symbols, values = (*symbols, *_PLACE), (*values, 0.0, 0.0)

@@ -42,6 +42,6 @@ poe = Convention(
 )
 """The screw along ``axis`` through ``point``.
 
-Both are expressed in the frame of the previous link at zero. In a chain with only `poe` joints,
-this is the base frame.
+Axis and point are expressed in the frame of the previous link at zero. In a chain with only `poe`
+joints, this is the base frame.
 """

@@ -2,7 +2,8 @@
 
 For nonparallel consecutive axes, the proximal Denavit-Hartenberg parameters are complete and
 minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts are used,
-with one more parameter. For nearly coinciding axes, both fail and the joint has a full pose.
+with one more parameter. For nearly coinciding axes, both conventions fail, and the joint is
+described by a full pose.
 """
 
 from collections.abc import Sequence
@@ -30,7 +31,7 @@ _ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """Returns the first continuous convention of :data:`SUITED`; the last always is."""
+    """Returns the first continuous convention of :data:`SUITED`; the last is always continuous."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention
@@ -40,8 +41,8 @@ def suitable_convention(pair: Neighbours) -> Convention:
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
     """Returns each moving joint with its suitable convention.
 
-    A prismatic axis is moved through the origin of the preceding link, because its position is
-    free.
+    A prismatic axis is moved to the origin of the preceding link, because its position is
+    arbitrary.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         placed, _ = _placed(neighbours(robot))
@@ -52,11 +53,12 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with each joint in a suitable convention.
 
     The tool pose, coordinates, limits and mimic relations do not change. Link frames follow the
-    conventions, and fixed joints are merged into the links. Multiples of 15 degrees and numbers
-    with fewer than 25 digits are exact.
+    conventions, and fixed joints are merged into the links. Multiples of 15 degrees and numbers of
+    fewer than 25 digits stay exact.
 
     Args:
-        robot: A serial robot in any conventions; named parameters are replaced by their values.
+        robot: A serial robot with joints in any convention; named parameters are replaced by their
+            values.
 
     Raises:
         DescriptionError: The robot has masses, which are positioned in link frames.

@@ -52,17 +52,17 @@ def imported(
     tip: str | None = None,
     name: str | None = None,
 ) -> Described:
-    """The chain between two links of a file, with its numbers as written.
+    """The chain between two links of a file, with the numbers as written in the file.
 
     Args:
         file: A URDF, a xacro file or an MJCF model.
-        arguments: Values of a xacro file's arguments, each as ``name:=value``.
+        arguments: Values of the arguments of a xacro file, each as ``name:=value``.
         base: The link whose frame is the base frame; by default the root.
         tip: The link whose frame is the tool frame; by default the end of the longest chain.
-        name: The robot's name; by default the file's own.
+        name: The robot's name; by default the name in the file.
 
     Raises:
-        DescriptionError: The file is wrong, has no such chain, or exceeds a limit.
+        DescriptionError: The file is invalid, has no such chain, or exceeds a limit.
     """
     return _isolated(file, partial(_robot, file, arguments, base, tip, name))
 
@@ -141,7 +141,7 @@ def _chains(
     if not groups:
         found = [(base, end.tip, end.tip) for end in source.ends(base, None)]
         if len(found) == 1:
-            # The file reader selects the tip and notes the other ends.
+            # The file reader selects the tip and lists the other ends in a note.
             return ((base, None, ""),)
     if len(found) == 1:
         return ((*found[0][:2], ""),)

@@ -1,7 +1,7 @@
 """Finds end parts that do not belong to an arm: fingers, wheels, branches, ball joints.
 
-- A finger is a joint with one of ``FINGER_WORDS`` in its name. All branches on the same link also
-  count as fingers behind ``JOINTS_OF_AN_ARM`` joints. Behind a moving joint, two more cases are
+- A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints,
+  all branches on the same link also count as fingers. After a moving joint, two more cases are
   fingers: joints on a link with such a name, and end joints on the same link that are prismatic or
   coupled, unless they carry a tool frame.
 - Several branches with at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
@@ -54,7 +54,7 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 @dataclass(frozen=True)
 class EndPart:
-    """A joint excluded from an arm, with all links behind it."""
+    """A joint excluded from an arm, with all links after it."""
 
     kind: EndPartKind
     joint: TreeJoint
@@ -88,7 +88,7 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(way: Sequence[TreeJoint]) -> int:
-    """Returns the coordinate count of a chain behind its last floating or planar joint."""
+    """Returns the coordinate count of a chain after its last floating or planar joint."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
@@ -153,7 +153,7 @@ def _leader(joint: TreeJoint) -> str:
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
-    """Returns, per link, the maximum number of moving joints in series behind it."""
+    """Returns, for each link, the maximum number of moving joints in series after it."""
     found: dict[str, int] = {}
     for link in reversed(list(tree.outwards(base))):
         lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""Joint with its own coordinate; mimic joint; fixed joint; floating or planar joint, behind which a
+"""Joint with its own coordinate; mimic joint; fixed joint; floating or planar joint, after which a
 chain starts; ball joint, which cannot be in a chain."""
 
 
@@ -62,7 +62,7 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def way(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant; None if tip is not a descendant."""
+        """Returns the joints from a link to a descendant; None if ``tip`` is not a descendant."""
         joints: list[TreeJoint] = []
         link = tip
         while link != base:

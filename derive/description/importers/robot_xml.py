@@ -1,4 +1,4 @@
-"""Safe XML parser: without entities, a file cannot read other files or exhaust memory."""
+"""Safe XML parser: it rejects entities, so a file cannot read other files or exhaust memory."""
 
 import re
 from pathlib import Path
@@ -61,8 +61,8 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     try:
         element = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        # Some exporters write undeclared prefixes such as drake:. The log of the error itself may
-        # include entries of other texts.
+        # Some exporters write undeclared prefixes such as drake:. The log of the exception may
+        # include entries from other texts, so the log of the parser is used.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error

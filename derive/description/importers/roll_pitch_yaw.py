@@ -33,7 +33,7 @@ def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
 
 
 def of_matrix(pose: mp.matrix) -> Angles:
-    """Returns the angles of the upper-left 3x3 rotation of a matrix."""
+    """Returns the angles of the rotation in the upper-left 3x3 block of a matrix."""
     return of_quaternion(*_quaternion(pose))
 
 

@@ -30,7 +30,7 @@ class NoChain(DescriptionError):
 
     Attributes:
         field: The wrong argument: ``base``, ``tip`` or ``link``.
-        value: The value found; None without a value.
+        value: The value found; None if there is no value.
         expected: Description of a valid value.
     """
 
@@ -208,7 +208,7 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """Returns the ends of a chain; by default it starts behind a floating or planar joint."""
+    """Returns the ends of a chain; by default it starts after a floating or planar joint."""
     free = [k for k, joint in enumerate(way) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)
@@ -219,7 +219,7 @@ def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> En
 def _longest(ways: Sequence[Way]) -> list[Way]:
     """Returns the chains with the most coordinates, one per last joint with its own coordinate.
 
-    Mimic joints behind the last joint are included unless they branch.
+    Mimic joints after the last joint are included unless they branch.
     """
     most = max(map(freedom, ways), default=0)
     by_last: dict[str, list[Way]] = {}

@@ -42,7 +42,7 @@ DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
 """Row indices of upper arm and forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Number of digits of the computed placements; more than double precision."""
+"""Number of digits of the computed placements; higher than double precision."""
 
 
 @dataclass(frozen=True)

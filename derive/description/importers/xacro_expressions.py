@@ -1,9 +1,10 @@
 """Evaluates xacro expressions without Python's ``eval``, so a file cannot run commands.
 
-Xacro passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a file access to any Python
-function. Here Python only parses an expression. The evaluator below supports numbers, strings,
-lists, tuples, dictionaries, operators, comprehensions and the documented xacro functions. It
-rejects names that start with an underscore, ``lambda``, ``type``, ``vars`` and ``str.format``.
+Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a file access to any
+Python function. In this module, Python only parses an expression. The evaluator below supports
+numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
+functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
+and ``str.format``.
 """
 
 import ast
@@ -72,7 +73,7 @@ class RefusedExpressionError(ValueError):
 
 @contextmanager
 def replaced(module: Any, **values: Any) -> Iterator[None]:
-    """Context that replaces attributes of a module."""
+    """Context manager that temporarily replaces attributes of a module."""
     before = {name: getattr(module, name) for name in values}
     try:
         for name, value in values.items():

@@ -87,7 +87,7 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
     """Parses ``name:=value`` words.
 
     Raises:
-        DescriptionError: A word has another form.
+        DescriptionError: An argument does not have this form.
     """
     found = {}
     for word in arguments:
@@ -111,7 +111,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 
 @contextmanager
 def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
-    """Resolves ``$(find package)`` in folders around a file during its expansion.
+    """Resolves ``$(find package)`` in the folders near a file during the expansion of the file.
 
     Xacro has no option for this: it only queries the index of an installed ROS.
     """
@@ -125,7 +125,7 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
         try:
             return str(of_ros(name))
         except Exception as error:
-            # ROS is missing, or another package has replaced its package finder.
+            # ROS is missing, or a different package has replaced the package finder of ROS.
             raise substitution_args.SubstitutionException(around.missed(name)) from error
 
     functions = {**substitution_args._eval_dict, "find": found}
@@ -134,7 +134,7 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
 
 
 class _Packages:
-    """Finds packages around a file by name."""
+    """Finds packages near a file by name."""
 
     def __init__(self, file: Path) -> None:
         self.above = list(file.parents)[:FOLDERS_UP]

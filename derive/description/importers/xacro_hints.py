@@ -1,4 +1,4 @@
-"""Hints on what a xacro file lacks: an argument, property, macro, macro call or link.
+"""Hints on missing parts of a xacro file: an argument, property, macro, macro call or link.
 
 Nearby xacro files are searched for a file that defines the missing part.
 """
@@ -75,7 +75,7 @@ def _undefined(kind: str, name: str, file: Path) -> str:
 
 
 def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
-    """Returns what expanded XML lacks to be a robot; empty if it may be complete.
+    """Returns the missing parts of a robot in expanded XML; empty if the robot may be complete.
 
     Args:
         root: The root element of the expanded file.
@@ -112,7 +112,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """Returns the macros of a file that create links; without any, all macros."""
+    """Returns the macros of a file that create links; if there are none, all macros."""
     try:
         elements = minidom.parse(str(file)).getElementsByTagName("xacro:macro")
     except (ExpatError, OSError):

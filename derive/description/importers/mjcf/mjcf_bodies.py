@@ -1,9 +1,10 @@
 """Converts bodies of a compiled MJCF model to links and one-DOF joints.
 
 MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
-rotates about or translates along an axis through its anchor, by its coordinate minus its reference
-value. Here the link of each joint has its origin at the anchor. If the last anchor is not the body
-origin, a fixed joint is added, so that links named after bodies have the body poses.
+rotates about (or translates along) an axis through its anchor. The amount is the joint coordinate
+minus the reference value. In the converted model, the link of each joint has its origin at the
+anchor. If the last anchor is not the body origin, a fixed joint is added, so that each link with
+the name of a body has the pose of the body.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -211,7 +212,7 @@ class Bodies:
     def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Mimic | None, str]:
         """Returns the mimic relation of a joint and its leader name.
 
-        Relations of the leader itself are resolved.
+        If the leader is itself a mimic joint, the relations are combined.
         """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:

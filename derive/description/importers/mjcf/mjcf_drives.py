@@ -25,7 +25,7 @@ class Tendon:
         bodies: The bodies with the sites of a spatial tendon.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
-        is_held: Whether an equality fixes the tendon length.
+        is_held: Whether an equality constraint fixes the tendon length.
     """
 
     name: str

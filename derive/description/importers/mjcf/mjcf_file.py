@@ -56,7 +56,7 @@ class MjcfFile:
         """The chain between two links.
 
         Args:
-            base: A body or site; default: the world, or the body behind a free joint.
+            base: A body or site; default: the world, or the child body of a free joint.
             tip: A body or site; default: the end of the longest chain.
             name: Name of the robot; default: the model name.
 

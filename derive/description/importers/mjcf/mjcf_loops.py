@@ -1,9 +1,10 @@
 """Loops of a compiled MJCF model: equalities of bodies or sites become closures.
 
-A connect joins two points (ball joint). Two connects of the same two bodies form a pin along the
-line through their points. A weld joins two frames. A connect of a body that is otherwise held only
-by a ball joint is a rod with ball joints. Joint equalities are mimic relations; unsupported
-couplings raise an error if they affect the robot.
+A ``connect`` equality joins two points (ball joint). Two ``connect`` equalities of the same two
+bodies form a pin joint along the line through their points. A ``weld`` equality joins two frames.
+If a body has only one ball joint and one ``connect`` equality, it is a rod with ball joints at both
+ends. Joint equalities are mimic relations; unsupported couplings raise an error if they affect the
+robot.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,7 +23,7 @@ from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MOST_CONNECTS = 2
-"""Maximum number of connects between two bodies: one is a ball joint, two are a pin."""
+"""Maximum number of connect equalities between two bodies (one: a ball joint; two: a pin joint)."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class _Held:
 
 @dataclass(frozen=True)
 class _Equality:
-    """A connect or weld of two frames, or a rod between their origins."""
+    """A ``connect`` or ``weld`` equality of two frames, or a rod between the frame origins."""
 
     name: str
     kind: Literal["connect", "weld", "rod"]
@@ -64,7 +65,8 @@ class ModelLoops:
         """Returns the closures of all loops connected to a chain by shared moving joints.
 
         Raises:
-            DescriptionError: A loop includes bodies not below the base, or is not supported.
+            DescriptionError: A loop includes bodies that are not descendants of the base, or is not
+                supported.
         """
         moving = {joint.name for joint in way if joint.kind != "fixed"}
         found: list[_Equality] = []
@@ -167,7 +169,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Converts a connect of a body on a ball joint to a rod; returns others unchanged."""
+        """Converts a ``connect`` of a body on a ball joint to a rod; does not change others."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
@@ -231,10 +233,10 @@ class ModelLoops:
         return _Held(link, lengths(self.arrays.site_pos[site]), rpy)
 
     def _of_bodies(self, k: int, is_weld: bool) -> tuple[_Held, _Held]:
-        """Returns the points of a connect on both bodies, or frame and point of a weld.
+        """Returns the points of a ``connect`` on both bodies, or the frame and point of a ``weld``.
 
-        MuJoCo stores for a weld first the point on the second body, then the point on the first
-        body and the relative orientation.
+        For a ``weld``, MuJoCo stores first the point on the second body, then the point on the
+        first body and the relative orientation.
         """
         ids = (self.arrays.eq_obj1id, self.arrays.eq_obj2id)
         first, second = (self.bodies.names[int(numbers[k])] for numbers in ids)
@@ -246,7 +248,7 @@ class ModelLoops:
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
-    """Yields the closures of equalities; connects of the same two bodies are merged."""
+    """Yields the closures of equalities; merges ``connect`` equalities of the same two bodies."""
     for equality in equalities:
         if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)

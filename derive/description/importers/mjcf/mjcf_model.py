@@ -1,4 +1,4 @@
-"""Compiles MJCF with MuJoCo, without elements that kinematics does not need.
+"""Compiles MJCF with MuJoCo, without the elements that kinematics does not need.
 
 Meshes may be missing: shapes, materials, sensors, cameras and their references are removed before
 the compilation. MuJoCo resolves defaults, includes, frames, angle units and orientations; positions
@@ -51,12 +51,12 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Element lists that do not affect poses; lists with references come first."""
+"""Element lists that do not affect poses; lists that contain references come first."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A compiled model: MuJoCo arrays, axes as written, and drives."""
+    """A compiled model: MuJoCo arrays, joint axes as written in the file, and drives."""
 
     name: str
     arrays: Any
@@ -107,7 +107,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # Bodies lose masses defined by their shapes, but MuJoCo requires a mass.
+    # Removing shapes removes the masses that they define, but MuJoCo requires a mass.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -118,7 +118,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 
 
 def _check_text(file: Path, text: str) -> None:
-    """Raises an error for nonfinite numbers; MuJoCo would only write a log file."""
+    """Raises an error for nonfinite numbers; MuJoCo itself would only write a log file."""
     try:
         root = parsed(str(file), text, "mujoco")
     except DescriptionError:
