@@ -16,7 +16,7 @@ from .solution import Solution
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Returns the condition that all fully known loops close on at least one solution.
+    """Returns the condition under which all fully known loops close for at least one solution.
 
     Args:
         solutions: Solutions from the main chain, on different branches.
@@ -36,7 +36,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns the fully known closers that no step with a margin has closed.
+    """Returns the closers that have only known joints and were not closed by a step with a margin.
 
     Cylinders are excluded: their length adapts.
     """
@@ -51,15 +51,15 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(closer: Closure | Strut) -> set[str]:
-    """Returns the joint names of a step that solves all equations of this closer."""
+    """Returns the joint names of a solution step that solves all equations of this closer."""
     if isinstance(closer, Strut):
         return {closer.name, closer.swing_name, f"{closer.name}.end"}
-    # A step closes the ball of a rod through the rod length alone.
+    # A step closes the ball joint of a rod by means of the rod length only.
     return set() if closer.kind == "ball" else {closer.name}
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of the joints, and of the strut swing, in the equations of a loop."""
+    """Returns the names of all joints in the equations of a loop, the strut swing included."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.closer, Strut):
         names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()

@@ -40,7 +40,8 @@ def closed_configuration(
     """Returns the full configuration z, by name, at which all loops close.
 
     Newton's method solves the constraints at the reference with the actuated coordinates fixed. If
-    ``q`` is given, the solution follows the straight line to q, on the reference's branch.
+    ``q`` is given, the solution is continued along the straight line from the reference to q, on
+    the reference's branch.
 
     Args:
         mechanism: The description.
@@ -106,7 +107,8 @@ class ClosedLoops:
         is_length: Mask of the entries that are lengths.
         z: Symbols of the entries.
         equations: The constraints, loop by loop.
-        entries: The residuals of all loops; in least squares, the gradient of their sum of squares.
+        entries: The residuals of all loops; for least-squares closure, the gradient of their sum of
+            squares.
         passive: Mask of the entries that are not actuated.
     """
 
@@ -160,8 +162,8 @@ class ClosedLoops:
     def reference(self) -> Vector:
         """The reference configuration as described, with gear ratios applied.
 
-        The default of a swing is the direction of its strut at the reference. From a distant start,
-        Newton's method may end in a local minimum with an open loop.
+        The default of a swing is the direction of its strut at the reference. From a distant start
+        configuration, Newton's method may end in a local minimum with an open loop.
         """
         given = dict(self.mechanism.reference)
         for c in self.mechanism.coordinates:
@@ -183,7 +185,7 @@ class ClosedLoops:
         return longest_length(self.mechanism, self.terms)
 
     def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
-        """Returns the entries of z set by the actuated coordinates, by index."""
+        """Returns the entries of z that the actuated coordinates determine, by index."""
         coordinates = self.mechanism.coordinates
         if len(q) != len(coordinates):
             raise InputValueError(
@@ -195,12 +197,12 @@ class ClosedLoops:
         }
 
     def evaluated(self, z: Vector) -> tuple[Vector, Vector, Vector]:
-        """Returns residuals, Jacobian (equations, len(z)) and facing at a configuration."""
+        """Returns residuals, Jacobian (equations, len(z)) and facing terms at z."""
         residual, J, facing = (np.asarray(value).ravel() for value in self._kernel(z))
         return residual, J.reshape(len(self.entries), len(self.z)), facing
 
     def closed(self, z: Vector, free: Vector) -> Vector:
-        """Closes the loops by Newton's method from z, moving only the ``free`` entries.
+        """Closes the loops by Newton's method from z; only the ``free`` entries change.
 
         Raises:
             LoopError: The iteration does not converge.
@@ -222,7 +224,7 @@ class ClosedLoops:
         return z
 
     def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
-        """Takes a Newton step, halved until the residual falls; None if it never falls."""
+        """Returns z after a Newton step, halved until the residual falls; None if it never does."""
         residual, J, _ = self.evaluated(z)
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
@@ -236,10 +238,10 @@ class ClosedLoops:
         return None
 
     def _polished(self, z: Vector, free: Vector) -> Vector:
-        """Refines a closed configuration to rounding error.
+        """Refines a closed configuration up to rounding error.
 
-        With redundant equations, a residual of 1e-12 may still be 1e-6 away from closure. There the
-        redundant equations look independent, so these steps drop them.
+        With redundant equations, z may be wrong by 1e-6 at a residual of 1e-12. The redundant
+        equations look independent at such a z, so these steps drop them.
         """
         for _ in range(POLISHING):
             residual, J, _ = self.evaluated(z)
@@ -350,7 +352,7 @@ class ClosedLoops:
         return LoopError(text, gap=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """Returns the loop with the largest residual, and that residual."""
+        """Returns the largest residual and its loop."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         return self._owners[k], float(size[k])

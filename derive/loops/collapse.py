@@ -1,8 +1,9 @@
 """Replaces chain segments whose rotations cancel by a single translation.
 
-If loops keep the angle sum of a run of parallel axes constant, the bodies after it only translate.
-This translation is a sum of planar vectors, and the loop equations eliminate solved angles from it.
-The result is often short: a pantograph arm moves its wrist along a straight line and a circle.
+If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
+translate. This translation is a sum of planar vectors, and the loop equations eliminate solved
+angles from the sum. The resulting expressions are often short: a pantograph arm moves its wrist
+along a straight line and a circle.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ def collapsed(
     relations: Sequence[PhasorSum],
     count: int,
 ) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
-    """Returns the chain without joints whose rotations cancel.
+    """Returns the chain without the joints whose rotations cancel.
 
     Args:
         terms: Names of all terms.
@@ -98,7 +99,7 @@ def _solved_angles(terms: Terms, total: PhasorSum) -> int:
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Splits an angle into its moving part and its constant part."""
+    """Splits an angle into its variable part and its constant part."""
     constant, moving = sp.expand(angle).as_independent(*angle.free_symbols, as_Add=True)
     return moving, constant
 

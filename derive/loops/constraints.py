@@ -1,6 +1,6 @@
 """Loop closure on SE(3), and the independent scalar equations of each loop.
 
-A loop starts at the body where its two branches meet. It follows branch a to the closer, passes
+A loop starts at the body at which its two branches meet. It follows branch a to the closer, passes
 through it, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
@@ -63,8 +63,8 @@ class LoopEquations:
         residual: Named, independent terms that are zero if the loop is closed: differences of
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
-        facing: Named terms that are 1 if the loop is closed. They are 0 or negative if the residual
-            is zero for flipped frames.
+        facing: Named terms that are 1 if the loop is closed. If the residual is zero although a
+            frame is flipped, they are 0 or negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
@@ -233,7 +233,7 @@ def rates_of(
 
 
 class _Residual(NamedTuple):
-    """Equations with their units, and the terms that are positive if they are closed."""
+    """Equations with their units, and the terms that are positive if the loop is closed."""
 
     kind: EquationKind
     entries: tuple[sp.Expr, ...]
@@ -286,7 +286,7 @@ class _Constraints:
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in every configuration, tested at two generic points."""
+        """Whether an equation holds in every configuration, tested at two generic ones."""
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
         else:
@@ -373,7 +373,7 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Returns cosine and sine of the rotation of b's axes from their closed orientation."""
+        """Returns cosine and sine of the angle by which b's axes miss their closed orientation."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))

@@ -25,8 +25,8 @@ class Factor:
     """One exponential of a loop.
 
     Attributes:
-        name: Name of the joint, swing or cylinder in z. A closer's own freedoms, not in z, are
-            named ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
+        name: Name of the joint, swing or cylinder in z. A closer's own freedoms, which are not in
+            z, are named ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. It has
             unit speed: (metre per radian, 1), or (1, 0) for a slider.
         side: The branch of the exponential. Branch b is traversed backwards, with reversed screws.
@@ -82,7 +82,7 @@ def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """Names the entries of a matrix that are too long to be written inline (measured axes)."""
+    """Assigns names to matrix entries that are too long to be written inline (measured axes)."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
@@ -93,7 +93,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a number with more operations than a designed value."""
+    """Whether an entry is a constant with more operations than a designed value has."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MOST_OPERATIONS
 
 

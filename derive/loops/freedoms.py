@@ -1,4 +1,4 @@
-"""Counts bodies, joints and freedoms, with the Kutzbach criterion and loop by loop."""
+"""Counts bodies, joints and freedoms for the Kutzbach criterion and for the count by loops."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ PLANAR, SPATIAL = 3, 6
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Returns the runs of joints that only parametrize the pose of a free body, in order.
+    """Returns the sequences of joints that only parametrize the pose of a free body, in order.
 
-    A spatial run has three prismatic and then three revolute joints that reach every pose. A planar
-    run has two prismatic joints and a revolute joint. None of its joints is actuated. Bodies inside
-    the run have no closure, strut, tool or second child joint.
+    A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
+    planar sequence has two prismatic joints and a revolute joint. None of these joints is actuated.
+    Bodies inside a sequence have no closure, strut, tool or second child joint.
     """
     taken: set[str] = set()
     found = []
@@ -35,7 +35,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """Returns a joint and its successors; empty if a body between them has several child joints."""
+    """Returns a joint and the joints after it; empty if a body has several child joints."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]

@@ -50,7 +50,8 @@ class Hybrid:
         terms: Names of all terms.
         loops: The loops by kind.
         arguments: The arguments of all functions, by name.
-        left_open: The residual gaps of loops that close only in least squares; None if all close.
+        left_open: The residual gaps of loops that close only in the least-squares sense; None if
+            all loops close.
         missing: How many branches each all-branch function omits, by function name.
     """
 
@@ -106,7 +107,7 @@ class Hybrid:
 
     @property
     def chain_is_known(self) -> bool:
-        """Whether the main-chain joints have a closed form, even if other loops have none."""
+        """Whether the main-chain joints have a closed form, even if some loops have none."""
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     @property
@@ -131,7 +132,7 @@ class Hybrid:
 
     @cached_property
     def backward(self) -> Solution:
-        """All joints as functions of the main chain; empty if the reference leaves the branch open.
+        """All joints as functions of the main-chain joints; empty without a reference branch.
 
         An undetermined branch is an error, unless the loops have no closed form or describe an
         as-built robot.
@@ -182,7 +183,7 @@ class Hybrid:
 
     @cached_property
     def passive_in_loops(self) -> tuple[ConfigurationVariable, ...]:
-        """The passive joints in z, without the drives that follow other joints."""
+        """The passive joints in z, without drives that are coupled to other joints."""
         found = {variable.name: variable for variable in self.variables}
         return tuple(found[name] for name in self.mechanism.passive if name in found)
 
@@ -198,7 +199,7 @@ class Hybrid:
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
 
     def _without_noise(self, at: dict[str, float]) -> dict[str, float]:
-        """Zeroes values below the iteration precision, because they differ between processors."""
+        """Sets values below the iteration precision to 0, as they differ between processors."""
         size = longest_length(self.mechanism, self.terms)
         scales = {v.name: 1.0 if v.unit == "rad" else size for v in self.variables}
         return {
@@ -295,7 +296,7 @@ class Hybrid:
         return {name: self.of_closed_loops(function) for name, function in found.items()}
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Returns a function of actuators or chain that is NaN if a loop does not close."""
+        """Returns a function of actuator or chain joints, NaN if a loop does not close."""
         is_of_actuators = function.role.domain == _DOMAINS["q"]
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -307,18 +308,20 @@ class Hybrid:
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
         """Makes configuration-dependent entries NaN if the loops do not close.
 
-        An entry that contains the root of a step is NaN if that step does not close. Steps outside
-        the entry, such as a brace next to the chain, need an extra term that is 0 or NaN.
+        An entry that contains the square root of a solution step is NaN if that step has no
+        solution. Other steps, such as those for a brace next to the chain, need an extra term that
+        is 0 or NaN.
 
         Args:
             entries: The entries.
-            solutions: The solutions behind these entries. One closing solution is enough.
+            solutions: The solutions that contain these entries. It is enough that one solution
+                closes.
         """
         beside = [[self._beside(entry, solution) for solution in solutions] for entry in entries]
         asked = [all(steps) for steps in beside]
         if not any(asked):
             return tuple(entries)
-        # All entries share one term, because an extra root costs more than a comparison.
+        # All entries share one term, because an extra square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -333,7 +336,7 @@ class Hybrid:
         )
 
     def _beside(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """Returns the indices of the steps whose roots do not appear in an entry."""
+        """Returns the indices of the steps whose square roots do not appear in an entry."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)
@@ -344,7 +347,7 @@ class Hybrid:
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
-        """Returns the radicand of a step, negative with the margin; else the margin itself."""
+        """Returns the radicand of a step, which has the margin's sign, or the margin itself."""
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
         bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
@@ -362,12 +365,12 @@ class Hybrid:
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns 0 if a condition holds, else NaN."""
-        # Constants in both branches keep automatic differentiation from dividing by zero.
+        # With constants in both cases, automatic differentiation does not divide by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Returns values of joints and following drives; joint angles lie between -pi and pi."""
+        """Returns values of joints and coupled drives; joint angles lie between -pi and pi."""
         joints = {joint.name: joint for joint in self.mechanism.joints}
         found = []
         for name in names:
@@ -388,7 +391,7 @@ class Hybrid:
         return self.named(self.forward, [joint.name for joint in self.robot.moving])
 
     def actuator(self, k: int) -> sp.Expr:
-        """Returns one actuator as a function of the main chain, even if others have no closed form.
+        """Returns one actuator as a function of the main-chain joints.
 
         Raises:
             DescriptionError: This actuator has no closed form.
@@ -419,7 +422,7 @@ class Hybrid:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Builds a function of some arguments. The first argument sets the domain of its role."""
+        """Builds a function of some arguments. The first argument determines the domain."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)

@@ -20,15 +20,16 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """Values of joints, swings and cylinders through the loops, from some coordinates.
+    """Values of joints, swings and cylinders, expressed in some coordinates by the loops.
 
     Attributes:
         hybrid: The robot.
         coordinates: Name of the coordinates: ``q``, or ``theta`` for the main-chain joints.
-        named: Returns the values of joints, swings and cylinders from their names.
+        named: Returns the values of joints, swings and cylinders by name.
         rates: The rates of these values.
         passive: Names of the passive joints.
-        interval: Text on the angle interval, after a comma; "" if the angles are unbounded.
+        interval: Text that states the angle interval and follows a comma; "" if the angles are
+            unbounded.
         finished: Completes a function so that it returns NaN if the loops do not close.
     """
 
@@ -237,7 +238,7 @@ def configuration_D_q(of: Joints) -> SymbolicFunction:
 
 
 def margin(h: Hybrid) -> SymbolicFunction:
-    """Builds the margin function, zero at the dead point of each loop."""
+    """Builds the margin function, whose entries are zero at the dead points of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 
@@ -312,7 +313,7 @@ def _all(
 
 
 def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of a slot, NaN if a condition fails."""
+    """Returns the values of a branch slot, or NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -320,9 +321,9 @@ def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a slot, 1 for a step that its branch does not contain.
+    """Returns the margins of a branch slot; the margin is 1 for a step that the branch lacks.
 
-    If several branches of passive joints have equal values, the first closing branch counts.
+    If several branches of passive joints share the slot, the first branch that closes is used.
     """
     rows = []
     for solution in solutions:
@@ -345,7 +346,7 @@ def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
-    # If two steps close the same loop, its name needs a joint as a suffix.
+    # If two steps close the same loop, the loop's name needs a joint name as a suffix.
     named = {
         joints: f"{name} at {joints[1].split('.')[0]}" if asked.count(name) > 1 else name
         for joints, name in names.items()
@@ -354,7 +355,7 @@ def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch sides shared by all solutions of a slot, by the joints of the step."""
+    """Returns the branch sides that all solutions of a slot share, keyed by the step's joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions
@@ -367,7 +368,7 @@ def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
 
 
 def _second(of: Joints, values: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Returns second time derivatives."""
+    """Returns the second time derivatives of values."""
     rates, accelerations = of.symbols(1), of.symbols(2)
     first = of.rates.along(rates).of_each(values)
     return of.rates.twice(rates, accelerations).of_each(first)

@@ -1,8 +1,8 @@
 """Mobility of a mechanism, from two counting formulas and from the constraint rank.
 
 Counting assumes that all constraints are independent. The rank of the constraint Jacobian at closed
-configurations assumes nothing. If the results disagree, the mechanism is overconstrained, or a
-member can rotate without moving anything else.
+configurations needs no assumption. If the results disagree, the mechanism is overconstrained, or a
+member can rotate on its own.
 """
 
 from collections.abc import Iterator
@@ -16,12 +16,12 @@ from .freedoms import SPATIAL, Counts
 
 @dataclass(frozen=True)
 class Mobility:
-    """Degrees of freedom of a mechanism, found in three ways.
+    """Degrees of freedom of a mechanism, computed in three ways.
 
     Attributes:
         bodies: n, including the base. A rod counts as one body, a cylinder as two.
         joints: j, including the ends of rods and cylinders.
-        freedoms: Sum of the joint freedoms f in the motion group of order ``order``.
+        freedoms: Sum of the joint freedoms f in the motion group of dimension ``order``.
         order: lambda: 3 if all bodies move in one plane, else 6.
         loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
         loop_orders: lambda of each independent loop.
@@ -51,22 +51,22 @@ class Mobility:
 
     @property
     def by_loops(self) -> int:
-        """Sum f minus lambda of every independent loop, with idle rotations."""
+        """Sum of f minus lambda of every independent loop, including idle rotations."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the constraint rank; idle rotations are not coordinates."""
+        """Number of coordinates minus the constraint rank; idle rotations do not count."""
         return self.coordinates - self.rank
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether constraints are redundant, which adds freedoms beyond the counts."""
+        """Whether redundant constraints leave more freedoms than the counts predict."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
     def report(self) -> tuple[str, ...]:
-        """The counts as text lines, with every disagreement between them."""
+        """The counts as text lines, with every disagreement between two counts."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (
@@ -106,10 +106,11 @@ class Mobility:
 def mobility(mechanism: Mechanism) -> Mobility:
     """Returns the degrees of freedom of a mechanism: two counts, and the rank of its constraints.
 
-    Bodies connected by fixed joints count as one. A rod is a body with two joints; a cylinder is
-    two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as one
-    body without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A geared motor is not
-    counted, because it adds no freedom together with its bearing and gear pair.
+    Bodies connected by fixed joints count as one body. A rod is a body with two joints; a cylinder
+    is two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as
+    one body, and these joints are not counted
+    (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A geared motor is not counted, because
+    motor, bearing and gear pair together add no freedom.
 
     Args:
         mechanism: The description, with a reference configuration near closure.
@@ -126,15 +127,15 @@ def mobility(mechanism: Mechanism) -> Mobility:
 def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
     """Returns the Gruebler-Kutzbach count of the degrees of freedom: order (n - 1 - j) + sum f.
 
-    ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The count assumes independent constraints
-    and can be negative.
+    ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The criterion assumes independent
+    constraints; its result can be negative.
 
     Args:
         links: n, including the base.
         joints: j, the number of joints.
         freedom: Sum of the joint freedoms.
-        order: Order of the motion group: 6 in space, 3 in a plane or about a point, 2 for planar
-            translations.
+        order: Dimension of the motion group: 6 in space, 3 in a plane or about a point, 2 for
+            planar translations.
 
     Raises:
         InputValueError: A count is impossible.

@@ -1,10 +1,11 @@
-"""Platforms on legs: rods from actuated bodies to a platform that the main chain moves freely.
+"""Platforms on legs: rods connect actuated bodies to a platform that the main chain moves freely.
 
 The main chain of such a robot is virtual: x, y and phi, or six coordinates. The length equations
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
-give the velocity relation J_x x' = J_q q'. For three planar rods they also give all assembly modes.
+give the velocity relation J_x x' = J_q q'. For three planar rods, the length equations also give
+all assembly modes.
 
 Source:
     Gosselin and Angeles 1990, for both matrices and the three types of singularity.
@@ -76,7 +77,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
     if on_struts and hexapod_of(h) is not None:
-        # Rotated platforms are not poses of the actuated coordinates.
+        # A rotated platform is not a pose that the actuated coordinates determine.
         found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
 
@@ -192,7 +193,7 @@ def free_directions(h: Hybrid) -> list[int]:
 
 
 def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
-    """Builds a function of the main chain alone, with theta as its coordinates."""
+    """Builds a function of the main-chain joints only, with theta as coordinates."""
     function = h.open_chain.function(name)
     return SymbolicFunction(
         f"chain_{name}",
@@ -239,7 +240,7 @@ def _rods_in_plane(h: Hybrid) -> Triad | None:
         return x, y, z
 
     ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
-    # A rod with an out-of-plane component does not trace a circle in the plane.
+    # The end of a rod with an out-of-plane component does not trace a circle in the plane.
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))

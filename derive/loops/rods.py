@@ -1,4 +1,4 @@
-"""The rods of a platform on legs, and their rows of the velocity relation.
+"""The rods of a platform on legs, and the row of each rod in the velocity relation.
 
 Let n be the direction of a rod towards the platform, and r = b - p its arm from the tool.
 Differentiating the length equation |b - a| = l gives
@@ -32,7 +32,7 @@ class Rod:
         b: The rod's end on the platform.
         d: The vector from a to b.
         distance: The length of d.
-        length: The strut's own length.
+        length: The length of the strut itself.
     """
 
     a: Vector

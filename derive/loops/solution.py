@@ -50,7 +50,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """The margin of each step that may fail to close, with the name of its loop."""
+        """The margin of each step that may fail to close its loop, with the name of the loop."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -140,7 +140,7 @@ def _begun(
 
 
 def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
-    """Returns the reference, and configurations slightly off the reference."""
+    """Returns the reference and configurations near the reference."""
     terms, members, size = own.reference.terms, own.mechanism.members, own.reference.size
     found = []
     for part in (0.0, *OFF_THE_REFERENCE):
@@ -158,7 +158,7 @@ def _is_length(member: Joint | Strut) -> bool:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """Returns the solution on a branch; None selects the reference's branch."""
+    """Returns the solution on a branch; ``None`` selects the reference branch."""
     solution = begun
     try:
         while True:
@@ -174,7 +174,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
-    """Returns the planar linkages with unknown joints; a spatial loop may determine one."""
+    """Returns the planar linkages that still have unknown joints."""
     return [
         linkage
         for linkage in loops.planar
@@ -197,7 +197,7 @@ def every_solution(
         The solutions, and whether the list is complete.
     """
     known = {name: own.values[name] for name in given}
-    # Dependent joints cannot be moved one by one, so they give no test configurations.
+    # Dependent joints cannot be moved one by one, so no test configurations come from these.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())
@@ -236,7 +236,7 @@ def _on_planar_branches(
     """Solves the planar linkages on up to ``most`` branches; also returns whether these are all."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, not once per branch of the others.
+        # Linkages without a common joint are solved once, not once per branch of other linkages.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -282,8 +282,9 @@ def _with_open(solution: Solution) -> Solution:
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """Wraps a solved angle to a full turn about the middle of its joint's limits.
 
-    Without limits, the interval is -pi to pi. For a reference beyond pi, the interval is centered
-    at the nearest multiple of pi, so that angles near the reference are not a full turn away.
+    Without limits, the interval is -pi to pi. If the reference is beyond pi, the interval is
+    centered at the nearest multiple of pi. Angles near the reference then do not jump by a full
+    turn.
 
     Args:
         terms: Names of all terms.
@@ -319,7 +320,7 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Returns the reference of a coordinate, stated directly or for the joint that it moves."""
+    """Returns the reference value of a coordinate, or the value stated for the joint it moves."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}

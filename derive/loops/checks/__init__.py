@@ -1,1 +1,1 @@
-"""Numerical checks of a description before its loops are solved."""
+"""Numerical checks of a robot description before its loops are solved."""

@@ -1,8 +1,9 @@
 """Checks that the actuated coordinates are independent and match the degrees of freedom.
 
-At a closed configuration the null space of the constraint Jacobian contains the rates of all
-coordinates. The actuated coordinates determine these rates if their rows form a regular square
-matrix. Singular configurations fail this test, so several configurations are checked.
+At a configuration with closed loops, the null space of the constraint Jacobian contains all
+feasible coordinate rates. The actuated coordinates determine these rates if their rows of a
+null-space basis form a regular square matrix. Singular configurations fail this test, so several
+configurations are checked.
 """
 
 from collections.abc import Sequence
@@ -18,14 +19,14 @@ MOST_NAMED = 6
 
 
 def check_actuation(loops: ClosedLoops) -> None:
-    """Rejects a mechanism whose actuated coordinates are dependent or do not determine it.
+    """Rejects a mechanism whose actuated coordinates are dependent or do not fix its motion.
 
     Args:
         loops: The constraints of the mechanism.
 
     Raises:
-        DescriptionError: Freedoms remain without an actuator, or actuators depend on each other.
-            The message lists them.
+        DescriptionError: Some freedoms have no actuator, or some actuators depend on each other.
+            The message lists these joints.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]
@@ -72,7 +73,7 @@ def _rank(rows: Vector) -> int:
 
 
 def _too_many(names: Sequence[str], rows: Vector) -> str:
-    """Error text on actuated coordinates that depend on each other."""
+    """Returns the error message for actuated coordinates that depend on each other."""
     spare = len(names) - _rank(rows)
     dependent = [
         name for k, name in enumerate(names) if _rank(np.delete(rows, k, axis=0)) == _rank(rows)
@@ -87,7 +88,7 @@ def _too_many(names: Sequence[str], rows: Vector) -> str:
 
 
 def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> str:
-    """Error text on joints that still move while all actuators are locked."""
+    """Returns the error message for joints that can still move when all actuators are locked."""
     _, values, V = np.linalg.svd(rows)
     free = moving @ V[int(np.sum(values > REPEATED_EQUATION)) :].T
     moves = np.linalg.norm(free, axis=1) > REPEATED_EQUATION

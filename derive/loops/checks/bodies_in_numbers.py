@@ -1,7 +1,7 @@
 """Numerical model of a mechanism in double precision: body poses and loop gaps.
 
-The poses come directly from the description at any parameter values, without the compiler's
-equations. They show which length or angle would close a loop.
+The poses are computed from the description for any parameter values, without the compiler's
+equations. Varying a parameter shows which length or angle would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,7 +31,7 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Gap(NamedTuple):
-    """Gap of a loop: a distance (metre) and an angle (radian)."""
+    """The gap between the two ends of an open loop: a distance (metre) and an angle (radian)."""
 
     distance: float
     turn: float
@@ -42,8 +42,8 @@ class BodiesInNumbers:
 
     Attributes:
         mechanism: The description.
-        constants: Values by name (metre, radian): parameters, and the rod lengths and frame offsets
-            that depend on no parameter.
+        constants: Values by name (metre, radian): the parameters, and the rod lengths and frame
+            offsets that do not depend on parameters.
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), or 1 if all are zero.
@@ -51,7 +51,7 @@ class BodiesInNumbers:
     """
 
     def __init__(self, mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> None:
-        """Reads the reference configuration, and the planes of planar loops.
+        """Computes the reference configuration and the planes of planar loops.
 
         Args:
             mechanism: The description.
@@ -113,7 +113,7 @@ class BodiesInNumbers:
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
-        """Returns the strut lengths and frame offsets that depend on no parameter."""
+        """Returns the strut lengths and frame offsets that do not depend on parameters."""
         found = {
             length_of(strut): float(strut.length)
             for strut in self.mechanism.struts
@@ -130,7 +130,7 @@ class BodiesInNumbers:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """Returns a placement, its translation scaled to the length in the constants."""
+        """Returns a placement with its translation scaled to the length stored in the constants."""
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)
@@ -178,7 +178,7 @@ class BodiesInNumbers:
     def ends(
         self, closer: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Returns both frames (4, 4) of a closer, and the vector between them in its plane."""
+        """Returns both end frames (4, 4) of a closer, and the in-plane vector between them."""
         poses = self.poses(values)
         A, B = self._frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
@@ -218,7 +218,7 @@ class BodiesInNumbers:
     def _open(
         self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns a loop's gap components: distances (metre) and angles (radian), last axis."""
+        """Returns a loop's gap components, distances (metre) and angles (radian), as last axis."""
         A, B = self._frames(poses, closer)
         d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -239,14 +239,14 @@ class BodiesInNumbers:
         return d, _rotation_vector(R)
 
     def is_dead(self, values: Mapping[str, float]) -> bool:
-        """Whether unknown joints can move a closed configuration while the actuators are fixed."""
+        """Whether the unknown joints of closed loops can move while the actuators are fixed."""
         names = [closer.name for closer in self.mechanism.closers]
         residual, x = self._residual(dict(values), self.unknown, names, "")
         J = differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
-        """States which pin axes do not fit the parallel axes of their loop; "" if all fit."""
+        """States which pin axes deviate from their loop's parallel axes; "" if none does."""
         if closer.name in self.normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)
@@ -309,8 +309,8 @@ class BodiesInNumbers:
             values: Values of all joints and cylinders. Constants among ``free`` are added.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
-            last: The loop whose gap is minimized while the others stay closed; "" weighs all loops
-                equally.
+            last: The loop whose gap is minimized while the other loops stay closed; "" weighs all
+                loops equally.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -323,10 +323,10 @@ class BodiesInNumbers:
         return at
 
     def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Closes a nearly closed configuration to rounding error.
+        """Closes the loops of a nearly closed configuration up to rounding error.
 
         Gauss-Newton steps with a fixed Jacobian move the joints and cylinders that are not
-        actuated. If the loops cannot all close, the steps minimize the gaps.
+        actuated. If not all loops can close, the steps minimize the gaps.
         """
         at = dict(values)
         names = [closer.name for closer in self.mechanism.closers]
@@ -345,7 +345,7 @@ class BodiesInNumbers:
         """Returns the gaps as a function of the free values, and the current free values.
 
         Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
-        many (m, n) with equal constants. It stores its argument in ``at`` and in the constants.
+        many (m, n) with equal constants. It writes its argument to ``at`` and to the constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -375,7 +375,7 @@ class BodiesInNumbers:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Whether each free value is a constant, shared by all configurations of a batch."""
+        """Whether each free value is a constant, which all configurations of a batch share."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:

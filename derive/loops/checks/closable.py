@@ -1,8 +1,8 @@
 """Reports the fraction of the limit box in which the loops close, and unreachable limits.
 
-Loops that stay open inside the box are not an error: each limit belongs to a single actuator. A
-report follows if the loops close in less than half of the box. It also lists limits that one
-actuator cannot reach while the others stay at the reference.
+Loops that stay open inside the box are not an error, because each limit belongs to a single
+actuator. The module reports loops that close in less than half of the box. It also reports limits
+that one actuator cannot reach while the other actuators stay at the reference.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -33,7 +33,7 @@ LITTLE = 0.5
 
 
 def limits_of(h: Hybrid) -> tuple[str, ...]:
-    """States the limits at which the loops of a robot do not close; empty if all close."""
+    """States the joint limits at which a robot's loops do not close; empty if they always close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(BodiesInNumbers(mechanism), h.at_reference)
@@ -49,17 +49,17 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
 
 
 def doubts_of(h: Hybrid) -> tuple[str, ...]:
-    """States doubts about a robot whose loops close; usually empty.
+    """Returns warnings about a robot whose loops close; usually empty.
 
-    The doubts concern rods with swapped ends, a reference value that moved far, and geometry that
-    narrowly misses a closed form.
+    The warnings concern rods with swapped ends, reference values far from the closed configuration,
+    and geometry that narrowly misses a closed form.
     """
     doubts = (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h), *nearly_met(h))
     return tuple(filter(None, doubts))
 
 
 class BySearch:
-    """Closure test for a mechanism without a closed form: a search from the reference."""
+    """Closure test without a closed form: a numerical search from the reference."""
 
     def __init__(self, bodies: BodiesInNumbers, posture: Mapping[str, float]) -> None:
         """Stores a closed start configuration."""
@@ -81,7 +81,7 @@ class BySearch:
 def limits_in_words(
     mechanism: Mechanism, reference: Floats, is_closed: IsClosed, samples: int, steps: int
 ) -> Iterator[str]:
-    """Yields sentences on limits at which the loops do not close; none if the whole box closes.
+    """Yields sentences on limits at which the loops do not close.
 
     Args:
         mechanism: The description.
@@ -115,7 +115,7 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """Returns lower and upper limits; the reference value where a limit is missing."""
+    """Returns lower and upper limits; the reference value replaces a missing limit."""
     low, high = reference.copy(), reference.copy()
     for k, c in enumerate(coordinates):
         lowest, highest = c.limits
@@ -127,14 +127,14 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Returns the closable interval of one coordinate around its reference; None if empty."""
+    """Returns the interval around a coordinate's reference in which the loops close, or None."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
         q[k] = value
         return is_closed(q)
 
-    # The grid may step over a narrow closable interval, so the search starts at the reference.
+    # A grid can miss a narrow interval of closed loops, so the search starts at the reference.
     start = float(np.clip(reference[k], values[0], values[-1]))
     if not closes(start):
         return None

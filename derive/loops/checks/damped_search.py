@@ -24,7 +24,7 @@ def least(
     """Minimizes the sum of squared residuals by the Levenberg-Marquardt method.
 
     Damping follows the ratio of actual to predicted gain (Nielsen 1999). It falls to a third if the
-    linear model holds; otherwise it grows at an increasing rate.
+    linear model holds; otherwise it grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).

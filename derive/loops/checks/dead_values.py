@@ -1,4 +1,4 @@
-"""Finds the values of an actuated coordinate that bring a loop step to a dead point."""
+"""Finds the values of an actuated coordinate at which a loop has a dead point."""
 
 import math
 from collections.abc import Callable
@@ -38,10 +38,10 @@ class DeadValues:
 
 
 def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
-    """Returns the zeros of each margin; None if a margin depends on several coordinates.
+    """Returns the zeros of each margin, or None for a margin of several coordinates.
 
-    A revolute coordinate without limits is searched over a full turn. A prismatic coordinate
-    without limits gives None. Zeros without a sign change are missed.
+    A revolute coordinate without limits is searched over a full turn. For a prismatic coordinate
+    without limits the result is None. Zeros without a sign change are not found.
     """
     if not h.forward.margins:
         return ()
@@ -59,7 +59,7 @@ def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
         np.ptp(margins(k, reference[k] + np.linspace(-0.5, 0.5, OTHERS) * _width(r)), axis=1)
         for k, r in enumerate(ranges)
     ]
-    # A margin that is NaN somewhere depends on the coordinate, too.
+    # A margin that is NaN at some value also depends on the coordinate.
     depends = ~(np.array(moved) < CHANGED)
 
     def of(row: int) -> DeadValues | None:
@@ -90,7 +90,7 @@ def _width(limits: tuple[float, float] | None) -> float:
 
 
 def _zeros(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[float, ...]:
-    """Returns the sign changes of a function between pairs of bounds, by bisection."""
+    """Returns the zeros of a function between pairs of bounds, by bisection."""
     below = function(low) < 0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

@@ -1,7 +1,8 @@
-"""Diagnoses the first open loop: its gap, and the lengths and angles that would close it.
+"""Diagnoses the first open loop: its gap, and the lengths and angles that would close the loop.
 
-Loops are closed one by one in the order of the description, from the reference and from random
-starts. The report describes the first loop that cannot be closed together with its predecessors.
+The loops are closed one by one in the order of the description, from the reference and from random
+start configurations. The report describes the first loop that cannot be closed while all earlier
+loops are closed.
 """
 
 import math
@@ -40,11 +41,11 @@ UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 
 @dataclass(frozen=True)
 class Remedy:
-    """A length or angle that can close the loop, and the interval that closes it.
+    """A length or angle that can close the loop, and the interval of its closing values.
 
     Attributes:
         name: Description of the length or angle.
-        now: Its current value (metre or radian).
+        now: The current value (metre or radian).
         low: The lowest closing value; None if none was found.
         high: The highest closing value; None if none was found.
         is_length: Whether the value is a length.
@@ -63,7 +64,7 @@ class Remedy:
 
 
 def open_loop(mechanism: Mechanism) -> LoopError | None:
-    """Describes the loop that does not close at the reference, its gap, and the remedies.
+    """Describes the loop that does not close at the reference, its gap, and possible remedies.
 
     Args:
         mechanism: The description.
@@ -87,7 +88,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 
     Args:
         mechanism: The description.
-        error: The solver's error. It is kept if the loops do close numerically.
+        error: The solver's error. It is returned unchanged if the loops close numerically.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -122,13 +123,13 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 
 
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
-    """Returns the error of actuators that do not determine a mechanism; None if they do.
+    """Returns the error for actuators that do not determine the motion of a mechanism, or None.
 
     Loops with too many freedoms look like loops at a dead point.
 
     Args:
         mechanism: The description.
-        at: Values near a configuration with closed loops.
+        at: Coordinate values near a configuration with closed loops.
     """
     loops = ClosedLoops(mechanism, at)
     try:
@@ -150,7 +151,7 @@ def _wrapped(value: float, is_length: bool) -> float:
 def _closed(
     bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Returns the values nearest to closure, from the given values or the best random start."""
+    """Returns the values with the smallest gaps, found from the given values or random starts."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -215,7 +216,7 @@ def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
 def _gap_in_words(
     bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the gap (metre) and its description, which includes the angle between the frames."""
+    """Returns the gap (metre) and its description, including the angle between the frames."""
     _, _, d = bodies.ends(closer, values)
     distance = float(np.linalg.norm(d))
     if isinstance(closer, Strut):
@@ -255,7 +256,7 @@ def _remedies(
 def _candidates(
     bodies: BodiesInNumbers, closer: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
-    """Yields constants and actuated coordinates in a loop: name, description, factor."""
+    """Yields the constants and actuated coordinates in a loop, each with description and factor."""
     mechanism = bodies.mechanism
     ways = [mechanism.way(frame.body) for frame in (closer.a, closer.b)]
     joints = [joint for way in ways for joint in way if not all(joint in w for w in ways)]
@@ -310,7 +311,7 @@ def _is_beside(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """Returns the interval of a value in which the loops close; None if none is found."""
+    """Returns the interval of a value in which the loops close, or None."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
@@ -339,7 +340,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 
 
 def _beside(bodies: BodiesInNumbers, posture: Mapping[str, float]) -> dict[str, float]:
-    """Returns a configuration away from a dead point, where the joint directions are defined."""
+    """Returns a configuration off a dead point, so that the joint directions are defined."""
     moved = dict(posture)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -360,7 +361,7 @@ def _inside(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> tuple[float, dict[str, float]] | None:
-    """Returns a value at which the loops close, and the configuration there."""
+    """Returns a value at which the loops close, and the closed configuration at this value."""
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
         trial = {**values, name: now + start * reach}
@@ -411,7 +412,7 @@ def _edge(
     posture: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last closing value between a closing and an open value."""
+    """Returns the last value, between a closing and an open value, at which the loop closes."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, posture, loops)
@@ -439,7 +440,7 @@ def shown(value: float, is_length: bool) -> str:
 
 
 def interval(low: float | None, high: float | None, is_length: bool) -> str:
-    """Formats an interval, its ends rounded inwards."""
+    """Formats an interval with its bounds rounded inwards."""
     unit, factor = UNITS[is_length]
     bottom = None if low is None else _inwards(low * factor, up=True)
     top = None if high is None else _inwards(high * factor, up=False)

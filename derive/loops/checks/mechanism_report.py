@@ -1,4 +1,4 @@
-"""Text report on a robot with loops: its freedoms, its loops, and their solution steps."""
+"""Text report on a robot with loops: freedoms, loops, and the solution steps of each loop."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from .closable import doubts_of, limits_of
 
 
 def in_words(h: Hybrid) -> str:
-    """Reports the freedoms of a mechanism from three counts, its loops and their solution.
+    """Reports three counts of the mechanism's freedoms, its loops, and the solution of each loop.
 
     Raises:
         DescriptionError: The loops do not close at the reference, or the actuators do not match the

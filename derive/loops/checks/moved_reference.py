@@ -9,11 +9,11 @@ from .gaps import shown
 
 
 def moved_reference(h: Hybrid) -> str:
-    """States which described joint value is farthest from the closed reference.
+    """States which described joint value is farthest from its value at the closed reference.
 
-    Values of dependent joints only select the branch. A large difference usually means wrong
-    actuated coordinates: an omitted cylinder starts in the middle of its limits. The result is
-    empty if all values are close, up to whole turns.
+    The described values of dependent joints only select the branch. A large difference usually
+    means wrong actuated coordinates: an omitted cylinder starts in the middle of its limits. The
+    result is empty if all values agree closely, up to full turns.
     """
     at, size = h.at_reference, longest_length(h.mechanism, h.terms)
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

@@ -1,8 +1,8 @@
 """Detects loops that narrowly miss a closed form, such as those of an as-built robot.
 
 A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
-planar. If the geometry misses this by more than the file's rounding noise, Newton's iteration
-closes the loops. A sentence then states the deviation.
+planar. If the geometry deviates from this by more than the rounding of values in the file, Newton's
+iteration closes the loops. A sentence then states the deviation.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ TWO = 2
 
 
 def nearly_met(h: Hybrid) -> Iterator[str]:
-    """Yields sentences on nearly met closed-form structures; none if a closed form exists."""
+    """Yields sentences on narrowly missed closed forms; none if the loops have a closed form."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
@@ -64,7 +64,7 @@ def _parallel_rods(h: Hybrid) -> Iterator[str]:
 
 
 def _around(h: Hybrid) -> Iterator[AtReference]:
-    """Yields the reference, and configurations on both sides of it."""
+    """Yields the reference and configurations on both sides of the reference."""
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
         steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
@@ -73,7 +73,7 @@ def _around(h: Hybrid) -> Iterator[AtReference]:
 
 
 def _groups(numbers: Floats, most: float) -> list[list[int]]:
-    """Groups rods whose spheres coincide within a distance, by index."""
+    """Groups the indices of rods whose fitted spheres coincide within a distance."""
     groups: list[list[int]] = []
     for k in range(numbers.shape[1]):
         near = [group for group in groups if _apart(numbers, group[0], k) <= most]

@@ -1,7 +1,7 @@
 """Tool pose change caused by replacing written values with exact ones.
 
 Near a dead point a small change of length causes a large motion, so no bound holds at all
-configurations. Both versions of the robot are therefore closed at random configurations. The
+configurations. Therefore the loops of both robot versions are closed at random configurations. The
 largest pose difference is reported.
 """
 
@@ -21,7 +21,7 @@ SAMPLES = 20
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism with the largest pose changes in ``cleaning`` and in its notes.
+    """Returns the mechanism; its ``cleaning`` and notes state the largest pose changes.
 
     Args:
         mechanism: A robot with exact values whose loops close at the reference.
@@ -54,7 +54,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
-    """Returns planar loop normals of the robot as written; its base may be rotated."""
+    """Returns the planar loop normals of the robot as written, whose base may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.closers if c.a.body == m.base_frame}
@@ -65,7 +65,7 @@ def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
-    """Returns a joint value between its limits; without limits, around the reference.
+    """Returns a joint value between the joint's limits, or around the reference without limits.
 
     Args:
         bodies: The robot.

@@ -23,7 +23,7 @@ PART = 0.1
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
-    """States which rods seem swapped although all loops close; else empty.
+    """States which rods seem to have swapped ends although all loops close; empty if none.
 
     Args:
         mechanism: A description whose loops close far from the reference.
@@ -40,7 +40,7 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
-    """States which rods seem swapped; empty if no exchange closes the loops.
+    """States which rods seem to have swapped ends; empty if no exchange of ends closes the loops.
 
     Each rod is tried alone, then all rods between the same two bodies, then all rods. The exchange
     that closes all loops nearest to the reference is reported.
@@ -53,7 +53,7 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
-    """Returns the exchange that closes all loops nearest to the reference, and its distance."""
+    """Returns the rods whose exchange closes all loops, and the distance from the reference."""
     normals = BodiesInNumbers(mechanism).normals
     found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
@@ -102,7 +102,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
-    """Returns the distance of the nearest closed configuration; infinite if none is found."""
+    """Returns the distance from the reference to the nearest closed configuration, or infinity."""
     bodies = BodiesInNumbers(mechanism, normals)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -1,9 +1,9 @@
-"""Reduced closure equations of loops without a closed form, and their start values.
+"""Reduced closure equations of loops without a closed form, and start values for Newton's method.
 
-A strut keeps two points at a distance, whether its ends are pins or balls. Its loop has one
-equation, |b - a| = l, and its swing follows from the points. The equations c(w) = 0 therefore
-contain only the variables w: the configuration z without strut swings. For actuated variables a and
-unknown variables u, c_u du = -c_a da.
+A strut keeps two points at a distance, whether its ends are pins or balls. The loop of a strut has
+one equation, |b - a| = l, and the swing of the strut follows from the points. The equations c(w) =
+0 therefore contain only the variables w: the configuration z without strut swings. For actuated
+variables a and unknown variables u, c_u du = -c_a da.
 """
 
 from collections.abc import Mapping
@@ -67,7 +67,7 @@ class LoopClosure:
         w: Symbols of the variables.
         of_actuators: The same equations with the actuated coordinates as inputs; None if they are
             the inputs here.
-        ratios: Advance of each input variable per unit of its coordinate.
+        ratios: Change of each input variable per unit change of the coordinate that drives it.
         given: Indices of the input variables.
         unknown: Indices of the unknown variables.
     """
@@ -138,7 +138,7 @@ class LoopClosure:
 
     @property
     def is_determined(self) -> bool:
-        """Whether there are enough equations for the unknown variables."""
+        """Whether there are at least as many equations as unknown variables."""
         return len(self.units) >= len(self.unknown)
 
     @cached_property
@@ -148,7 +148,7 @@ class LoopClosure:
 
     @cached_property
     def residual(self) -> SymbolicFunction:
-        """The entries and their derivative as a function of w."""
+        """The function of w that returns the entries and the derivative of the entries."""
         return self._closure() if self.of_actuators is None else self.of_actuators.residual
 
     @cached_property
@@ -161,7 +161,7 @@ class LoopClosure:
 
     @cached_property
     def start(self) -> Start:
-        """The numerical reference, rounded to digits that agree on every machine."""
+        """The numerical reference, rounded so that every machine gives the same values."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
         kernel = lower([self.residual], "reference")[0]
@@ -188,8 +188,8 @@ class LoopClosure:
     def of_chain(self) -> "LoopClosure | None":
         """The same equations with the main-chain joints as inputs.
 
-        None if these joints do not determine the other variables, or if the reference is then at a
-        dead point.
+        The result is None if these joints do not determine the other variables, or if the reference
+        is a dead point of these equations.
         """
         found = LoopClosure(self.hybrid, self)
         return found if found.is_determined and found.start.is_regular else None
@@ -249,5 +249,5 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """Rounds to 12 decimals, which also removes rounding noise from zeros."""
+    """Rounds to 12 decimal places, which also removes rounding noise from zeros."""
     return np.asarray(np.round(values, 12) + 0.0)

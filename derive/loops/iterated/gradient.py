@@ -7,8 +7,8 @@ zero:
     g_u = sum_i c_i dc_i/du = 0
 
 There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
-gaps. It is regular for small gaps whose derivative has full rank. Newton's iteration, rates and
-accelerations therefore work as for loops that close.
+gaps. It is regular if the gaps are small and the derivative of the gaps has full rank. Newton's
+iteration, joint rates and joint accelerations therefore follow as for loops that close.
 """
 
 from collections.abc import Sequence

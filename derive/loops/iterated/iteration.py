@@ -1,4 +1,4 @@
-"""Joints of loops without a closed form, as results of an iterative solver.
+"""Joint values of loops without a closed form, as results of an iterative solver.
 
 The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates
 them by the implicit function theorem. Its results, the variables w and their derivatives, are
@@ -35,7 +35,7 @@ FIRST = "at"
 class Iteration:
     """The variables of iterated loops and their derivatives, as results of solver calls.
 
-    The class also provides the rates through the loops
+    The class also provides the joint rates that the loops imply
     (:class:`~chasles.derive.chain.coordinates.LoopRates`).
 
     Attributes:
@@ -68,7 +68,7 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Returns one value per variable, with main-chain symbols for the main-chain joints.
 
-        Terms of the main chain are then identical, whether its joints are inputs or results.
+        The terms of the main chain are then the same for joints as inputs and joints as results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if self.closure.of_actuators is None:
@@ -95,13 +95,13 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """The coordinate index of each input variable, and its advance per coordinate unit."""
+        """The coordinate index of each input variable, and its change per coordinate unit."""
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = driven if self.closure.of_actuators is None else [sp.S.One] * self._n
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns, for each coordinate, the rates if it alone moves at unit speed."""
+        """Returns the rates for each coordinate that alone moves at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -119,7 +119,7 @@ class Iteration:
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of terms in coordinates and their rates, at accelerations qdd."""
+        """Returns time derivatives of terms in coordinates and rates, at accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 
@@ -160,7 +160,7 @@ class Iteration:
         return replace(self.with_calls(made), steps=(loops,))
 
     def with_calls(self, function: SymbolicFunction, seed: str = "") -> SymbolicFunction:
-        """Adds the solver calls whose results the entries of a function need.
+        """Adds the solver calls whose results appear in the entries of a function.
 
         Args:
             function: The function.

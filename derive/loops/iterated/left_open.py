@@ -1,8 +1,9 @@
-"""Overconstrained loops that cannot all close: nearest configuration and residual gaps.
+"""Overconstrained loops that cannot all close: least-squares configuration and residual gaps.
 
 Loops are overconstrained if they have more equations than unknown variables. A pin parallel to the
-other axes of its loop constrains the plane a second time. A third parallelogram crank repeats the
-coupler's direction. In an as-built robot such constraints contradict each other slightly.
+other axes of its loop constrains the plane a second time. A third crank of a parallelogram
+constrains the coupler's direction a second time. In an as-built robot such constraints contradict
+each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +30,7 @@ class LeftOpen:
         at: The configuration with the least sum of squared gaps, at the reference's actuated
             coordinates. It lists joints and cylinders by name (radian or metre).
         repeated: Number of redundant constraints.
-        gaps: Description of the residual gap by closure or strut, widest first.
+        gaps: Description of the residual gap of each closure or strut, widest gap first.
         spare: Names of the closures and struts that can be omitted without adding a freedom.
     """
 
@@ -53,7 +54,7 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
     """Returns the overconstrained loops that cannot all close near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a gap exceeds as-built
-    errors. It is also None if actuated coordinates work against each other.
+    errors. It is also None if the actuated coordinates are not independent.
     """
     bodies = BodiesInNumbers(mechanism)
     closers = [closer.name for closer in mechanism.closers]
@@ -117,7 +118,7 @@ def _told(
 
 
 def _distance(bodies: BodiesInNumbers, closer: Closure | Strut, at: Mapping[str, float]) -> str:
-    """Describes a distance; a pin's is split along and across its axis."""
+    """Describes a distance, for a pin as components along and across its axis."""
     gap = bodies.gaps(at)[closer.name].distance
     if isinstance(closer, Strut):
         return f"{1e3 * gap:.3g} mm in length"

@@ -1,9 +1,9 @@
 """Pin-ended rods and cylinders whose pin axes are not parallel, as in an as-built robot.
 
-Pins keep a rod in a plane. If an axis of the loop is slightly out of that plane, the loop is
+Pins keep a rod in a plane. If an axis of the loop is not exactly normal to that plane, the loop is
 overconstrained: no configuration satisfies both the lengths and the pin directions. The constraint
-along the axes is redundant, because the rod closes its planar loop without it. To first order, the
-least-squares solution keeps the lengths, and the pins absorb the tilt.
+along the axes is redundant, because the rod closes the planar loop without this constraint. To
+first order, the least-squares solution keeps the lengths, and the pins absorb the tilt.
 """
 
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ class Tilt:
 
     @property
     def is_small(self) -> bool:
-        """Whether the deviation is within as-built errors, so that a planar loop is intended."""
+        """Whether the deviation is within manufacturing errors of an intended planar loop."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     def __str__(self) -> str:
@@ -69,8 +69,8 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 def what_holds_it_open(mechanism: Mechanism) -> str:
     """Explains why no length closes the loops; "" without an explanation.
 
-    The sentences name the joint whose axis keeps a pin open, the redundant constraints, and their
-    gaps.
+    The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
+    constraints, and the gaps.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     _, spatial = linkages(mechanism, terms)
@@ -96,11 +96,11 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
 
 
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
-    """Returns the mechanism, its tilted rods reduced to length constraints if requested.
+    """Returns the mechanism, with tilted rods reduced to length constraints if requested.
 
     Raises:
         DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not request
-            least squares, or the loop is far from a plane.
+            least-squares closure, or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:

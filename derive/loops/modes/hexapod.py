@@ -65,7 +65,7 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """Returns the pairs of rods that share a joint on the platform (b), else at ends a."""
+    """Returns the rod pairs that share a joint on the platform (ends b), otherwise at ends a."""
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 
@@ -131,7 +131,7 @@ def rod_ends(h: Hybrid) -> SymbolicFunction:
 
 
 def modes(h: Hybrid) -> WrittenFunction | None:
-    """Returns the function ``modes``; None if the rod lengths do not determine poses."""
+    """Returns the function ``modes``, or None if the rod lengths do not determine the pose."""
     found = hexapod_of(h)
     assert found is not None
     rods = _rods(h, found)
@@ -192,7 +192,7 @@ class RodNumbers:
         """
         middle, origin = b.mean(0), a.mean((0, 1))
         spread = ((a - origin) ** 2).sum(-1).mean() + ((b - middle) ** 2).sum(-1).mean()
-        # Rounding keeps later digits independent of summation order.
+        # Rounding makes the results independent of the summation order.
         self.size = _short(np.sqrt(spread))
         middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
         self.origin, self.middle = origin / self.size, middle / self.size
@@ -208,7 +208,7 @@ def tables(
     own: SixRods,
     poses: Array,
 ) -> tuple[Table, ...]:
-    """Returns the fields of ``chasles_hexapod_platform`` after the called function.
+    """Returns the fields of ``chasles_hexapod_platform`` that follow the called function.
 
     Args:
         rods: The rods.
@@ -245,12 +245,12 @@ def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds to three digits, if further digits do not matter."""
+    """Rounds a value to three digits if more digits make no difference."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
 def _samples(h: Hybrid) -> Array:
-    """Returns fixed generic actuated coordinates, within the limits if there are any."""
+    """Returns fixed generic actuated coordinates, within the limits of limited coordinates."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))
@@ -265,7 +265,7 @@ def _samples(h: Hybrid) -> Array:
 
 
 def _pairs(values: Array) -> Table:
-    """Converts complex numbers to pairs."""
+    """Converts complex numbers to pairs of real and imaginary part."""
     if values.ndim:
         return tuple(map(_pairs, values))
     return float(values.real), float(values.imag)

@@ -1,7 +1,7 @@
 """All complex poses of a six-rod platform, for generic rods of its own family.
 
-A generic platform has forty complex poses, listed in a table. Paths from these poses to a special
-platform (flat, or with shared rod ends) reach all of its poses for generic lengths; the other paths
+A generic platform has forty complex poses, listed in a table. Some paths from these poses reach all
+poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other paths
 diverge. For generic lengths no pose is singular, because almost all values of a smooth function are
 regular. Paths that end in a singular pose are therefore not used as starts.
 
@@ -34,7 +34,7 @@ GENERIC_DIGITS = 12
 
 
 def generic(count: int, phase: int) -> Array:
-    """Returns fixed complex numbers on the unit circle, different for each phase."""
+    """Returns fixed complex numbers on the unit circle, which depend on the phase."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
@@ -71,7 +71,7 @@ class RodFamily:
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
     """Returns generic rods of a family, and all of their complex unit poses (n, 8).
 
-    The poses are sorted, and rounded once from high precision.
+    The poses are computed at high precision, rounded once, and sorted.
     """
     own = family.member(1)
     halfway = SixRods(RODS.a, family.b, 2 * generic(6, 2))
@@ -89,7 +89,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """Returns the poses, with those reached by a path loop through other rods of the family."""
+    """Returns the given poses, and poses reached by a closed path through rods of the family."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):

@@ -1,7 +1,7 @@
 """Equations that eliminate the position of a planar platform, for the article.
 
-:mod:`.triad` has the derivation. Circles precede lines. In the linear pair ``w . m_i = k_i``, the
-vector m_i is u_i for a circle and the normal n_i for a line.
+The module :mod:`.triad` contains the derivation. Legs with circles precede legs with lines. In the
+linear pair ``w . m_i = k_i``, the vector m_i is u_i for a circle and the normal n_i for a line.
 """
 
 from collections.abc import Callable
@@ -23,12 +23,12 @@ The index is a leg number, an axis, or both; the distances ``|a|`` and ``|b|`` h
 
 @dataclass(frozen=True)
 class LegElimination:
-    """The equations of three legs after eliminating the platform's position.
+    """The equations of three legs after the elimination of the platform's position.
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
         n: Components of the line normals with their symbols, at the platform's angle.
-        norms: The norms of the circles' u vectors, in terms of their components.
+        norms: The norms of the circles' u vectors, expressed in the vectors' components.
         k: The right-hand sides of the linear pair.
         w: Symbols of the components of w, from the first leg's fixed point to its point b_1.
         position: x and y of the platform in terms of w.
@@ -37,7 +37,7 @@ class LegElimination:
         polynomial: Both sides of the remaining equation in the platform's angle.
         distances: Distances between the points b_i, and between the lines' points a_i, with
             symbols.
-        scale: Square of the length that normalizes the polynomial, in these distances.
+        scale: Square of the length that normalizes the polynomial, expressed in these distances.
         power: The exponent of that length in the normalization.
         harmonics: The maximum number of harmonics in the polynomial.
     """
@@ -61,7 +61,7 @@ def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
     """Returns the equations of three legs in given symbols.
 
     Args:
-        legs: Circles, then lines.
+        legs: The legs, circles before lines.
         phi: The platform's angle.
         name: Returns the symbols.
     """
@@ -116,7 +116,7 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Returns a circle's radius, as a symbol if it is more than a single actuator coordinate."""
+    """Returns a circle's radius, as a symbol unless it is a single actuator coordinate."""
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 

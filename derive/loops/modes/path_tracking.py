@@ -1,8 +1,8 @@
 """Path tracking of complex poses between two rod sets that share ends a or b.
 
-The coefficients move along a straight line with t from 0 to 1. Each pose follows by a Runge-Kutta
-step and two Newton steps. Between generic complex coefficients no path meets a singularity. If the
-final rods are special, a path may end at a singularity or at infinity.
+The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two Newton
+steps update each pose. Between generic complex coefficients no path meets a singularity. If the
+final rod set is not generic, a path may end at a singularity or at infinity.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
@@ -18,7 +18,7 @@ MOST_STEPS = 3000
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Tracks poses from the start rods to the end rods.
+    """Tracks poses from the start rod set to the end rod set.
 
     Args:
         start: Rods with known poses; they share a or b with the end rods.
@@ -49,7 +49,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
 
 
 def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Array, Array, Array]:
-    """Returns the poses after one step, and the norms of both Newton corrections."""
+    """Returns the poses after one tracking step, and the norms of both Newton corrections."""
 
     def slope(part: float, y: Array) -> Array:
         _, J = _linear(H, change, t + part * h, y, x)
@@ -84,7 +84,7 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # One pose of the batch is exactly singular, for example at infinity.
+        # A pose of the batch is exactly singular, for example at infinity.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 

@@ -1,14 +1,14 @@
 """Planar platforms on three-joint legs: the single closure equation of each leg.
 
-With its actuator fixed, a three-joint leg is one body between two passive joints. It gives one
-equation in the platform's position p and rotation R. A is a fixed point and b is a point of the
-platform:
+If the actuator is fixed, a three-joint leg is one body between two passive joints. The leg gives
+one equation for the platform's position p and rotation R. A is a fixed point and b is a point of
+the platform:
 
     two revolute joints                    |p + R b - A| = L        a rod of length L
     a prismatic joint on the fixed side    n . (p + R b - A) = 0    b moves on a fixed line
     a prismatic joint on the platform      R n . (p + R b - A) = 0  a platform line contains A
 
-Two passive prismatic joints only fix the platform's angle; such legs are not supported.
+A leg with two passive prismatic joints only fixes the platform's angle and is not supported.
 """
 
 from collections.abc import Mapping, Sequence
@@ -99,7 +99,7 @@ def _virtual(h: Hybrid) -> list[Joint]:
 
 
 def _linkage(h: Hybrid) -> Linkage | None:
-    """Returns the linkage of a platform on a virtual chain x, y, phi from the base."""
+    """Returns the linkage of a platform that a virtual chain x, y, phi connects to the base."""
     mechanism, moving = h.mechanism, _virtual(h)
     if [joint.kind for joint in moving] != VIRTUAL or h.loops.spatial or len(h.loops.planar) != 1:
         return None
@@ -142,17 +142,17 @@ def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a point in the axes of a body in the same cluster."""
+    """Returns a point expressed in the axes of a body in the same cluster."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a vector in the axes of a body in the same cluster."""
+    """Returns a vector expressed in the axes of a body in the same cluster."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
 def _legs(h: Hybrid, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
-    """Returns the legs; None for parts between base and platform without a leg equation."""
+    """Returns the legs, or None if a part between base and platform has no leg equation."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
     platform = clusters.cluster(moving[2].link)
@@ -220,12 +220,12 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """Returns a fixed point along x and y."""
+        """Returns the coordinates of a fixed point along x and y."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 
     def _on(self, point: PhasorSum) -> Complex:
-        """Returns a platform point along x and y at phi = 0, from the rotation center of phi."""
+        """Returns x and y of a platform point at phi = 0, from the rotation center of phi."""
         seen = _seen(point, self.platform[self.body]) - PhasorSum.of(self.axes.pin)
         return self._coordinates(seen.times(self.axes.rotor))
 
@@ -271,7 +271,7 @@ def relation(h: Hybrid, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]
         named(h.terms, (joint.direction * entry for entry in axes[2]))
         for joint, (axes, _) in zip(_virtual(h), frames, strict=True)
     )
-    # The moment moves from the axis of phi to the tool.
+    # The reference point of the moment changes from the axis of phi to the tool.
     lever = cross_product(h.terms, axis, subtracted(h.terms, tool_position(h), frames[2][1]))
     residuals = leg_residuals(h.terms, triad, h.theta)
     rows = []

@@ -20,8 +20,8 @@ preserves lengths and scalar products. The degree is therefore 3, although k_3 u
 degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. Its unit normal
-n_i is constant or rotates with the platform. From the linear pair on, n_i replaces u_i, and k_i =
--n_i . u_i; the degree does not grow. Three lines give
+n_i is constant or rotates with the platform. In the linear pair and the equations after it, n_i
+replaces u_i, and k_i = -n_i . u_i. The degree does not grow. Three lines give
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
@@ -49,7 +49,7 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class LegLine:
-    """A line on which a leg keeps a point.
+    """A line to which a leg constrains a point.
 
     Attributes:
         normal: The unit normal of the line.
@@ -85,7 +85,7 @@ class Elimination:
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
-        norms: The norms of u_2 and u_3, in terms of their components.
+        norms: The norms of u_2 and u_3, expressed in the components of these vectors.
         k: The right-hand sides of the linear pair, in terms of the lengths.
         w: Symbols of the first rod's components.
         position: x and y of the platform in terms of w.
@@ -165,9 +165,9 @@ def triad_polynomial(
     """Returns the trigonometric polynomial whose zeros are the platform's angles in all modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
-    the mean square of rods and platform sides, so that coefficients have order 1. With line legs,
-    the squared distances between fixed points count too. The polynomial vanishes identically if the
-    three rods can stay parallel.
+    the mean square of rods and platform sides, so that the coefficients have magnitude about 1.
+    With line legs, the squared distances between fixed points count too. The polynomial vanishes
+    identically if the three rods can stay parallel.
 
     Args:
         terms: Names of all terms.
@@ -217,8 +217,8 @@ def triad_position(
         lines: The lines of the other legs.
 
     Returns:
-        x and y as named terms. At an angle that is not a zero, a position near the first two
-        circles.
+        x and y as named terms. At an angle that is not a zero of the polynomial, the position is
+        near the first two circles.
     """
     return _Triad(terms, A, b, L, lines).position(c, s, sp.S.One)
 
@@ -234,8 +234,8 @@ def triad_mirror(
 ) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
-    It is a second solution if the centers are collinear, and a start for the iteration near a
-    double zero.
+    The mirror image is a second solution if the centers are collinear. Near a double zero it is a
+    start value for the iteration.
     """
     return _Triad(terms, A, b, L, lines).position(c, s, sp.S.NegativeOne)
 
@@ -307,7 +307,7 @@ class _Triad:
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial of a rod and two other legs."""
+        """Returns the summands of the polynomial for a rod and two other legs."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
@@ -318,7 +318,7 @@ class _Triad:
         ]
 
     def of_lines(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial of three lines."""
+        """Returns the summands of the polynomial for three lines."""
         assert self.first is not None
         (k2, k3), (n2, n3) = self.half_gaps, self.w
         return [
@@ -391,7 +391,7 @@ class _Triad:
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """Returns a vector after the platform's rotation."""
+        """Returns a vector rotated by the platform's rotation."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:

@@ -63,7 +63,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
 
 
 def _size(h: Hybrid, triad: Triad) -> float:
-    """Returns the largest distance between platform pins, or rod length if longer (metre)."""
+    """Returns the largest of all rod lengths and distances between platform pins (metre)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]
     sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]

@@ -1,7 +1,8 @@
 """Frames and lengths of a parametric robot, in the order of a robot file.
 
-A robot file describes a joint by its own frame alone, so each body uses the frame of the joint that
-carries it. The placement after a joint moves to the joints, ends and tool of its body.
+A robot file describes a joint only by the joint's own frame, so each body uses the frame of the
+joint that carries it. The placement after a joint becomes part of the placements of joints, ends
+and tool on the joint's body.
 """
 
 from collections.abc import Collection, Mapping

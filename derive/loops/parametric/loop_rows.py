@@ -1,8 +1,8 @@
 """Equations of loops with variable geometry: residuals, and their wrenches.
 
-An equation compares end b of a closer with end a, in the axes of a. Its derivative along a motion
-of b's body is the power of a wrench. Along a motion of a's body, it is the negative power of the
-same wrench, even if the loop is open.
+An equation compares end b of a closer with end a, in the axes of a. The derivative of the equation
+along a motion of b's body is the power of a wrench. The derivative along a motion of a's body is
+the negative power of the same wrench, even if the loop is open.
 
 | closer            | equations                                                     |
 |-------------------|---------------------------------------------------------------|
@@ -34,8 +34,9 @@ class Row:
     Attributes:
         residual: Zero where the loop is closed.
         unit: m or 1.
-        powers: The power of its wrench for each motion of both branches, negated on branch a.
-        length: The length that it contains with a minus sign; usually 0.
+        powers: The power of the equation's wrench for each motion of both branches, negated on
+            branch a.
+        length: The length that the equation contains with a minus sign; usually 0.
     """
 
     residual: sp.Expr
@@ -44,7 +45,7 @@ class Row:
     length: sp.Expr = sp.S.Zero
 
     def gradient(self, terms: Terms, variables: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
-        """Returns the derivative with respect to each variable."""
+        """Returns the residual's derivative with respect to each variable."""
         longer = sp.S.NegativeOne, ElementaryMotion(self.length, ORIGIN, None)
         return gradient(terms, [*self.powers, longer], variables)
 
@@ -107,7 +108,7 @@ class _Ends:
         x, y = self._turned(axes.x), self._turned(axes.y)
         if closure.kind in ("pin", "ball"):
             return [self._along(x), self._along(y)]
-        # Both frames have the same axes if the loop is closed.
+        # Both end frames have the same axes if the loop is closed.
         R = placement_matrix(closure.a.placement)[:3, :3]
         if closure.kind == "slider":
             across = R.T * axes.n.cross(R[:, 2])

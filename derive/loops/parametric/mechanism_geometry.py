@@ -2,12 +2,12 @@
 
 Joints, end frames and drives have the same parameters as in a serial robot
 (:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
-bodies' frames, and the length of a strut. For a cylinder this is the length at coordinate zero.
+bodies' frames, and the length of a strut. For a cylinder, this length applies at coordinate zero.
 
-A passive joint has no offset, because its loop determines its value. Six consecutive passive joints
-without other attachments leave a body free, so their axes have no parameters. Planar loops only
-have in-plane parameters: joints closed by a closure have no tilt out of the plane, and ends have no
-coordinate normal to the plane.
+A passive joint has no offset parameter, because the loop determines the joint's value. Six
+consecutive passive joints without other attachments leave a body free, so the axes of these joints
+have no parameters. Planar loops only have in-plane parameters: joints in a loop with a closure have
+no tilt out of the plane, and ends have no coordinate normal to the plane.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent's frame to a body: before, of, and after the joint."""
+    """The motions from the parent's frame to a body: before the joint, its own, and after it."""
 
     before: Placement
     motion: Placement
@@ -71,7 +71,7 @@ class MechanismGeometry:
 def mechanism_geometry(
     mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
 ) -> MechanismGeometry:
-    """Returns the geometry of a mechanism, its named parameters replaced by their values.
+    """Returns the geometry of a mechanism, with values in place of named parameters.
 
     Args:
         mechanism: The description.
@@ -154,7 +154,7 @@ class _Numbered:
         return self.planar[loop.closer.name].axes[body].n
 
     def _end(self, closer: Closure | Strut, side: str) -> Placement:
-        """Returns the frame of a closer on a body, its position as parameters."""
+        """Returns the frame of a closer on a body, with its position as parameters."""
         frame: Frame = getattr(closer, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(placement)[:3, 3]
@@ -196,7 +196,7 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the passive joints in runs of six that leave a body free."""
+    """Returns the passive joints in sequences of six that leave a body free."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]

@@ -41,7 +41,7 @@ class ElementaryMotion:
     """An elementary motion between the base and a body.
 
     Attributes:
-        value: Its angle or length, in q, u and p.
+        value: The angle or length of the motion, as a function of q, u and p.
         axis: Its direction in the base frame.
         point: A point of the rotation axis in the base frame; None for a translation.
     """
@@ -57,14 +57,14 @@ class Reached:
 
     Attributes:
         pose: Its axes and origin in the base frame.
-        motions: The motions with variable values, the base first.
+        motions: The motions with variable values, in order from the base.
     """
 
     pose: Pose
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the frame after further motions."""
+        """Returns the frame that further motions reach."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):

@@ -1,7 +1,7 @@
 """Parametric functions of a robot with loops, whose geometry is an additional input.
 
-The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates, and the unknown
-values of passive joints and cylinders. Newton's iteration in C solves for u, starting from the
+The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates q, and the unknown
+values u of passive joints and cylinders. Newton's iteration in C solves for u, starting from the
 nominal robot's configuration at q. With the tool's Jacobians J_u, J_q and J_p, the implicit
 function theorem gives
 
@@ -236,7 +236,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # Only the call reads q. The statements read w, which is NaN if the loops do not close.
+        # Only the solver call reads q. The statements read w, which is NaN if the loops do not
+        # close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(

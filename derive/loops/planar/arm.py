@@ -1,4 +1,4 @@
-"""Arms of planar loops: body-fixed vectors, and the rotations between them."""
+"""Arms of planar loops: body-fixed vectors, and the rotations between such vectors."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from .phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A vector that is body-fixed up to known coordinates, with its common angle split off.
+    """A body-fixed vector with known coordinates; its rotation angle is stored separately.
 
     Attributes:
         vector: Named components at angle zero.
@@ -30,7 +30,7 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
     if list(still.terms) in ([], [ZERO]):
-        # The squared length of a strut stays exact, without the square of a root.
+        # The squared length of a strut stays exact, because no square root is squared.
         exact = still.terms.get(ZERO, (ZERO, ZERO))
         return Arm((x, y), angle, terms.let(sp.expand(dot(exact, exact))))
     return Arm((x, y), angle, terms.let(x * x + y * y))

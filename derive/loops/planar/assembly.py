@@ -1,9 +1,9 @@
-"""Closed-form solution of planar loops: steps join bodies until all are one rigid group.
+"""Closed-form solution of planar loops: steps join bodies until all form one rigid group.
 
 Initially, each body of a linkage is its own group. Bodies connected by a known joint or a weld are
-joined first. Then the first step of :data:`STEPS` that fits joins further bodies, and so on. The
-mechanism is thus a sequence of Assur groups of class II. The known joints may be the actuated
-joints or the main chain.
+joined first. Then the first applicable step in :data:`STEPS` joins further bodies. This repeats
+until all bodies are joined. The mechanism is thus a sequence of Assur groups of class II. The known
+joints may be the actuated joints or the main chain.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -38,7 +38,7 @@ STEPS: tuple[type[PlanarStep], ...] = (
 
 @dataclass(frozen=True)
 class Assembly:
-    """A linkage, solved as far as its steps allow.
+    """A linkage, solved as far as the steps apply.
 
     Attributes:
         steps: The steps in solution order.
@@ -130,6 +130,6 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether redundant joints fit on a branch, and its pins stay apart, wherever it closes."""
+    """Whether a branch, wherever it closes, satisfies redundant joints and has distinct pins."""
     is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

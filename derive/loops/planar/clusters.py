@@ -1,7 +1,7 @@
 """Clusters: groups of planar bodies that are known to be rigidly connected.
 
-Initially, each body is its own cluster. The pose of a body in its cluster has an angle, a constant
-rotation, and an origin that is a sum of rotated vectors.
+Initially, each body is a cluster of its own. The pose of a body in the cluster has an angle, a
+constant rotation, and an origin that is a sum of rotated vectors.
 """
 
 import cmath
@@ -47,13 +47,12 @@ class PlanarStep(LoopStep):
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first clusters that the step fits, and records the step.
+        """Joins the first clusters to which the step applies, and records the step.
 
         Args:
             clusters: The partially solved linkage.
 
-        Returns:
-            False if the step fits no clusters.
+        Returns: False if the step applies to no clusters.
 
         Raises:
             DescriptionError: The loop does not close at the reference, or its branch is ambiguous
@@ -68,7 +67,7 @@ class Guide:
     Attributes:
         angle: The sliding cluster's rotation angle, in addition to ``rotor``.
         rotor: The constant part of the rotation.
-        at: The point of the guide at travel zero.
+        at: The point of the guide at zero travel.
         at_other: The same point on the sliding cluster, in its own axes.
         along: The direction of travel.
     """
@@ -80,7 +79,7 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Returns the sliding cluster's pose at a travel."""
+        """Returns the sliding cluster's pose at a given travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
@@ -153,7 +152,7 @@ class Clusters:
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three clusters, connected by pins and a given number of slides."""
+        """Yields rings of three clusters that pins and a given number of slides connect."""
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
@@ -253,10 +252,10 @@ class Clusters:
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """Returns the square under a root, or -1 if a given cylinder length is negative.
+        """Returns the radicand, or -1 if a given cylinder length is negative.
 
         Args:
-            square: The square under the root of a step.
+            square: The radicand of a step's square root.
             parts: The clusters that the step joins, including cylinders.
         """
         lengths = [
@@ -341,7 +340,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns reference values of joints: stated, derived from stated values, or assumed."""
+        """Returns reference values of joints that are stated, derived or assumed."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -359,7 +358,7 @@ class Clusters:
     def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
         """Returns the largest gap of joints inside clusters, at each configuration.
 
-        On a branch other than the reference branch, a redundant joint may not fit.
+        On a branch other than the reference branch, a redundant joint may stay open.
 
         Args:
             everywhere: The configurations.
@@ -375,8 +374,8 @@ class Clusters:
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
-        The bodies on coincident pins rotate freely together, so that only rounding would determine
-        their pose.
+        Bodies on coincident pins rotate freely together, so that only rounding errors would
+        determine the pose of these bodies.
 
         Args:
             everywhere: The configurations; those with an open loop are ignored.
@@ -444,7 +443,7 @@ class Clusters:
 
 
 def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
-    """Returns implied pins between bodies that rotate about the same point of a third body."""
+    """Returns implied pins between two bodies that rotate about one point of a third body."""
     turns = [edge for edge in edges if isinstance(edge, PinEdge)]
     found = []
     for one, other in combinations(turns, 2):

@@ -1,7 +1,7 @@
-"""Joint values of a linkage at the reference, including values that it does not state.
+"""Joint values of a linkage at the reference, including values that the reference does not state.
 
-A reference states the joints of the tree. Values of closures and unstated swings follow from the
-body poses that these joints determine.
+A reference states the values of the tree joints. Values of closures and unstated swings follow from
+the body poses that the tree joints determine.
 """
 
 import cmath
@@ -24,7 +24,7 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns the values of joints whose bodies are connected by given joints (radian or metre).
+    """Returns the values of joints whose bodies given joints connect (radian or metre).
 
     Args:
         edges: The joints of a linkage: tree joints in order, then closures and struts.
@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """Returns the swing, or the travel, that directs a strut to its far end."""
+        """Returns the swing or travel at which a strut points to its far end."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

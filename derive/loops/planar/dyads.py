@@ -75,7 +75,7 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Returns the side of the far pin at the reference; 0 if ambiguous.
 
-    It is also 0 for a requested branch, which does not depend on the reference.
+    The result is also 0 for a requested branch, which does not depend on the reference.
     """
     if clusters.branch is not None:
         return 0
@@ -92,7 +92,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of circles v and w about the ends of d; None if there is none."""
+    """Returns an intersection of the circles with radii v and w about the ends of d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -101,7 +101,7 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """Returns the root-free rotation between two single vectors of equal length; else None."""
+    """Returns the rotation between two single vectors of equal length without a root, or None."""
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
     ((angle, a),) = here.terms.items()
@@ -112,7 +112,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 
 
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
-    """Returns the first ring of three pins that is clear of a dead point at the reference.
+    """Returns the first ring of three pins that is not near a dead point at the reference.
 
     If every ring is near a dead point, the first ring is returned; None if there is none.
     """
@@ -122,7 +122,7 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns the squared sine of the angle between the arms; below 0 out of reach."""
+    """Returns the squared sine of the angle between the arms; negative out of reach."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     return ((v + w) ** 2 - d**2) * (d**2 - (v - w) ** 2) / (4 * v**2 * w**2)
 

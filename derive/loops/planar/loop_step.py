@@ -1,4 +1,4 @@
-"""Steps of a loop solution: each class solves, differentiates and explains one kind of step.
+"""Steps of a loop solution: each class solves, differentiates and explains a kind of step.
 
 A step determines some joints of a loop from known joints. Its class finds matching bodies or struts
 and solves them; its object stores the vectors of the solution. Its equations are SymPy expressions
@@ -30,7 +30,7 @@ def quantity(letter: str, axis: str = "") -> sp.Symbol:
 
 
 def letter_and_axis(symbol: sp.Symbol) -> tuple[str, str]:
-    """Returns the letter and the axis of a symbol made by :func:`quantity`."""
+    """Returns the letter and the axis of a symbol from :func:`quantity`."""
     letter, _, axis = symbol.name.partition("_")
     return letter, axis
 
@@ -46,7 +46,7 @@ def length_of(letter: str) -> sp.Symbol:
 
 
 class Cross(sp.Function):  # type: ignore[misc]
-    """The vector product of two vector quantities of a step."""
+    """The cross product of two vector quantities of a step."""
 
     nargs = 2
 
@@ -63,7 +63,7 @@ class AngleEquation:
 
     Attributes:
         angle: The angle, a named term.
-        here: Letter of the rotated vector.
+        here: The letter of the rotated vector.
         there: Components of a vector of equal length in the target direction.
     """
 
@@ -74,16 +74,16 @@ class AngleEquation:
 
 @dataclass(frozen=True)
 class RateEquation:
-    """A linear equation between the rates of a step's unknowns and of its vectors.
+    """A linear equation between the time derivatives of a step's unknowns and known vectors.
 
     The sum of ``weight * rate(unknown)`` over ``left`` equals the sum of
     ``weight * rate(quantity)`` over ``right``.
 
     Attributes:
-        left: Unknowns with their weights. The weight of a single unknown is zero at a dead point.
-        right: Quantities, or expressions of quantities, with their weights.
+        left: Pairs of unknown and weight. The weight of a single unknown is zero at a dead point.
+        right: Pairs of quantity (or expression of quantities) and weight.
         projected: Two vectors: the left side is the scalar product of the first vector with the
-            derivative of the second. Empty if the left side is written out.
+            derivative of the second. Empty if the left side is printed as a sum.
     """
 
     left: Weighted
@@ -100,7 +100,7 @@ class StepEquations:
         lengths: Letters of the vectors whose lengths appear in the equations.
         scalars: Given scalars as named terms; they need no symbol in print.
         unknowns: Travels and position components that the step solves, as named terms.
-        results: Definitions in order, each using the quantities before it.
+        results: Definitions in order; each uses only earlier quantities.
         angles: The angles that the step solves.
         margin: The margin of the step; None if the step always closes.
         rates: Rates of the unknowns and the angles.
@@ -127,13 +127,14 @@ class LoopStep(ABC):
         turned: The angle from the axes of this body to the axes of the vectors.
         solved: The angles that the step solves, as named terms.
         margin: Zero at a dead point, negative out of reach; None if the step always closes.
-        root: The term, up to its sign, that is NaN if the step does not close.
+        root: The term, up to sign, that is NaN if the step does not close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.
-        branches: The name of each branch by its sign. It states the position of the part that the
-            other branch mirrors.
-        opening: Words before the equations, if they are not written in the axes of a body.
-        reason: A sentence that replaces the equations of a step without equations.
+        branches: The name of each branch by its sign. The name states the position of the part that
+            the other branch mirrors.
+        opening: Introductory words before the equations, if these are not written in the axes of a
+            body.
+        reason: A sentence that is printed instead of equations if the step has none.
         dead_point: Text that describes margin 0, with quantity letters in braces.
     """
 
@@ -172,7 +173,7 @@ class LoopStep(ABC):
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Returns the names of the closures and struts that the step closes, else of its joints."""
+        """Returns the names of the closures and struts that the step closes, or of its joints."""
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
         closers = {closer.name for closer in mechanism.closers}
@@ -181,10 +182,10 @@ class LoopStep(ABC):
 
 
 def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr = ONE) -> Weighted:
-    """Returns a vector's components, each with the weight of its rate times a factor."""
+    """Returns the weighted components of a vector for a rate equation."""
     return tuple((part, factor * w) for part, w in zip(vector, weights, strict=True))
 
 
 def half(total: sp.Expr) -> sp.Expr:
-    """Returns half of a sum, kept as a product so that it prints over one fraction bar."""
+    """Returns half of a sum as an unexpanded product, which prints over one fraction bar."""
     return sp.Mul(HALF, total, evaluate=False)

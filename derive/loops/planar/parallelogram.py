@@ -1,6 +1,6 @@
-"""A ring of three pins whose base is the sum of two vectors as long as the arms.
+"""A ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-Two figures have these sides, and both are solved without a root. In the parallelogram the arms stay
+Two figures have these sides, and neither needs a square root. In the parallelogram the arms stay
 parallel to the two vectors. The crossed figure is its mirror image about the base:
 
     C* = D conj(C) / conj(D)
@@ -35,7 +35,7 @@ FIGURES = {1: "parallel", -1: "crossed"}
 
 @dataclass(frozen=True)
 class Sides:
-    """The base of a ring of three pins as a sum of two sides as long as its arms.
+    """The base of a ring of three pins as a sum of two sides with the arms' lengths.
 
     Attributes:
         dyad: The ring.
@@ -66,7 +66,7 @@ class Parallelogram(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins with parallelogram sides, on either branch.
+        """Joins the first ring of three pins that is a parallelogram, on either branch.
 
         Raises:
             DescriptionError: The parallelogram is stretched at the reference, where both figures
@@ -120,7 +120,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the other figure."""
+        """A sentence on the figure that the other branch has."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."
@@ -128,7 +128,7 @@ class CrossedParallelogram(LoopStep):
 
 
 def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
-    """Joins the bodies of a parallelogram in its mirror image."""
+    """Joins the bodies of a parallelogram in the crossed figure."""
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
@@ -145,7 +145,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """Returns the sides of the base if it is a sum of two vectors as long as the arms."""
+    """Returns the sides of the base if it is a sum of two vectors with the arms' lengths."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))

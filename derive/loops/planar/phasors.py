@@ -4,9 +4,9 @@ A point of a planar mechanism is a sum of complex vectors, each rotating with it
 
     p = sum_k c_k exp(i psi_k)
 
-The angles psi are linear in coordinates and in the solved angles of links. The vectors c_k are
-exact (re, im) pairs of constants, parameters and variable lengths. Sums of angles and vectors
-cancel exactly, which reveals that a parallelogram only translates.
+The angles psi_k are linear in the coordinates and the solved angles. The vectors c_k are exact (re,
+im) pairs of constants, parameters and variable lengths. Angles and vectors cancel exactly in sums.
+Therefore a parallelogram is recognized as purely translating.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -116,7 +116,7 @@ class PhasorSum:
 
 @dataclass(frozen=True)
 class PlanarPose:
-    """A planar body pose: points p of the body are at ``origin + rotor e^(i angle) p``."""
+    """A planar body pose: a body point p is at ``origin + rotor e^(i angle) p``."""
 
     angle: sp.Expr = ZERO
     rotor: Complex = REAL
@@ -151,7 +151,7 @@ def is_zero(expression: sp.Expr) -> bool:
     return bool(_plain(expression) == 0)
 
 
-@cache  # The branches of a linkage add the same vectors.
+@cache  # The sums are cached, because all branches of a linkage add the same vectors.
 def _collected(terms: tuple[tuple[sp.Expr, Complex], ...]) -> PhasorSum:
     sums: dict[sp.Expr, Complex] = {}
     for angle, (re, im) in terms:
@@ -169,14 +169,14 @@ def _expanded(angle: sp.Expr) -> sp.Expr:
 
 @cache
 def _order(angle: sp.Expr) -> tuple[int, str]:
-    # Term names contain numbers: sorting by length first puts _t10 after _t9.
+    # Sorting names by length first puts _t10 after _t9.
     text = str(angle)
     return len(text), text
 
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """Returns an expression without terms that cancel."""
+    """Returns an expression after its terms have been cancelled."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:

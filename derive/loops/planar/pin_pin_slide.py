@@ -39,7 +39,7 @@ class CircleAndLine:
     """A point on a line at a given distance from another point.
 
     Attributes:
-        offset: From one pin to the other at travel zero, in the line's axes.
+        offset: From one pin to the other at zero travel, in the line's axes.
         direction: Unit vector of the line.
         r: The vector between the pins on the third body.
         travel: Travel along the line (metre).
@@ -77,7 +77,7 @@ def circle_and_line(
         direction: Unit vector of the slide.
         r: From one pin to the other on the third body.
         sign: 1 for the larger travel, -1 for the smaller.
-        gate: Makes the square under the root negative if the arm length is invalid.
+        gate: Makes the radicand negative if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
@@ -105,7 +105,7 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """Returns a sentence on the choice between two travels."""
+    """Returns a sentence that states which of two travels is used."""
     size = "greater" if sign > 0 else "smaller"
     return f"The sign of the root selects the {size} of two travels."
 
@@ -151,7 +151,7 @@ class TwoPinsAndSlide(PlanarStep):
         held = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # A cylinder length is the positive root; any other guide has two travels.
+        # A cylinder length is the positive root; all other guides have two travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:
@@ -189,7 +189,7 @@ class TwoPinsAndSlide(PlanarStep):
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")
-        # Without an offset from the line, the root is the length itself.
+        # If the pin is on the line, the root is the length itself.
         root = sp.Abs(a) if self.margin is None else sp.sqrt(a**2 - n**2)
         (angle,) = self.solved
         across = -C[1], C[0]
@@ -225,7 +225,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the choice of the travel."""
+        """A sentence that states which of two travels is used."""
         return travel_remark(self.sign) if self.branch else ""
 
 
@@ -238,7 +238,7 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """Returns the travel's sign at the reference: 1 larger, -1 smaller, 0 ambiguous."""
+    """Returns the travel's sign at the reference: 1 if larger, -1 if smaller, 0 if ambiguous."""
     if clusters.branch is not None:
         return 0
     reference = clusters.reference

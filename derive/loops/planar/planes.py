@@ -35,7 +35,7 @@ class PinEdge:
         b: The other body.
         at_b: The common point in b's axes.
         rotor: b's axes in a's axes at joint value zero, as a unit complex number.
-        sense: 1, or -1 if the joint axis opposes the plane's normal.
+        sense: 1, or -1 if the joint axis is opposite to the plane's normal.
     """
 
     name: str
@@ -166,7 +166,7 @@ class _PlanarLoop(NamedTuple):
     normal: sp.Matrix
 
     def shares_with(self, other: "_PlanarLoop") -> bool:
-        """Whether the loops share a joint and a plane; a slider may belong to two planes."""
+        """Whether two loops share a joint and a plane; a slider may belong to two planes."""
         names = {joint.name for joint in self.loop.joints}
         shared = any(joint.name in names for joint in other.loop.joints)
         return shared and _is_small(self.normal.cross(other.normal))
@@ -222,7 +222,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # A closure that blocks rotation must preserve the plane's normal, too.
+    # A closure that prevents rotation must also preserve the plane's normal.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -233,7 +233,7 @@ def axes_in_numbers(
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
     """Returns names and axes of a loop's revolute joints, and the closer's ends, at zero.
 
-    Everything is in the base body's frame (metre).
+    All vectors are expressed in the base body's frame (metre).
     """
     branches = [
         (_Branch(mechanism, terms, frame, list(way)), way)
@@ -274,7 +274,7 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
 def _onward(
     terms: Terms, R: sp.Matrix, p: sp.Matrix, placement: Placement
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    """Returns the numerical orientation and origin after one more placement."""
+    """Returns the numerical orientation and origin after a further placement."""
     M = placement_matrix(placement).applyfunc(terms.value)
     return R * M[:3, :3], p + R * M[:3, 3]
 
@@ -312,7 +312,7 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
 
 
 def piston(cylinder: Strut) -> str:
-    """Returns the body name of a cylinder's moving half in its linkage."""
+    """Returns the name of a cylinder's moving half as a body of the linkage."""
     return f"{cylinder.name}.piston"
 
 
@@ -322,7 +322,7 @@ def is_cylinder(edge: Edge) -> bool:
 
 
 class _Plane:
-    """The plane's axes in every body's frame, and edges expressed in these axes."""
+    """The plane's axes in every body's frame, and the edges expressed in these axes."""
 
     def __init__(
         self, terms: Terms, root: str, order: Sequence[Joint], group: Sequence[Loop]
@@ -336,7 +336,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Returns the first revolute axis, else the normal of the sliders."""
+        """Returns the first revolute axis, or the normal of the sliders if there is none."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -359,7 +359,7 @@ class _Plane:
         return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
-        """Returns a body-fixed direction in the root's frame, all joints at zero."""
+        """Returns a body-fixed direction in the root's frame, with all joints at zero."""
         by_link = {joint.link: joint for joint in order}
         while body in by_link:
             joint = by_link[body]
@@ -440,7 +440,7 @@ def _axis(frame: Frame) -> sp.Matrix:
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
-    """Replaces entries that are 0, 1 or -1 to 25 digits by the exact integer.
+    """Replaces entries that equal 0, 1 or -1 at 25-digit precision by the exact integer.
 
     Entries that depend on parameters stay unchanged.
     """
@@ -448,7 +448,7 @@ def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Returns the exact integer for a number that is 0, 1 or -1 to 25 digits, else the entry."""
+    """Returns the entry, or an exact integer if it equals 0, 1 or -1 at 25-digit precision."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)

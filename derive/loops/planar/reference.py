@@ -1,8 +1,8 @@
 """Values of terms at the reference configuration, and at generic configurations.
 
-The reference selects the branch of a loop. Only signs are derived from its values, so double
-precision suffices. Terms that are equal at a generic configuration are equal everywhere; this
-comparison uses 40 digits.
+The reference selects the branch of a loop. Only signs are derived from the reference values, so
+double precision suffices. Terms that are equal at a generic configuration are equal at all
+configurations; this comparison is made at 40-digit precision.
 """
 
 import cmath
@@ -24,7 +24,7 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """The signs of the steps on one branch: requested signs first, then the reference's.
+    """The signs of the steps on a branch: first requested signs, then signs of the reference.
 
     Attributes:
         asked: For the first steps with two branches: 1 for the reference's sign, -1 for the
@@ -41,7 +41,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that flip one sign chosen after the first ``taken`` signs.
 
-        They share the earlier signs and continue from there.
+        These branches share all signs before the flipped sign.
         """
         found = []
         for k in range(max(taken, len(self.asked)), len(self.taken)):
@@ -57,7 +57,7 @@ class Branch:
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the next leg's length; the opposite sign inverts the leg."""
+        """Returns the sign of the next leg's length; a negative length inverts the leg."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
@@ -68,8 +68,8 @@ class Branch:
 class FreeSides(Branch):
     """Branch signs as symbols, one per step with two branches.
 
-    A parallelogram keeps the figure of the reference, because its figures differ by more than a
-    sign. A leg's length also keeps its sign, because an inverted leg is not a solution.
+    A parallelogram keeps the figure of the reference, because the two figures differ by more than a
+    sign. The length of a leg also keeps its sign, because an inverted leg is not a solution.
     """
 
     def __init__(
@@ -102,9 +102,10 @@ class FreeSides(Branch):
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
-    """Yields the results on all branches, the reference's branch first.
+    """Yields the results on all branches, starting with the reference branch.
 
-    Later steps change their sign first. The existence of later steps may depend on earlier signs.
+    The sign of the last step varies fastest. The existence of later steps may depend on earlier
+    signs.
 
     Args:
         solve: Solves on one branch.
@@ -197,7 +198,7 @@ class AtReference:
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """Returns the total angle of an exact angle and a constant rotor."""
+        """Returns the sum of an exact angle and the angle of a constant rotation."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:
@@ -210,15 +211,15 @@ class AtReference:
 
 
 class GenericPoint:
-    """An arbitrary configuration at which terms have 40-digit values."""
+    """An arbitrary configuration at which terms are evaluated at 40-digit precision."""
 
     def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
         """Sets the configuration.
 
         Args:
             terms: Names of all terms.
-            symbols: Coordinates and parameters that receive a generic value. For a parameter, it is
-                added to the default; unlisted parameters keep their default.
+            symbols: Coordinates and parameters that receive a generic value. For a parameter, the
+                generic value is added to the default; unlisted parameters keep the default value.
             phase: Two points with different phases have no value in common.
         """
         self.terms = terms
@@ -254,8 +255,8 @@ class GenericPoint:
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number in (0, 1) that is unique for its arguments.
 
-    Fractional parts of multiples of the golden ratio never repeat. The quadratic term makes
-    differences of two numbers depend on the phase.
+    The fractional parts of multiples of the golden ratio are all different. Because of the
+    quadratic term, differences of two numbers depend on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2
@@ -264,7 +265,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Returns the coordinates on which expressions depend through all terms, by name."""
+    """Returns the coordinates on which expressions depend, directly or through terms, by name."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
@@ -272,7 +273,7 @@ def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
 
 
 def wrapped(angle: float) -> float:
-    """Returns the same angle between -pi and pi."""
+    """Returns the equivalent angle between -pi and pi."""
     return math.remainder(angle, math.tau)
 
 
@@ -283,5 +284,5 @@ def vanishes(terms: Terms, value: sp.Expr) -> bool:
         generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
         return bool(abs(generic.value(value)) < ZERO_COMPONENT)
 
-    # Different branches of a robot's loops test the same lengths.
+    # The results are cached, because all branches of a robot's loops test the same lengths.
     return terms.once(("vanishes", value), is_zero)

@@ -33,7 +33,7 @@ from .phasors import REAL, Complex, cross, dot, product
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Circles about the ends of D that intersect at C, measured from the first end of D.
+    """Circles about the ends of D that intersect at C, which is relative to the first end of D.
 
     Attributes:
         C: From the first end of D to the shared pin, in D's axes.
@@ -74,7 +74,7 @@ def two_circles(
         w: The arm from the second end of D.
         D: The base.
         sign: 1 if C is to the left of D, -1 to the right.
-        gate: Makes the square under the root negative if an arm length is invalid.
+        gate: Makes the radicand negative if an arm length is invalid.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
@@ -93,7 +93,7 @@ def two_circles(
 
 
 def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
-    """Returns 16 area^2 as a product without cancellation, the varying side isolated."""
+    """Returns 16 area^2 as a product without cancellation (Heron), the varying side isolated."""
     varying = sorted(squares, key=terms.is_constant)
     alone, a, b = varying
     side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))
@@ -171,7 +171,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """Returns a sentence on the choice between the intersections of two circles."""
+    """Returns a sentence that states which intersection of two circles is used."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"

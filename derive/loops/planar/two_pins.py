@@ -1,4 +1,4 @@
-"""Two bodies that share two pins, or a pin and a slide, which fixes their relative pose."""
+"""Two bodies that share two pins, or a pin and a slide, and thus have a fixed relative pose."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

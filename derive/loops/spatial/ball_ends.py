@@ -102,7 +102,7 @@ def _open(legs: Legs, way: Sequence[Joint]) -> tuple[int, ...]:
 
 
 def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
-    """Intersects the axes of two revolute joints; None if they do not meet.
+    """Returns the intersection of the axes of two revolute joints, or None.
 
     Args:
         legs: The partially solved mechanism.
@@ -111,7 +111,7 @@ def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
         k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # From each joint's axes at zero to the next element.
+    # Each motion leads from a joint's axes at zero to the next element.
     columns, origin = pose_along(
         legs.mechanism, terms, way[i + 1 : k], way[k].before, legs.known.values, way[i].after
     )

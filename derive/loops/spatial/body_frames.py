@@ -37,7 +37,7 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Returns axes and origin of the frame after a run of joints, in the frame before them.
+    """Returns axes and origin of the frame after consecutive joints, in the frame before them.
 
     Args:
         mechanism: The description that contains the joints.
@@ -49,7 +49,7 @@ def pose_along(
     """
     moved = tuple(values[joint.name] for joint in way if joint.kind != "fixed")
     parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in way)
-    # Different branches of a robot's loops need the same poses.
+    # The poses are cached, because all branches of a robot's loops need the same poses.
     return terms.once(
         ("pose", base, parts, tool, moved),
         lambda: _pose_along(mechanism, terms, way, tool, moved, base),

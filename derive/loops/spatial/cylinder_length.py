@@ -1,4 +1,4 @@
-"""A cylinder between two known points, whose length is their distance."""
+"""A cylinder between two known points, whose distance is the cylinder length."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,12 +30,12 @@ class CylinderLength(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for a single cylinder with known ends."""
+        """Solves for the length of a single cylinder with known ends."""
         if len(struts) != 1 or legs.length(struts[0]) is not None or legs.moving(struts[0]):
             return False
         (strut,) = struts
         terms = legs.terms
-        # Joints before both ends do not change their distance.
+        # Joints before both ends do not change the distance between the ends.
         loop = next(loop for loop in loops(legs.mechanism) if loop.closer is strut)
         (_, begin), (_, end) = (
             pose_along(legs.mechanism, terms, way, frame.placement, legs.known.values)

@@ -1,8 +1,9 @@
 """Selects the leg that solves a joint, if several legs determine the same joint.
 
 In a chain with more joints than freedoms, several rods may determine the same joint. A rod that is
-almost stretched at the reference passes its dead point in use, where the joint changes its branch.
-A rod perpendicular to its crank determines the joint everywhere near the reference.
+almost in line with its crank at the reference can pass its dead point in use, and the joint then
+changes the branch. A rod perpendicular to its crank determines the joint at all configurations near
+the reference.
 """
 
 import math
@@ -14,7 +15,7 @@ from .struts import Legs
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is clear of its dead point, or clearer than its rivals for the same joint.
+    """Whether a leg is far from its dead point, or farther than legs that solve the same joint.
 
     Args:
         legs: The partially solved mechanism.
@@ -22,7 +23,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        True also if the leg determines no single joint, or if no other leg determines its joint.
+        True also if the leg does not determine a single joint, or if no other leg determines this
+        joint.
     """
     moving = legs.moving(strut)
     rivals = [
@@ -40,7 +42,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
-    """Returns the margin of the leg's step at the reference; -1 if it does not close."""
+    """Returns the margin of the leg's step at the reference, or -1 if the leg does not close."""
     turning = legs.reach((strut,), sliding=False)
     reach = turning or legs.reach((strut,), sliding=True)
     if reach is None:

@@ -35,7 +35,7 @@ SPACE_AXES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Guides(LoopStep):
-    """Slides that follow from a body's position while its bearings keep their angles."""
+    """Slide travels that follow from a body's position if all bearings keep constant angles."""
 
     title: ClassVar[str] = "guides"
     reason: ClassVar[str] = (
@@ -45,7 +45,7 @@ class Guides(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solves for the slides and bearings of one closure."""
+        """Solves for the slides and bearings in the loop of a closure."""
         found = _Guided(legs, loop).values()
         if not found:
             return False
@@ -55,12 +55,12 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because each slide is a sum of known travels."""
+        """Returns no equations, because each slide travel is a sum of known travels."""
         return StepEquations()
 
 
 class _Guided:
-    """The unknown joints of a loop, and its closure at the reference rotations."""
+    """The unknown joints of a loop, and the loop's closure at the reference rotations."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms
@@ -75,7 +75,7 @@ class _Guided:
         }
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of the unknown joints; empty if the closure does not fit."""
+        """Returns the values of the unknown joints; empty if the closure stays open."""
         closer = self.loop.closer
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
         if (
@@ -123,7 +123,7 @@ class _Guided:
     def _travels(
         self, closer: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Returns the slide travels from a's point to b's point; None if there are none."""
+        """Returns the slide travels that move a's point to b's point, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if closer.kind == "slider":

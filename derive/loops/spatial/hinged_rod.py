@@ -1,4 +1,4 @@
-"""A hinge before a ball, the last joint of a PRS or RRS leg: its body is a rod to the ball.
+"""A hinge before the ball of a PRS or RRS leg: the hinge's body is a rod to the ball.
 
 The ball has a constant distance from the nearest point of the hinge axis. If the joint before the
 hinge keeps both points in the hinge's plane, a ball-ended leg between them determines this joint.
@@ -39,7 +39,7 @@ class HingedRod:
         centre: A frame at the axis point nearest to the ball, with the joint's axes.
         tip: From the axis to the ball at joint value zero, in the joint's axes.
         rod: The ball-ended rod from the axis to the ball. None if the previous joint leaves the
-            plane, so that the length alone does not close the loop.
+            plane; the length is then not sufficient to close the loop.
     """
 
     closure: Closure
@@ -51,17 +51,17 @@ class HingedRod:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "HingedRod | None":
-        """Returns the unknown hinge before the ball of a closure; None if there is none."""
+        """Returns the unknown hinge before the ball of a closure, or None."""
         found = (_hinge_before(legs, end) for end in ball_ends(legs, loop))
         return next((hinge for hinge in found if hinge is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the hinge if its axis and the ball are known."""
+        """Solves for the hinge angle if the hinge's axis and the ball are known."""
         return HingePoints.use(legs, self)
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """Returns the hinge of the last unknown joint, if it is revolute and off the ball."""
+    """Returns the hinge if the last unknown joint is revolute and its axis misses the ball."""
     places = end.last("revolute")
     if not places:
         return None
@@ -78,7 +78,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the joint before the hinge rotates parallel to it, or slides normal to it."""
+    """Whether the joint before the hinge has a parallel axis, or slides normal to the hinge."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -93,7 +93,7 @@ def _is_flat(legs: Legs, end: BallEnd) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class HingePoints(LoopStep):
-    """The angle of a hinge whose body points to a known ball.
+    """The angle of a hinge with a body that points to a known ball.
 
     Attributes:
         direction: From the axis to the ball, in the joint's axes (metre).

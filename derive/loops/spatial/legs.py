@@ -1,11 +1,11 @@
 """Spatial loops with a closed form: ball-ended legs and purely translating platforms.
 
-A strut on balls keeps two points at a distance. If both points are known, it gives a cylinder's
-length. If a single joint moves one point, it gives that joint (a circle or a line intersects a
-sphere). Three struts give the position of a platform with constant orientation (three spheres
-intersect); pairs of equal, parallel rods keep the orientation. A rod between a ball and a hinge or
-universal joint acts like such a strut, and also gives the joint's angles. A closure between guided
-bodies gives their slide travels.
+A strut on balls keeps two points at a distance. If both points are known, the distance is a
+cylinder's length. If a single joint moves one of the points, the strut determines that joint (a
+circle or a line intersects a sphere). Three struts give the position of a platform with constant
+orientation (three spheres intersect); pairs of equal, parallel rods keep the orientation. A rod
+between a ball and a hinge or universal joint acts like such a strut, and also gives the joint's
+angles. A closure between guided bodies gives their slide travels.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -43,7 +43,7 @@ def assemble_in_space(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> None:
-    """Adds the values that the spatial loops determine to the known values.
+    """Adds to the known values those joint values that the spatial loops determine.
 
     Args:
         terms: Names of all terms.
@@ -77,7 +77,7 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """Returns the joints before the ball that closes a loop; None if no step fits."""
+    """Returns the joints before the ball that closes a loop; None if no step applies."""
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 
@@ -87,5 +87,5 @@ def _use(legs: Legs, struts: Sequence[Strut]) -> bool:
 
 
 def _is_held(legs: Legs, strut: Strut) -> bool:
-    """Whether both ends of a rod are known, so that its equation is redundant."""
+    """Whether both ends of a rod are known, so that the rod's equation is redundant."""
     return legs.length(strut) is not None and not legs.moving(strut)

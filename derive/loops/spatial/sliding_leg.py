@@ -85,5 +85,5 @@ class SlidingLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the choice of the travel."""
+        """A sentence that states which of two travels is used."""
         return travel_remark(self.sign)

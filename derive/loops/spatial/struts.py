@@ -22,7 +22,7 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves the values that struts on balls determine."""
+    """A step that solves for the joint values that struts on balls determine."""
 
     @classmethod
     @abstractmethod
@@ -34,7 +34,7 @@ class LegStep(LoopStep):
             struts: A single strut, or all unsolved struts.
 
         Returns:
-            False if the step does not fit these struts.
+            False if the step does not apply to these struts.
 
         Raises:
             DescriptionError: The loop does not close at the reference.
@@ -43,7 +43,7 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values, which the solution of spatial loops extends.
+    """The known values, to which the solution of spatial loops adds values.
 
     Attributes:
         values: Values of joints, swings and cylinders by name.
@@ -117,7 +117,7 @@ class Legs:
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """Returns the square under a root, or -1 if a given cylinder length is not positive."""
+        """Returns the radicand, or -1 if a given cylinder length is not positive."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -135,7 +135,7 @@ class Legs:
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Returns the single strut that determines a single joint; None if there is none.
+        """Returns the single strut that determines a single joint, or None.
 
         Args:
             struts: The struts; exactly one is needed.
@@ -163,18 +163,19 @@ class Legs:
         return Reach(strut, joint, tip, target, self.terms.let(length**2))
 
     def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
-        """Returns a vector of the base frame in other axes."""
+        """Returns a vector of the base frame expressed in different axes."""
         x, y, z = (dot(self.terms, axis, vector) for axis in axes)
         return x, y, z
 
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """Returns the sign that puts a joint nearest to its reference.
+        """Returns the branch sign for which a joint is nearest to its reference value.
 
         Args:
             reach: The strut and its joint.
-            value: Returns the joint's value at the reference for a sign; NaN if there is none.
+            value: Returns the joint's value at the reference for a sign; NaN if the leg does not
+                close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)

@@ -1,8 +1,8 @@
 """A slide between revolute joints and a ball, as in RPS and UPS legs (a telescope).
 
-The foot point stays fixed, where the revolute axes meet; for a single hinge, its axis stays fixed.
-The travel sets the distance from the ball to the foot. The revolute joints then point the slide to
-the ball.
+The foot, where the revolute axes intersect, is a fixed point. For a single hinge, the hinge axis is
+fixed. The travel sets the distance from the ball to the foot. The revolute joints then direct the
+slide to the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -44,7 +44,8 @@ class Telescope:
         slide: The prismatic joint.
         target: The ball's frame on the other body.
         foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
-        is_hinge: Whether a single hinge rotates the slide; its axis is z of the foot.
+        is_hinge: Whether a single hinge rotates the slide; the hinge axis is the z axis of the foot
+            frame.
         tip: From the foot to the ball at zero travel; for a hinge, normal to its axis.
         direction: Direction of the slide in the same axes.
     """
@@ -61,7 +62,7 @@ class Telescope:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "Telescope | None":
-        """Returns the telescope before the ball of a closure; None if there is none."""
+        """Returns the telescope before the ball of a closure, or None."""
         ends = ball_ends(legs, loop)
         found = (_on_fork(legs, end) or _on_hinge(legs, end) for end in ends)
         return next((telescope for telescope in found if telescope is not None), None)
@@ -183,12 +184,12 @@ class TelescopeTravel(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the choice of the travel."""
+        """A sentence that states which of two travels is used."""
         return travel_remark(self.sign)
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """Returns the distance of each travel from the reference, relative to the size."""
+    """Returns each travel's distance from the reference, relative to the mechanism size."""
     if legs.branch is not None:
         return {}
     hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)

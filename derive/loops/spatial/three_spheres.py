@@ -38,8 +38,8 @@ class Sphere:
     """The sphere on which a strut keeps the platform's origin.
 
     Attributes:
-        centre: Its center in the base frame (metre).
-        square: Its squared radius.
+        centre: The sphere's center in the base frame (metre).
+        square: The squared radius.
     """
 
     centre: Vector
@@ -48,7 +48,7 @@ class Sphere:
 
 @dataclass(frozen=True, kw_only=True)
 class ThreeSpheres(LegStep):
-    """The position of a platform that only translates.
+    """The position of a purely translating platform.
 
     Attributes:
         spheres: The three spheres.
@@ -133,7 +133,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the side of the centers' plane that contains the position."""
+        """A sentence that states on which side of the centers' plane the platform is."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -162,7 +162,7 @@ def _at_rest(
 
 
 def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
-    """Returns the joints that move the platform of all struts, sliders first; else None."""
+    """Returns the joints that move the platform of all struts, sliders first, or None."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
@@ -210,9 +210,9 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
 class _Meeting:
     """The intersection of three spheres, up to the sign of the root.
 
-    Relative to the first center, u and v point to the other centers, and w = u x v. The equations p
-    . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u). Then p = n / w^2 + sign w
-    sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
+    The vectors u and v point from the first center to the second and third, and w = u x v. The
+    equations p . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u). Then p = n / w^2
+    + sign w sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
     """
 
     terms: Terms
@@ -246,7 +246,7 @@ def _meeting(
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """Returns the distance of a position from the reference, relative to the size."""
+    """Returns a position's distance from the reference, relative to the mechanism size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]

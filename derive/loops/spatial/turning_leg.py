@@ -54,7 +54,7 @@ class TurningLeg(LegStep):
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
         if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # The distance between the ends does not depend on the joint.
+            # In this case the distance between the ends does not depend on the joint.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -68,7 +68,7 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # The margin belongs to the whole leg; its squared projection is negative out of reach.
+        # The margin is defined for the whole leg; the squared projection is negative out of reach.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(
@@ -85,7 +85,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the intersection of two circles; the margin belongs to the whole leg."""
+        """Returns the intersection of two circles, with the margin of the whole leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
@@ -94,14 +94,13 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the side of the leg's end."""
+        """A sentence that states on which side the leg's end is."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end stays on the joint's axis, from its squared distance to the axis."""
-    # An end off the axis at the reference is off the axis in general; only a zero needs the full
-    # test.
+    """Whether an end stays on the joint's axis, given the squared distance from the axis."""
+    # A nonzero distance at the reference settles the question; only a zero needs the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 

@@ -3,7 +3,8 @@
 The axes of the last two joints before a ball meet in a point, the joint's center. The ball has a
 constant distance from the center. A ball-ended leg between center and ball therefore determines a
 joint that moves one of them. If both points are known, the rod's direction gives both angles on two
-branches: the fork rotates by half a turn, and the rod by the supplementary angle.
+branches. On the second branch, the fork is rotated by half a turn, and the rod has the
+supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -46,7 +47,7 @@ FORKS = {1: "forward", -1: "turned over"}
 
 @dataclass(frozen=True)
 class UniversalJoint:
-    """Two revolute joints with intersecting axes, and the ball at the end of their rod.
+    """Two revolute joints with intersecting axes, and the ball at the end of the rod.
 
     Attributes:
         closure: The closure of the ball.
@@ -68,10 +69,10 @@ class UniversalJoint:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
-        """Returns the universal joint before the ball of a closure; None if there is none.
+        """Returns the universal joint before the ball of a closure, or None.
 
         A pin whose axis passes through the joint's center acts like a ball, as in a spherical
-        linkage. Any other point of the axis then determines the pin's direction.
+        linkage. A different point on the pin axis then determines the direction of the pin.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
@@ -103,7 +104,7 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """Returns the last two unknown joints, if their axes intersect off the ball."""
+    """Returns the last two unknown joints if their axes intersect away from the ball."""
     found, terms = _fork_and_tip(legs, end), legs.terms
     if found is None:
         return None
@@ -202,7 +203,7 @@ class UniversalLeg(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the other branch."""
+        """A sentence that describes the second branch."""
         return (
             "The other sign of ${h}$ is the flipped fork: the rod then points in the same"
             " direction."
@@ -210,7 +211,7 @@ class UniversalLeg(LoopStep):
 
 
 class _Aim:
-    """The rod's direction, and intermediate results shared by both branches.
+    """The rod's direction, and intermediate results that both branches share.
 
     In the second joint's axes, a is the first axis, b is the rod, and C is b rotated by the second
     angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z
@@ -268,7 +269,7 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """Returns the distance of both angles from the reference (radian); NaN out of reach."""
+        """Returns the distance of both angles from the reference (radian), or NaN out of reach."""
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):
