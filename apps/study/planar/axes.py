@@ -100,7 +100,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _postures(robot: Robot) -> FloatArray:
-    """Return the middle of the limits, and random configurations within the limits."""
+    """Return the middle of the limits, and random configurations up to 1 rad or m away."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_POSTURES, robot.n))
