@@ -1,4 +1,4 @@
-"""Jacobians, Jacobian rates, Hessian, twists and accelerations from screw theory.
+"""Jacobians, their time derivatives, Hessian, twists and accelerations from screw theory.
 
 Column j of a Jacobian is (v_j; omega_j): omega_j is the axis of joint j, and v_j is the velocity of
 the observed point at unit velocity of joint j. The three Jacobians differ in the observed point and

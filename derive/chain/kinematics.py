@@ -1,4 +1,4 @@
-"""Functions of a chain: poses, Jacobians, Jacobian rates, Hessian, twists, accelerations.
+"""Functions of a chain: poses, Jacobians and their derivatives, twists, accelerations.
 
 The coordinates may differ from the joints. A :class:`~chasles.derive.chain.coordinates.Motion` maps
 coordinates to joints: linearly in a serial robot, and through loop equations in other robots.

@@ -162,7 +162,7 @@ def exact_direction(vector: Vector) -> Vector:
     ``NOISE`` of the length. Zeros must match exactly.
 
     Returns:
-        A unit vector of exact roots, or the decimals of the file.
+        A unit vector of exact roots, or the decimals as written in the file.
     """
     if any(decimal_places(component) is None for component in vector):
         return vector

@@ -22,7 +22,7 @@ Every number is exact: an integer, a decimal, or an expression for
 
 The file of a robot with loops lists a joint tree (``parent``) and the members that close the loops:
 ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
-extend another file and change its parameter values. The file of a robot as built may specify the
+extend a parent file and change its parameter values. The file of a robot as built may specify the
 robot as designed (``nominal``), by file or by the name of an installed robot: the inverse is
 refined from this nominal robot.
 """
@@ -83,8 +83,8 @@ def read(
         several.
 
     Raises:
-        DescriptionError: The file or its parent file cannot be read or is invalid, has another
-            suffix, has no such chain, or contains several arms.
+        DescriptionError: The file or its parent file cannot be read or is invalid, has an
+            unsupported suffix, has no such chain, or contains several arms.
         UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
@@ -192,7 +192,7 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
 
 
 def _extended(heir: TomlFile) -> TomlFile:
-    """Returns the parent file that another file extends."""
+    """Returns the parent file that a file extends."""
     keys = ("extends",)
     path = Path(heir.file).parent / heir.string(keys, "")
     try:

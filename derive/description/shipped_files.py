@@ -9,7 +9,7 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of further arms; derived on demand, their generated code is not committed."""
+"""Folder of further well-known arms; their code is derived on demand and not committed."""
 NAMED = "robot:"
 """Prefix of a robot name from the package robot_descriptions."""
 

@@ -2,8 +2,9 @@
 
 If the whole robot is rotated, parallel and perpendicular axes have arbitrary rounded angles. So the
 base frames are expressed in axes rotated with one of the frames. Relative angles that are multiples
-of 15 degrees become exact. Any other number becomes a number of another body or the shortest
-decimal, within the rounding of angles and positions. The rotation itself is kept as written.
+of 15 degrees become exact. Any other number is replaced, within the rounding of angles and
+positions, by a number of a different body or by the shortest decimal. The rotation itself is kept
+as written.
 """
 
 import math

@@ -33,7 +33,7 @@ DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
 """Joint types that require limits."""
 FREE_KINDS = ("floating", "planar")
-"""Multi-DOF joint types; a chain starts behind them."""
+"""Multi-DOF joint types; a chain starts after such a joint."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",

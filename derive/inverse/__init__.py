@@ -1,1 +1,1 @@
-"""Closed-form inverse kinematics: axis structures, families and subproblems."""
+"""Closed-form inverse kinematics: families of axis structures, solution steps and subproblems."""

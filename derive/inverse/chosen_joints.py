@@ -1,4 +1,4 @@
-"""Inverses with chosen joints fixed, and the error if no closed form is left."""
+"""Inverses with chosen joints fixed, and the error if no closed-form inverse is left."""
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
@@ -30,10 +30,11 @@ def inverses_for_fixed(
         robot: The description.
         terms: Table of named terms.
         families: The families to try, in order.
-        fixed: Names of the fixed joints; () lets the structure of a redundant robot select them.
+        fixed: Names of the fixed joints; () to select suitable joints of a redundant robot
+            automatically.
 
     Raises:
-        InputValueError: A joint name is unknown, or the other joints have no closed form.
+        InputValueError: A joint name is unknown, or the other joints have no closed-form inverse.
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
@@ -53,13 +54,13 @@ def hybrid_inverses_for_fixed(
     Args:
         hybrid: The robot.
         families: The families to try, in order.
-        fixed: Names of the fixed joints; () lets the structure of the main chain select them.
+        fixed: Names of the fixed joints; () to select suitable main-chain joints automatically.
         closure: Closure equations of loops without a closed form; None if all loops have a closed
             form.
 
     Raises:
-        InputValueError: A main-chain joint name is unknown, or the other joints have no closed
-            form.
+        InputValueError: A main-chain joint name is unknown, or the other joints have no closed-form
+            inverse.
     """
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):

@@ -45,7 +45,7 @@ class Attempt:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the structure covers all joints, in the order from base to tool."""
+        """Whether the structure includes all joints, numbered from base to tool."""
         return not self.given and not self.backwards
 
     @property
@@ -54,7 +54,7 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Tests the same structure on another chain, such as a nominal arm."""
+        """Tests the same structure on a different chain, such as a nominal arm."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -74,9 +74,9 @@ class Classification:
         found: The family that fits; None if no family fits.
         attempts: All tested families, up to the matching family.
         missing: The reason why no closed form exists; empty if one exists.
-        near: Structures that the axes have approximately, likeliest first. Each defines a nominal
+        near: Structures that the axes fit approximately, likeliest first. Each defines a nominal
             arm from which Newton's method may refine the inverse.
-        give: Indices of the joints that the caller fixed; () if the structure selects them.
+        give: Indices of the joints that the caller fixed; () if they are selected automatically.
     """
 
     lines: Lines
@@ -88,7 +88,7 @@ class Classification:
 
     @property
     def tier(self) -> Literal["exact", "snapped", "none"]:
-        """Whether the axes have a structure exactly, nearly ("snapped") or not."""
+        """Whether the axes fit a structure exactly, approximately ("snapped") or not at all."""
         if self.found is None:
             return "none"
         return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
@@ -183,7 +183,7 @@ def others_that_fit(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """Returns the structures that the axes have approximately, likeliest first.
+    """Returns the structures that the axes fit approximately, likeliest first.
 
     A structure whose deviation is within the tolerance for measurement errors comes first; other
     structures are sorted by deviation. An input such as a swivel angle requires exact axes, so an

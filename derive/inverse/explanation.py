@@ -95,8 +95,8 @@ class Explanation:
         """Returns the full explanation, about 30 lines.
 
         Raises:
-            DescriptionError: The loops do not close at the reference configuration, or the number
-                of actuators differs from the degrees of freedom.
+            DescriptionError: The loops cannot be closed at the reference configuration, or the
+                number of actuators differs from the degrees of freedom.
         """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
         if self.hybrid is not None:
@@ -190,7 +190,7 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """Lists the conditions that the axes meet only approximately, with the deviations."""
+    """Lists the conditions that the axes fulfil only approximately, with the deviations."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)

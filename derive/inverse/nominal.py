@@ -28,7 +28,7 @@ def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
     Args:
         robot: The calibrated arm.
         lines: The axes of the calibrated arm.
-        found: The structure that the axes have approximately.
+        found: The structure that the axes fit approximately.
 
     Returns:
         A robot without symbolic parameters, with the home pose of the calibrated arm.

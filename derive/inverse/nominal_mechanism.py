@@ -2,9 +2,9 @@
 
 The lengths and axis directions of a built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. Otherwise the design probably has round
-lengths, and equal or proportional lengths that give its loops a structure. So lengths are rounded
-to grids, coarsest first, and axes to multiples of 15 degrees. The nominal mechanism is the first
-candidate with a closed-form inverse from which Newton's method converges to the true robot.
+lengths, and equal or proportional lengths with which its loops have a closed form. So lengths are
+rounded to grids, coarsest first, and axes to multiples of 15 degrees. The nominal mechanism is the
+first candidate with a closed-form inverse from which Newton's method converges to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (metre), coarsest first: a structure on a coarse grid is rarely accidental."""
+"""Grid spacings (metre), coarsest first: exact relations on a coarse grid are rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MOST_DRAWN = 100, 600

@@ -52,11 +52,11 @@ def polished_inverse(
     """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
-        classification: The structure, and the deviation of the axes.
+        classification: The structure, with the deviation of the axes from it.
         nominal: The task ``ik`` of the nominal arm.
         general: Tables of the general solver, which checks uncertain branches. If the solver is
             well conditioned, it runs at every pose of arms with fixed joints (their singularities
-            are more complex) and of arms that differ much from their nominal arm.
+            are more complex) and of arms that differ considerably from their nominal arm.
         move: Median joint move (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found

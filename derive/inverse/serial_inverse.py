@@ -46,7 +46,7 @@ class Inverses:
     """All inverses of a robot.
 
     Attributes:
-        classification: The structure of the axes, or the reason why none was found.
+        classification: The structure of the axes, or the reason why no structure was found.
         solved: The tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
         general: The inverse of a general arm, if the axes fit no known family.
@@ -115,7 +115,7 @@ def inverses(
         terms: Table of named terms.
         coordinates: Number of coordinates that move the robot, if loops couple some joints.
         families: The families to try, in order.
-        give: Indices of the joints to fix; () lets the structure select them.
+        give: Indices of the joints to fix; () to select suitable joints automatically.
         ways: Methods of :data:`WAYS` to try; all methods by default.
     """
     classification = classify(robot, terms, coordinates, families, give)
@@ -213,7 +213,7 @@ def led(
 def _by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks of five joints that form a structure together with the tool axis."""
+    """Derives the tasks of five joints that fit a family together with an added tool axis."""
     if classification.found is not None:
         return None
     found = by_tool_axis(robot, classification, families)

@@ -36,8 +36,7 @@ def by_tool_axis(
 
     Args:
         robot: The description.
-        classification: The result for the five joints, which form no structure without the added
-            axis.
+        classification: The result for the five joints alone, which fit no family.
         families: The families to try, in order.
 
     Returns:
@@ -63,12 +62,11 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Returns five joints and an added sixth joint at 0 that form an exact structure, or None.
+    """Returns five joints and an added sixth joint at 0 that fit a family exactly, or None.
 
     Args:
         robot: The description.
-        classification: The result for the five joints, which form no structure without the added
-            axis.
+        classification: The result for the five joints alone, which fit no family.
         families: The families to try, in order.
     """
     if len(classification.lines.axes) != JOINTS or unfit(robot):

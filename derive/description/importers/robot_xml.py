@@ -55,7 +55,8 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
         root: Required name of the root element.
 
     Raises:
-        DescriptionError: The text is not valid XML, has a document type, or has another root.
+        DescriptionError: The text is not valid XML, has a document type, or has a different root
+            element.
     """
     parser = _parser()
     try:

@@ -64,7 +64,7 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
 
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to another arm type (tools at zero differ by more than
+            calibration belongs to a different arm type (tools at zero differ by more than
             ``CALIBRATED_TOOL``).
     """
     file = Path(path)

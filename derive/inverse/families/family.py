@@ -35,7 +35,7 @@ class Family:
         solve: Solves all joints for a tool displacement, step by step. Each step has a reason, a
             degenerate case and an equation, printed by ``--explain`` and in the article.
         readings: The ends from which the axes may be numbered.
-        behind_given: Whether the structure may also apply to the free joints of a longer chain with
+        behind_given: Whether the family is also tested on the free joints of a longer chain with
             fixed joints.
         rather_gives: Whether the family is tested last if joints are fixed, because fixing its
             prismatic joint is preferred.

@@ -220,8 +220,8 @@ def _ratings(
     """Returns the best splits with distinct joint orders, best first.
 
     If the solution separations are known, splits whose suppressed joint separates the solutions
-    come first. Each has a different suppressed joint: solutions that coincide in one joint may
-    differ in another.
+    come first. Each selected split has a different suppressed joint, because solutions that agree
+    in one joint may differ in another joint.
     """
 
     def tells_apart(rating: Rating) -> tuple[bool, bool]:
@@ -231,8 +231,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # If four or more axes meet in two points, A is singular in every split. A is also singular
-        # for two parallel prismatic joints in the pair, but such an arm lacks a degree of freedom.
+        # If four or more axes pass through two points, A is singular in every split. A is also
+        # singular for two parallel prismatic joints in the pair, but such an arm lacks a degree of
+        # freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))

@@ -1,8 +1,8 @@
 """Solves five joints as six: an added joint 6 rotates the tool and must be at 0.
 
 Every solution of the five joints is a solution of the six joints with angle 6 at 0. Solutions with
-another angle 6 are discarded. The added axis is skew to the other axes, so that the six joints fit
-no known family. The axis is far enough from the tool origin to move it.
+a nonzero angle 6 are discarded. The added axis is skew to the other axes, so that the six joints
+fit no known family. The axis is far enough from the tool origin to move it.
 """
 
 from collections.abc import Sequence

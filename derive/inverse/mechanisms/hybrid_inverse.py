@@ -63,13 +63,13 @@ def hybrid_inverses(
 ) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
-    If deviations from the design break the structure, the inverse is refined from the nominal
+    If deviations from the design leave no closed form, the inverse is refined from the nominal
     robot.
 
     Args:
         hybrid: The robot.
         families: The families to try on the main chain, in order.
-        give: Indices of the chain joints to fix; () lets the structure select them.
+        give: Indices of the chain joints to fix; () to select suitable joints automatically.
         closure: Closure equations of loops without a closed form, which require a nominal robot;
             None if all loops have a closed form.
     """
@@ -94,7 +94,7 @@ def _by_structure(
         families: The families to try.
         give: Indices of the chain joints to fix.
         built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
-            this robot may close only beyond the dead points of the nominal robot.
+            the built robot may require positions beyond the dead points of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:

@@ -3,7 +3,7 @@
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
 these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
 So ``ik`` evaluates ``fk`` at every slot of ``ik_legs``. A slot is a solution if ``fk`` returns the
-target pose; otherwise it belongs to another assembly mode.
+target pose; otherwise it belongs to a different assembly mode.
 """
 
 from collections.abc import Mapping

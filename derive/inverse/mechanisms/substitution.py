@@ -1,4 +1,4 @@
-"""Substitutes the results of one derivation into the expressions of another."""
+"""Substitutes the results of one derivation into the expressions of a second derivation."""
 
 from collections.abc import Mapping, Sequence
 

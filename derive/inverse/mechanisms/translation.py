@@ -1,4 +1,4 @@
-"""Replaces the translating part of a chain by virtual prismatic joints; solves its actuators."""
+"""Replaces the translating part of a chain by virtual prismatic joints; solves their actuators."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

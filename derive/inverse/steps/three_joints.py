@@ -39,11 +39,11 @@ Solver = Callable[[Work, Lines, Vector, Vector], None]
 
 @dataclass(frozen=True)
 class Case:
-    """A structure of three joints.
+    """An arrangement of three joints with a closed-form solution.
 
     Attributes:
         kinds: One letter per joint: r (revolute) or p (prismatic).
-        title: Description of the structure.
+        title: Description of the arrangement.
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes.
         solve: Solves the three joints.

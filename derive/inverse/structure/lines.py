@@ -34,7 +34,7 @@ Frame = tuple[Basis, Vector]
 MOST_ADDENDS = 16
 """Maximum number of addends of a symbolic constant that is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of an added joint: about the tool axis, and about another axis."""
+"""Names of an added joint: about the tool axis, and about any other axis."""
 SOME_SLIDE = 0.6180339887
 """Generic prismatic value (metre): axes that intersect at this value intersect at all values."""
 SOME_TURN = 0.7548776662
@@ -79,7 +79,7 @@ class Axis:
         return some * (1 + self.joint * APART % 1)
 
     def is_along(self, other: "Axis") -> bool:
-        """Whether the axis has the same or the opposite direction as another axis."""
+        """Whether the axis is parallel or antiparallel to another axis."""
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
@@ -88,7 +88,7 @@ class Axis:
         return replace(self, h=(-x, -y, -z), direction=-self.direction)
 
     def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
-        """Returns the axis through another point."""
+        """Returns a parallel axis through a different point."""
         return replace(self, p=p, origin=origin)
 
 

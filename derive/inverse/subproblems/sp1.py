@@ -1,4 +1,4 @@
-"""Subproblem 1: the angle of a rotation about a known axis that maps one vector to another.
+"""Subproblem 1: the angle of a rotation about a known axis that maps a vector to a given vector.
 
 Statement: ``R(k, theta) p = v``.
 

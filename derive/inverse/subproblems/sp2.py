@@ -1,4 +1,4 @@
-"""Subproblem 2: two rotations about intersecting axes that map one vector to another.
+"""Subproblem 2: two rotations about intersecting axes that map a vector to a given vector.
 
 Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
 

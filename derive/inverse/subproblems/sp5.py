@@ -11,11 +11,11 @@ These two equations are linear in the cosine and sine of theta1 and of theta3: s
 to four solutions. The rotation from w to v about k2 is theta2.
 
 If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
-components v' and w' normal to k2 only to 1e-8. Two solutions that the squares do not separate
-therefore start on either side of their common point. Each solution moves to the nearer root of the
-second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on ``v - R2 w
-= 0`` in all three angles follow, for data with vanishing first derivatives. Each step is used only
-if it reduces the gap.
+components v' and w' normal to k2 only to 1e-8. Two solutions that the squares cannot distinguish
+therefore get start values on either side of their common point. Each solution moves to the nearer
+root of the second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on
+``v - R2 w = 0`` in all three angles follow, for data with vanishing first derivatives. Each step is
+used only if it reduces the gap.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 

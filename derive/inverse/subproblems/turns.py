@@ -36,8 +36,8 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by its own length: another expression for the length would not normalize a
-    pair of small differences. The vector (0, 0) gives the angle 0.
+    The vector is divided by its own length: a different expression for the length would not
+    normalize a pair of small differences. The vector (0, 0) gives the angle 0.
 
     Args:
         terms: Table of named terms.

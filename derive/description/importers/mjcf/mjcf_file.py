@@ -61,7 +61,8 @@ class MjcfFile:
             name: Name of the robot; default: the model name.
 
         Returns:
-            A SerialRobot, or a Mechanism if equalities close loops through joints of the chain.
+            A SerialRobot, or a Mechanism if joints of the chain belong to loops that equalities
+            close.
 
         Raises:
             DescriptionError: No such chain exists, or the chain has unsupported elements.
