@@ -1,14 +1,14 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
-Even trials use a shipped or shelf arm, odd trials a random arm with round numbers. Every joint and
-the tool have errors up to a size between 0.1 and 10 (millimetre, milliradian). Every pose needs a
-solution, and no solution may be wrong. At most 1 in 10,000 regular configurations may be missing
-from the solutions of its pose; at right angles, missing configurations are only counted. Six-joint
-arms of even trials are also solved as general arms, and the trial counts solutions found only by
-the general solver. Stricter rules apply to errors up to 3 (millimetre, milliradian): each solution
-is in one slot, and every configuration with a smallest singular value above 1e-3 is found, also at
-right angles. On some poses, the regular solutions must equal the set found by multi-start Newton
-iteration.
+Even trials use a shipped or shelf arm, odd trials a random arm with round numbers. The errors of
+every joint and the tool are at most some size between 0.1 and 10 (millimetre, milliradian). Every
+pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular configurations may
+be missing from the solutions of its pose. Missing right-angle configurations are only counted.
+Six-joint arms of even trials are also solved as general arms, and the trial counts solutions found
+only by the general solver. Stricter rules apply to errors up to 3 (millimetre, milliradian). Each
+solution is in exactly one slot. Every configuration with a smallest singular value above 1e-3 is
+found, also at right angles. On some poses, the regular solutions must equal the set found by
+multi-start Newton iteration.
 """
 
 from math import ceil
@@ -51,7 +51,7 @@ SAME = 1e-5
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm of a number; counts arms with round numbers that have no ``ik``."""
+    """Tests the arm with a number; counts arms with round numbers and without an ``ik``."""
     is_drawn, robot = number % 2 == 1, arm_of(number)
     with TemporaryDirectory() as folder:
         try:
@@ -82,14 +82,14 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm of a number with its errors."""
+    """Returns the arm with a number, including its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else read(description(shown))
     return displaced(robot, size_of(number), number)
 
 
 def size_of(number: int) -> float:
-    """Returns the error size (metre, radian) of a number."""
+    """Returns the error size (metre, radian) for a trial number."""
     return float(10 ** np.random.default_rng(number).uniform(*SIZES))
 
 

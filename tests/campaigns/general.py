@@ -1,11 +1,11 @@
-"""Derives, compiles and tests arms without a structure.
+"""Derives, compiles and tests arms without a closed-form family.
 
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
 to two prismatic joints. The inverse of each arm solves poses at random and right-angle
 configurations. Every pose needs a solution, no solution may be wrong, and each regular
 configuration must be among the solutions. Arms with more than six joints solve the same poses again
 with the fixed joint values of other configurations. The trial also counts the poses for which
-multi-start Newton iteration finds a different solution count.
+multi-start Newton iteration finds a different number of solutions.
 """
 
 from collections.abc import Collection, Sequence
@@ -102,7 +102,7 @@ class Judged:
         return [mark.sum() for mark in marks]
 
     def is_fixed(self, joint: int) -> bool:
-        """Whether ``ik`` has the value of a joint as an input."""
+        """Tests whether ``ik`` has the value of a joint as an input."""
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -111,7 +111,7 @@ class Judged:
         return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """Counts the poses for which Newton's method finds a different solution count.
+        """Counts the poses with a different number of solutions found by Newton's method.
 
         Args:
             T: The poses (m, 4, 4).
@@ -176,7 +176,7 @@ def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm of a number."""
+    """Tests the arm with a number."""
     robot, rng = arm_of(number), np.random.default_rng([number, 1])
     n = len(robot.moving)
     with TemporaryDirectory() as folder:
@@ -201,7 +201,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm of a number: alternately six joints, seven joints or a long arm."""
+    """Returns the arm with a number: in turn a six-joint, a seven-joint or a longer arm."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
@@ -215,7 +215,7 @@ def loaded(
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes too large counts of :meth:`Judged.lost`; up to ``may_lose`` losses are allowed."""
+    """Describes excessive counts of :meth:`Judged.lost`; ``may_lose`` lost poses are allowed."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

@@ -99,9 +99,8 @@ def library() -> ctypes.CDLL:
 
 
 def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
-    """Tests an arm at random configurations, and at one third as many right-angle ones.
-
-    Returns None for an arm with a structure (another solver) or without full rank.
+    """Tests an arm at random configurations, and at a third as many right-angle configurations.
+    Returns None if the arm belongs to a closed-form family (a different solver) or is singular.
     """
     q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
     found = judged_at(robot, q), judged_at(robot, right)
@@ -109,7 +108,7 @@ def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found]
 
 
 def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
-    """Tests an arm at configurations (m, n); returns None in the same cases as `judged`."""
+    """Tests an arm at configurations (m, n); returns None under the same conditions as `judged`."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
 
@@ -138,7 +137,7 @@ def _told(tables: tuple) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solves the poses of configurations (m, n) and compares."""
+    """Solves the poses of configurations (m, n) and compares the solutions with them."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))
@@ -160,7 +159,7 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arms of a number."""
+    """Tests the arms of a numbered trial."""
     found = {name: judged(robot, POSES, number) for name, robot in arms(number)}
     failures = [
         f"{name}, {kind}: {own.none} without a solution, {own.lost} lost"

@@ -1,4 +1,4 @@
-"""Mechanisms with displaced joints, closed in least squares.
+"""Mechanisms with displaced joints, whose loops are closed in the least-squares sense.
 
 Rods on pins become links. Every joint and closure is shifted by up to 0.5 mm and rotated by up to 2
 mrad about each axis. The configurations must match an independent minimization with exact
@@ -48,11 +48,12 @@ class Judged:
 
     Attributes:
         closure: Largest joint difference from the least-squares minimum (radian, metre).
-        slope: Largest error of the configuration derivative.
-        rate: Largest error of the main-chain accelerations at unit rates.
+        slope: Largest error of the derivative of the configuration with respect to the coordinates.
+        rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.
-        lost: Number of poses whose coordinates ``ik`` does not return; 0 without an inverse.
-        open: Number of open configurations within a tenth of the limit range.
+        lost: Number of poses whose coordinates ``ik`` does not return; 0 if the robot has no
+            inverse.
+        open: Number of configurations within a tenth of the limit range whose loops remain open.
     """
 
     closure: float

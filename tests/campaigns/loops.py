@@ -1,4 +1,4 @@
-"""Random coordinates of the shipped robots with loops, mostly out of reach.
+"""Random coordinates of the shipped robots with loops. Most of them cannot close the loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, every value must close the
 loops with the frames of the description; otherwise every value must be NaN. For platforms, the
@@ -63,7 +63,7 @@ def _configurations(
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
         names = [variable.name for variable in robot.configuration_variables]
-        # Loops that always close have no margin.
+        # Loops that close for all coordinates have no margin.
         valid = (
             robot.loops_close(q) if hasattr(robot, "loops_close") else np.ones(len(q), dtype=bool)
         )

@@ -3,8 +3,8 @@
 Each arm is derived. Each of its inverses solves poses at random coordinates, at right angles and
 near right angles. Every pose needs a solution, no solution may be wrong, and regular coordinates
 must be among the solutions. Nothing is compiled: the equations run in CasADi. Poses that ``ik``
-solves only after refinement are also counted. Six joints without a structure need compiled C and
-are tested by the campaign ``general``.
+solves only after refinement are also counted. Six-joint arms without a closed-form family need
+compiled C. The campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -88,7 +88,7 @@ def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
 
 
 def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, PoseSet]]:
-    """Yields the pose sets of an inverse; in some sets, joints that it sets to 0 also move."""
+    """Yields the pose sets of an inverse; in some, joints that the inverse sets to 0 also move."""
     held = replace(case, free=case.still)
     yield held, PoseSet("random", held.random(rng, RANDOM), regular=determines(held))
     q = right_angles(held, rng)

@@ -2,10 +2,10 @@
 
 Each mechanism of ``drawn_mechanisms.py`` is derived and loaded, and both of its maps return all
 branches at several inputs. No branch may be missing, duplicated or wrong: a valid slot closes the
-loops with positive cylinder lengths. If no mode is on the reference branch, no function may return
-a finite value that depends on its input. Mechanisms without a closed form are counted, and compared
-only at inputs without any mode. ``fk`` of every valid ``ik`` slot is the target pose, and one slot
-is the generating configuration.
+loops with positive cylinder lengths. If no mode is on the reference branch, a function may return a
+finite value only if the value does not depend on its input. Mechanisms without a closed form are
+counted. They are compared only at inputs for which no mode exists. ``fk`` of every valid ``ik``
+slot is the target pose, and one slot is the generating configuration.
 """
 
 import tempfile

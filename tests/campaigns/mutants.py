@@ -2,8 +2,8 @@
 
 Each trial writes a shipped serial robot as a URDF in doubles, mutates it several times (see
 ``tests/support/generators/mutated_urdfs.py``), and reads and classifies the mutants. A mutant must
-keep the structure of its robot or state the conditions that it misses. Pinocchio computes the pose
-of the tool from the same file for comparison.
+keep the structure of its robot, or state the conditions that it violates. Pinocchio computes the
+pose of the tool from the same file for comparison.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -41,7 +41,7 @@ class Finding:
         cleaning: Summary of the snapped numbers.
         excess: Maximum pose difference, divided by the stated pose error; above 1 is wrong.
         kept: Whether the mutant has the structure and the tier of its arm.
-        missed: Description of the conditions of the arm's structure that the mutant misses.
+        missed: Description of the conditions of the arm's structure that the mutant violates.
     """
 
     mutant: Mutant
@@ -52,7 +52,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether poses are in bounds, and the structure is kept or the miss is stated."""
+        """Whether poses are within the stated error, and the structure is kept or explained."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:

@@ -1,10 +1,10 @@
 """Compares assembly modes of random six-rod platforms with Newton's method.
 
-The platforms are general, flat, or have three double joints on the platform (6-3) or on both sides
-(3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton iteration may be
-missing, and every mode must have the correct rod lengths. Singular modes are not compared, because
-Newton's method does not converge there. The counts include modes that Newton's method does not
-find, and platforms whose mode list may be incomplete.
+The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
+and base (3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton
+iteration may be missing, and every mode must have the correct rod lengths. Singular modes are not
+compared, because Newton's method does not converge there. The counts include modes that Newton's
+method does not find, and platforms whose mode list may be incomplete.
 """
 
 import ctypes
@@ -175,7 +175,7 @@ def numbered(
 ) -> Platform:
     """Returns the parameters of a platform for rod lengths near ``usual``.
 
-    Without elimination, platforms with double joints are solved by path tracking like other
+    Without elimination, platforms with double joints are solved by path tracking, like general
     platforms.
     """
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
@@ -205,7 +205,7 @@ def newton(
     """Returns quaternions and positions of the distinct modes found from random starts."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
-    # The first rod end is at the distance of its rod length.
+    # The distance between the ends of the first rod is its length.
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]

@@ -1,8 +1,9 @@
 """Reads and derives mutated robot files and random arms with round numbers.
 
 Each trial mutates the shipped robot files and some URDFs, and reads the mutants. A few valid
-mutants and some random arms are derived. Every attempt must end in time, with a robot or with an
-error of chasles. An error in a file must state the file. Every other exception is a failure.
+mutants and some random arms are derived. Every attempt must end within the time limit, with a robot
+or with an error of chasles. An error in a file must state the file. Every other exception is a
+failure.
 """
 
 import random
@@ -62,12 +63,12 @@ class Attempt:
 
     @property
     def is_good(self) -> bool:
-        """Whether the attempt ended in time with a robot or an error of chasles."""
+        """Whether the attempt ended within its time limit, with a robot or an error of chasles."""
         return self.end in ("made", "refused")
 
 
 def trial(number: int) -> Outcome:
-    """Reads and derives the files of a number."""
+    """Reads and derives the files of a numbered trial."""
     with TemporaryDirectory() as folder:
         attempts = list(_attempts(number, Path(folder)))
     counts = dict.fromkeys(("read", "derived", "refused"), 0)

@@ -111,7 +111,7 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Returns the next campaign: one without a trial, else the one with the least time."""
+    """Returns a campaign without a trial, else the campaign with the least time."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]

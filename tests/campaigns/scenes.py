@@ -44,7 +44,7 @@ class Scene:
         checked: Number of checked configurations on the path.
         touching: Number of configurations in collision.
         open: Number of configurations with an open loop.
-        changed: Number of configurations in another assembly mode than the start.
+        changed: Number of configurations in a different assembly mode than the start.
     """
 
     found: bool
@@ -103,7 +103,7 @@ def planned(robot: chasles.Robot, key: int) -> Scene:
 
 
 def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
-    """Counts configurations (m, n) with open loops and in another assembly mode."""
+    """Counts configurations (m, n) with open loops, and configurations in a wrong assembly mode."""
     robot, bounds = space.robot, space.bounds
     assert bounds is not None
     z = robot.configuration(places)
@@ -123,7 +123,7 @@ def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
 
 
 def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
-    """Returns a space with spheres near random configurations, and two free ones (2, n)."""
+    """Returns a space with spheres near some configurations, and two free configurations (2, n)."""
     size = skeleton(robot).size
     radius = 0.01 * size
     empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)

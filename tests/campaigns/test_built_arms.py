@@ -23,7 +23,7 @@ def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
 
 @pytest.mark.parametrize("number", [2, 81], ids=["crank", "few that close"])
 def test_inverse_of_designed_arm_stays_within_error_limits(number):
-    """In one arm a crank drives a fixed joint; in the other, few configurations close."""
+    """In one arm a crank drives a fixed joint; in the other, loops close in few configurations."""
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 
 

@@ -78,7 +78,7 @@ def test_underivable_arm_is_reported(tmp_path):
 
 
 def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
-    """Six-joint solutions come in pairs; double solutions are duplicated without refinement."""
+    """Solutions of six-joint arms occur in pairs. Without refinement, double solutions repeat."""
     pytest.importorskip("ssik")
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])
     path = tmp_path / "arm.urdf"

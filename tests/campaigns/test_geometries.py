@@ -1,4 +1,4 @@
-"""General arms miss no pose, for several patterns of intersecting, parallel or skew axes."""
+"""No pose of a general arm is missed, for patterns of intersecting, parallel or skew axes."""
 
 import numpy as np
 import pytest
@@ -95,7 +95,7 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """Joints 1 and 4 of the nominal arm have a self-motion; the errors leave 1e-7 m."""
+    """Joints 1 and 4 of the nominal arm have a self-motion; with the errors, it moves the tool."""
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

@@ -5,12 +5,12 @@ drive errors. Its links also sag by 0.2 mm, which no model of the program descri
 and degrees contains 36 configurations with three targets each; base and targets are unknown. The
 model error is measured at 200 further configurations.
 
-The table must be read to its last digit. The error of the selected model must be smaller than the
-error of free axes without drives, and smaller than the sag, the only unmodelled error. Over 120
+The values of the table must be read exactly. The error of the selected model must be smaller than
+the error of free axes without drives, and smaller than the sag, the only unmodelled error. Over 120
 random arms of four robots, the model error was 0.044 mm with a standard deviation of 0.007 mm.
 Relative to free axes, the error was 0.31 with a standard deviation of 0.10. The bars of 0.2 mm and
-1 are more than six standard deviations away. For normal errors, a correct program fails with a
-probability of about 1e-10 per arm.
+1 are more than six standard deviations away. If the errors are normally distributed, a correct
+program fails with a probability of about 1e-10 per arm.
 """
 
 import csv
@@ -81,7 +81,7 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
 
 
 def _same(read: np.ndarray, points: np.ndarray) -> bool:
-    """Whether positions agree to the last digit, with NaN for unseen targets."""
+    """Tests whether positions agree to the last digit, with NaN for unseen targets."""
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 

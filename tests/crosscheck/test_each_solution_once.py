@@ -47,7 +47,7 @@ def apart(q, other, turns, size):
 
 
 def faults(functions, compiled, q, turns, size):
-    """Counts equal slots away from dead points, and configurations without a slot."""
+    """Counts repeated solutions away from dead points, and configurations without a slot."""
     T = np.array(compiled["fk"](q.T)).reshape(16, -1)
     closed = np.isfinite(T).all(0)
     q, T = q[closed][:POSES], T[:, closed][:, :POSES]
@@ -140,7 +140,8 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
         poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
-        # The other values attain the position in the other assembly mode of their rods.
+        # The remaining actuator values attain the position in the other assembly mode of their
+        # rods.
         wanted = every[np.abs(poses - T).max(0) < 1e-9]
         q, _, residual = slots(functions, compiled, T)
         found = q[0][residual[0] < 1e-9]

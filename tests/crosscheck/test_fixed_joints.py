@@ -134,7 +134,7 @@ def random_screws(dice, rng, n):
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_track_keeps_fixed_joints_exactly(name):
-    """The reduced robot can follow the path, and fixed values stay equal to the last bit."""
+    """The robot can follow the path without its fixed joints, whose values stay bitwise equal."""
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
     for _ in range(4):
@@ -158,7 +158,7 @@ def test_track_keeps_fixed_joints_exactly(name):
 
 @pytest.mark.parametrize("name", [*SERIAL, "well_manipulator", "excavator", "board_installer"])
 def test_ik_numeric_with_fixed_joints_solves_reachable_poses(name):
-    """Poses within reach of the free joints are reached from distant seeds; fixed joints stay."""
+    """Reachable poses are found from distant start configurations, and fixed joints do not move."""
     robot = chasles.load(name)
     rng = np.random.default_rng(11)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -2.5)
@@ -189,7 +189,7 @@ def test_fixed_values_are_kept_per_pose_on_any_thread_count():
     assert np.array_equal(one.q, many.q)
     assert np.array_equal(one.q[:, 1], q[:, 1])
     assert one.valid.mean() > 0.99
-    # A fixed value beyond its limit is kept as well.
+    # A fixed value that violates a joint limit is also kept.
     beyond = np.array([0.0, 9.0, 0.4, 0.1, 0.2, 0.3])
     kept = robot.ik_numeric(robot.fk(beyond), beyond + 0.1 * np.eye(6)[0], fixed=1)
     assert kept.q[1] == 9.0

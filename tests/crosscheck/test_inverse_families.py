@@ -83,7 +83,7 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """Derives an arm and its inverse only once, for any form of the arguments."""
+    """Derives each arm and inverse only once, for positional and for keyword arguments."""
     return _arm(chain, function, right)
 
 
@@ -294,7 +294,7 @@ def test_nan_target_has_no_valid_solution(chain):
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
 @pytest.mark.parametrize("moved", [False, True])
 def test_residual_equals_remaining_distance_or_angle(by, moved):
-    """Targets of a planar arm that are tilted or lifted out of its plane have no solution."""
+    """A target that is tilted or lifted out of the plane of a planar arm has no solution."""
     arm = arm_of("R=R=R")
     T = arm.targets(some(arm, 100))
     if moved:

@@ -2,7 +2,7 @@
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
 more joint at the tool. A regressor returns the tool twist per displacement of each placement. The
-displacement per parameter is a complex-step derivative, exact to rounding.
+displacement per parameter is a complex-step derivative, exact up to rounding error.
 """
 
 import numpy as np

@@ -33,7 +33,7 @@ PATHS, STEPS = 4, 300
 
 
 def clean(case, seed):
-    """Tests without refinement that random and right-angle poses have all their solutions."""
+    """Tests that all solutions of random and right-angle poses are found without refinement."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -74,7 +74,7 @@ def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     assert found.valid.any(axis=1).all()
     bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
     assert 0 < bent.sum() < 1000
-    # If joint 4 may stay at 0, it does.
+    # If the pose can be reached with joint 4 at 0, joint 4 is 0.
     q[:, 3] = 0
     assert not case.found(q).q[..., 3].any()
 
@@ -134,7 +134,7 @@ def test_rounding_noise_is_not_used_as_divisor():
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():
-    """Two fixed prismatic joints separate axes unless their displacements cancel."""
+    """Two fixed prismatic joints displace an axis from the next axis, unless they cancel."""
     assert not cases_of(random_arm(62867))
 
 

@@ -59,7 +59,8 @@ def test_arms_with_decoupled_joints_solve_every_pose(kinds):
         directions = [(turns if kind == "R" else slides).pop() for kind in kinds]
         cases = cases_of(robot(kinds, directions, seed))
         titles = {case.inverses.classification.found.title for case in cases}
-        # Three joints that move the tool point in all directions determine its position.
+        # The position of the tool point is determined by three joints that move it in all
+        # directions.
         assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
         assert not lost_of(cases)
 
@@ -93,7 +94,7 @@ def test_five_axis_machine_has_position_and_direction_ik():
 
 @pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "TRLR"])
 def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
-    """T is a prismatic joint normal to the axes, and L is parallel to them."""
+    """T denotes a prismatic joint normal to the revolute axes, and L a joint parallel to them."""
     for seed in range(2):
         draw = random.Random(seed)
         directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
@@ -105,14 +106,14 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
 
 
 def test_rprr_arm_has_no_closed_form_inverse():
-    """If the first and third axes are parallel, no structure separates the position."""
+    """If the first and third axes are parallel, the position cannot be decoupled."""
     directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
     found = explain(robot("RPRR", directions, 0))
     assert found.line.startswith("no closed-form inverse")
 
 
 def crane(order, *, hand, round_numbers, seed):
-    """Returns an arm of random geometry, its tool on the last axis or not."""
+    """Returns an arm of random geometry, with its tool on or off the last axis."""
     draw = random.Random(seed)
 
     def length(share):

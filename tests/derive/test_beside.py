@@ -72,8 +72,7 @@ def test_error_in_parent_ends_the_fork(alone):
 
     with pytest.raises(ArithmeticError):
         fail_beside()
-    # The other process closed the write end of the pipe when it ended, so a read returns end of
-    # file.
+    # The other process closed its end of the pipe when it ended, so a read returns end of file.
     assert os.read(read, 1) == b""
     os.close(read)
 

@@ -226,7 +226,7 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     assert loaded.cleaning.numbers[0].taken == "pi/2"
     assert loaded.notes == tuple(manifest["notes"])
     cleaned = (to / "arm" / "arm.c").read_text()
-    # The choice is part of the folder's stored options.
+    # The selection of functions is part of the options stored in the folder.
     assert run(arm, "--to", to).output == "nothing to derive: all is up to date\n"
     exact = run(arm, "--to", to, "--exact")
     assert "cleaned" not in exact.output
@@ -275,7 +275,7 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """Signals half a millisecond apart interrupt the exit of some of 300 runs."""
+    """Of 300 runs, signals at intervals of half a millisecond interrupt some during their exit."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(300):
         with pytest.raises(OutOfTime), at_most(1e-3):

@@ -1,4 +1,4 @@
-"""The ``.casadi`` files contain the position equations of a robot, and CasADi derives the rest."""
+"""The ``.casadi`` files contain the position equations, and CasADi derives other functions."""
 
 import re
 
@@ -24,7 +24,7 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if derivation(name).closure:
-        # An iterated margin is the solver's determinant, and only C starts from seeds.
+        # The margin of iterated loops is the solver's determinant. Only C code starts from seeds.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

@@ -53,7 +53,7 @@ def test_generated_files_do_not_depend_on_environment(tmp_path):
 
 
 def committed(name):
-    """Returns the bytes of a committed file; robots share their support headers."""
+    """Returns the bytes of a committed file. Several robots share the support headers."""
     own, shared = GENERATED / name, GENERATED / "support" / Path(name).name
     path = own if own.is_file() else shared
     return path.read_bytes() if path.is_file() else None

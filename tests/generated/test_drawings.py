@@ -70,7 +70,7 @@ def slider_crank():
         hinge("coupler", "crank_body", moved(0.3, 0, 0)),
         Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
     )
-    # The block has z along the guide; the pin axis is the normal of the plane.
+    # The z axis of the block is along the guide, and the pin axis is the normal of the plane.
     across = Frame("block", (Rotation("y", -sp.pi / 2),))
     robot = Mechanism(
         "slider_crank",
@@ -279,7 +279,7 @@ def test_closures_and_struts_are_drawn(name):
 def test_robots_stand_upright_in_their_plane(name):
     robot, values = MECHANISMS[name]()
     _, paper, is_planar = on_paper(robot, values)
-    # A loop of prismatic joints alone defines no plane.
+    # A loop that contains only prismatic joints does not define a plane.
     assert is_planar == (name not in {"delta", "welded", "universal"})
     vertical = paper.along([0, 0, 1])
     assert abs(vertical[0]) < 1e-9

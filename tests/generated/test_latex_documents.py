@@ -1,4 +1,4 @@
-"""Every document compiles without undefined references, and no line leaves the page."""
+"""Every document compiles without undefined references, and no line exceeds the page width."""
 
 import random
 import re
@@ -100,7 +100,7 @@ def chain(count, *, crossed):
 
 
 def calibrated():
-    """Six joints whose parameters are all symbols."""
+    """A robot with six joints, whose parameters are all symbolic."""
     parameters, joints = [], []
     for k in range(1, 7):
         own = {f: sp.Symbol(f"{f}_{k}", real=True) for f in ("a", "alpha", "d", "theta")}

@@ -1,4 +1,4 @@
-"""Loops beyond their reach, at dead points and on every branch: no wrong or missed solution."""
+"""Loops out of reach, at dead points and on every branch: no wrong or missed solution."""
 
 from contextlib import suppress
 from functools import partial
@@ -27,7 +27,7 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     z, valid, margin = r.configuration(q), r.loops_close(q), r.margin(q)
     finite = np.isfinite(z).all(-1)
     np.testing.assert_array_equal(finite, valid)
-    # A step after an open loop has no margin.
+    # A solution step after an open loop has no margin.
     assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
     # The cranks of the Grashof four-bar, the slider-crank and the five-bar rotate completely.
     assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
@@ -76,7 +76,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # The solution may be on any branch of the chain; another branch has another chain.
+    # The solution may be on any branch. Different branches have different main-chain joints.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
@@ -126,7 +126,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Finds where straight segments leave the closed region: points just inside and outside."""
+    """Returns the points just before and just after each segment leaves the closed region."""
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
     way = start + parts[:, None, None] * (goals - start)
@@ -150,13 +150,14 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # The margin is linear in the remaining distance, up to the dead point and through it.
+    # The margin is linear in the distance to the dead point, up to it and beyond it.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
     assert np.abs(past / margins[2] + 1).max() < 0.02
     assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
-    # Positions are defined up to the dead point; rates grow with the inverse root of the margin.
+    # Positions are defined up to the dead point. Velocities grow with the inverse root of the
+    # margin.
     assert np.isfinite(values(at(inside - 1e-12))).all()
     rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
@@ -317,7 +318,7 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # These lengths also close the loops there, and both configurations are among the branches.
+        # The loops also close at these lengths, and both configurations are among the branches.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)
@@ -333,7 +334,7 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # Negative lengths of the same triangles are not valid.
+    # The same triangles with negative lengths are not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):

@@ -235,7 +235,7 @@ def test_derivatives_match_finite_differences(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_constraint_derivatives_match_finite_differences(name):
-    """The identities hold at any configuration, closed or open; the null space is the motion."""
+    """The identities hold with closed and with open loops; the null space is the loop motion."""
     r, m = robot(name), model(name)
     _, z = far_from_dead_points(name, 60, seed=14)
     J = r.constraint_D_z(z)

@@ -90,7 +90,7 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     np.testing.assert_array_equal(valid.any(-1), held)
     assert 200 < held.sum() < 4800
     apart = np.abs(wrapped(q[held][:, :, None] - expected[held][:, None])).max(-1)
-    # Near stretched legs two branches merge, and angles have fewer digits.
+    # Near stretched legs two branches merge, and angles are less accurate.
     margin = r.actuator_margin(pose[held]).min(-1)
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
@@ -272,7 +272,8 @@ def test_stretched_leg_is_type_1_singularity(name):
     r, rod = robot(name), PLANAR[name]
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert min(regular) > 0.02
-    # The distance of the first platform pin from the first crank axis is nearly crank plus rod.
+    # The distance of the first platform pin from the first crank axis is nearly the sum of the
+    # crank and rod lengths.
     along = np.array([0.1, 0.05]) - planar.DIRECTIONS[0]
     along = along / np.linalg.norm(along)
     sizes = []
@@ -302,7 +303,8 @@ def test_concurrent_rods_are_type_2_singularity(name):
     # The rods lie along the lines from the center to the pins, so each crank ends one rod length
     # further out.
     reach = planar.PLATFORM + rod
-    # Intersection of that circle with the crank circle, seen from the direction of the base joint.
+    # Intersection of the circle of crank ends with the crank circle, seen from the direction of the
+    # base joint.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -349,9 +351,10 @@ def elbows(q):
 
 
 def spheres(q):
-    """Returns both points (N, 2, 3) at rod length from all elbows moved in by the platform radius.
+    """Returns both points (N, 2, 3) at rod length from all shifted elbows.
 
-    Differences of the sphere equations are planes. Their line intersects the first sphere twice.
+    The elbows are shifted inward by the platform radius. Differences of the sphere equations are
+    planes. The intersection line of the planes meets the first sphere twice.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     centre = elbows(q) - R_P * inwards
@@ -406,7 +409,7 @@ def test_delta_actuators_match_half_angle_solution():
     root = np.sqrt(E**2 + F**2 - G**2)
     branches = np.stack([2 * np.arctan2(-F + side * root, G - E) for side in (1, -1)], -1)
     found = r.actuators(r.chain(q))
-    # Half angles lose digits where the two branches nearly merge.
+    # The half-angle formulas lose digits where the two branches nearly merge.
     assert np.abs(wrapped(branches - found[..., None])).min(-1).max() < 1e-9
     np.testing.assert_allclose(found, q, atol=CLOSED)
     every, valid, _ = r.actuator_branches(r.chain(q[:200]))

@@ -1,4 +1,4 @@
-"""Compiled C against the equations evaluated with 30 digits."""
+"""Compiled C against the equations evaluated at 30-digit precision."""
 
 import mpmath
 import numpy as np
@@ -125,7 +125,7 @@ def test_every_function_matches_equations_at_30_digits(name):
 
 
 def evaluated(derived, numbers):
-    """Evaluates every symbol of a derivation with 30 digits."""
+    """Evaluates every symbol of a derivation at 30-digit precision."""
     terms = derived.terms
     values = {symbol: terms.value(symbol) for symbol in (*terms.parameters, *terms.constants)}
     values = {symbol: from_sympy(value) for symbol, value in values.items()}

@@ -51,12 +51,12 @@ def _alternating(shift: int) -> Callable[[int], Expr]:
 
 
 def _bernoulli(k: int) -> Expr:
-    """Taylor coefficients |B_(2k+2)| / (2k + 2)!, of radius 2 pi."""
+    """Taylor coefficients |B_(2k+2)| / (2k + 2)!, with convergence radius 2 pi."""
     return abs(bernoulli(2 * k + 2)) / factorial(2 * k + 2)
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """1 - cos(theta), for symbols as 2 sin(theta/2)^2, which is accurate near zero in floats."""
+    """1 - cos(theta); for symbols 2 sin(theta/2)^2, which is accurate near zero in floats."""
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 

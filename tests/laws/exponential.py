@@ -53,10 +53,10 @@ def exp_so3(omega: Matrix) -> Matrix:
 def log_so3(R: Matrix) -> Matrix:
     """Rotation vector of a rotation, of length at most pi: `exp_so3(log_so3(R)) = R`.
 
-    The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. A `Float`
-    matrix with c < 0 has its axis from the symmetric part of R, which keeps its digits near a half
-    turn. At a half turn (s is zero; for Floats, zero to rounding) the axis has either sign; its
-    first nonzero component is then positive.
+    The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. For a `Float`
+    matrix with c < 0, the axis is computed from the symmetric part of R, which is accurate near a
+    half turn. At a half turn (s is zero; for Floats, up to rounding error) both signs of the axis
+    are possible. The first nonzero component of the returned axis is positive.
 
     A symbolic rotation is assumed to be neither the identity nor a half turn. For a fixed axis the
     result is regular nevertheless: the logarithm of a rotation about z by q is
@@ -71,7 +71,7 @@ def log_so3(R: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (3, 3).
 
-    Source: Murray, Li and Sastry, chapter 2, section 2, with atan2 for acos.
+    Source: Murray, Li and Sastry, chapter 2, section 2, with atan2 instead of acos.
     """
     return _rotation_vector(checked(R, (3, 3), "R"))[0]
 

@@ -75,7 +75,7 @@ def test_left_dexp_is_adjoint_of_exp_times_right_dexp() -> None:
 
 
 def test_dexp_is_the_differential_of_exp() -> None:
-    """Central differences of the matrix exponential at 40 digits: step 1e-15, error 1e-30."""
+    """Central differences of the 40-digit matrix exponential, with step 1e-15 and error 1e-30."""
     checked = 0
     with mpmath.workdps(DIGITS + 20):
         step = mpmath.mpf("1e-15")
@@ -117,7 +117,7 @@ def test_dexp_inverse_at_full_revolutions_is_rejected(turns: int) -> None:
     assert lie.dexp_left_so3(omega) * omega == omega
 
 
-# The closed forms, with 60 digits more than the result.
+# The closed forms are evaluated with 60 digits more than the result.
 COEFFICIENTS = {
     "SINC": lambda t: mpmath.sin(t) / t,
     "VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,

@@ -44,7 +44,7 @@ def test_exp_se3_is_the_matrix_exponential() -> None:
 
 
 def test_exp_and_log_se3_keep_thirty_digits() -> None:
-    """Floats of 30 digits give results of 30 digits, on both sides of the branch at one radian."""
+    """Floats with 30 digits give results with 30 digits, below and above one radian."""
     checked = 0
     for x in [*few_twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(3, seed=7)]:
         x30 = x.applyfunc(lambda e: Float(e, 30))
@@ -87,7 +87,7 @@ def test_log_has_small_relative_error_at_small_angles() -> None:
 
 
 def test_log_at_half_revolution_in_floats_has_a_defined_sign() -> None:
-    """R has the axes a and -a; noise in the last digit does not change which axis is returned."""
+    """A half turn has the axes a and -a. Noise in the last digit does not change the result."""
     checked = 0
     for axis in AXES:
         first = next(a for a in axis if a)
@@ -142,7 +142,7 @@ def test_exp_and_log_of_identity_are_exact() -> None:
 
 
 def test_hidden_zero_angle_takes_the_limit() -> None:
-    """The zero branch is selected if the number is zero, even if its form does not show it."""
+    """The zero branch is selected for each zero number, even if its expression hides the zero."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
     omega = lie.Matrix([nothing, 0, 0])
@@ -186,7 +186,7 @@ component = st.floats(-1.8, 1.8, allow_subnormal=False)
 @settings(max_examples=15, derandomize=True, database=None, deadline=None)
 @given(st.lists(component, min_size=6, max_size=6))
 def test_exp_and_log_match_expm_at_hypothesis_twists(entries: list[float]) -> None:
-    """Length at most 1.8 sqrt(3) < pi."""
+    """The length is at most 1.8 sqrt(3) < pi."""
     x = vector(*entries)
     T = lie.exp_se3(x)
     assert_close(T, expm(lie.hat_se3(x)), x)

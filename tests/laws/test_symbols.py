@@ -1,4 +1,4 @@
-"""Symbolic results: their function set, their correctness, and their float64 accuracy."""
+"""Symbolic results: the functions that they contain, correctness, and float64 accuracy."""
 
 import math
 
@@ -84,7 +84,7 @@ def test_symbolic_and_numeric_branches_agree() -> None:
 
 
 def test_lowered_exp_keeps_its_digits_at_small_angles() -> None:
-    """In float64, from 1e-150 radian to beyond a half turn; zero is undefined."""
+    """Tests float64 accuracy from 1e-150 radian to beyond a half turn. Zero is undefined."""
     function = lambdify([*X], OF_TWIST["exp_se3"], modules="numpy")
     checked = 0
     for x in twists([1e-150, 1e-100, 1e-8, 1e-4, 0.3, 3.0, math.pi, 4.0]):

@@ -1,4 +1,4 @@
-"""The board installer paper: its rows also hold at other configurations and with other lengths."""
+"""The board installer paper: its results also hold for other configurations and lengths."""
 
 import board_installer as paper
 import board_pictures
@@ -37,7 +37,7 @@ def test_the_arm_only_translates():
 
 
 def test_length_errors_match_first_order_derivatives(length_errors):
-    """An error of 0.1 mm is small, so first-order errors agree to 1 %."""
+    """A length error of 0.1 mm is small, so first-order errors agree to 1 %."""
     with compiled_quickly():
         built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])

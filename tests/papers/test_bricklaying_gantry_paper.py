@@ -1,4 +1,4 @@
-"""The bricklaying gantry paper: table cells, the triangle by the law of cosines, the wall."""
+"""The bricklaying gantry paper: table cells, a triangle by the law of cosines, and the wall."""
 
 from collections import Counter
 from functools import cache
@@ -71,7 +71,7 @@ def test_planar_ik_matches_law_of_cosines():
     shoulder, elbow, wrist = found.q[0]
     ours = shoulder - found.line, np.pi + elbow, wrist
     assert ours == pytest.approx([angles[name] for name in "ABC"], abs=1e-12)
-    # The other elbow configuration is the mirror image about the line.
+    # The other elbow configuration is the mirror image with respect to the line.
     mirrored = [2 * found.line - shoulder, -elbow, -wrist]
     assert found.q[1] == pytest.approx(mirrored, abs=1e-12)
     for q in found.q:
@@ -87,7 +87,7 @@ def test_bricks_are_released_in_place_and_carried_above_the_wall():
     for place in built.places[tops > tops.min() + 1e-9]:
         below = built.places[np.isclose(tops, place[2] - paper.BRICK[2])]
         assert np.sum(np.isclose(abs(below[:, 0] - place[0]), paper.BRICK[0] / 2)) == 2
-    # The guide carries each brick above the bricks that are already laid.
+    # The guide carries each brick above all bricks already laid.
     at, stage = built.sampled.T[:, :3, 3], built.sampled.stage
     over_the_wall = at[:, 1] > 0.4 - paper.BRICK[1]
     travelling = np.linalg.norm(built.sampled.V[:, :2], axis=1) > 1e-9

@@ -1,4 +1,4 @@
-"""All rows of the papers hold, changed digits refute them, and the pages in docs contain them."""
+"""All rows of the paper tables hold, fail with changed digits, and are on the pages in docs."""
 
 import importlib
 import re
@@ -41,7 +41,7 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Selects random printed digits with their rows, and repeats only the comparison with them."""
+    """Selects random printed digits with their table rows, and repeats only their comparison."""
     digits = [
         (row, digit)
         for row in rows

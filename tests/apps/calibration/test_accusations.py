@@ -94,7 +94,7 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 
 def test_measurements_of_other_robots_get_a_doubt(arm):
-    """The causes are a link that is 20 mm longer, swapped columns, and degrees."""
+    """The causes are a link that is 20 mm longer, swapped columns, and angles in degrees."""
     for seed in range(2):
         right = simulated(arm, seed)
         for wrong in (
@@ -106,7 +106,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """A complete model explains a 20 mm longer link by forty times the tolerance."""
+    """A complete model fits a 20 mm longer link, but with an error of forty times the tolerance."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text
@@ -114,7 +114,7 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 @pytest.mark.parametrize("seed", [0, 1, 24, 34, 70])
 def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
-    """The linear sphere equations do not determine the center height, or have no solution."""
+    """The linear sphere equations do not determine the center height, or are inconsistent."""
     random = np.random.default_rng(seed)
     T = se3.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
     target, centre = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
@@ -126,7 +126,7 @@ def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
 
 
 def linearized(random, noise, few=12, parameters=30):
-    """Few measured values for many parameters with tolerances, and the residual errors."""
+    """Returns few measured values, many parameters with tolerances, and the residual errors."""
     J = random.normal(size=(few, parameters))
     D = np.eye(parameters) * 2.0
     true = random.normal(size=parameters) / 2.0
@@ -134,7 +134,7 @@ def linearized(random, noise, few=12, parameters=30):
 
 
 def test_noise_beside_tolerances_is_that_of_drawn_measurements():
-    """The estimated noise of many samples scatters around the true noise, and never vanishes."""
+    """Over many samples, the estimated noise scatters about the true noise and is never zero."""
     many = [linearized(np.random.default_rng(s), 3.0, few=200).noise() for s in range(20)]
     assert np.median(many) == pytest.approx(3.0, rel=0.1)
     few = [linearized(np.random.default_rng(s), 1.0).noise() for s in range(50)]

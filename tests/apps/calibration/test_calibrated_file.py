@@ -1,4 +1,4 @@
-"""The file of a calibrated robot reproduces the arm, with an inverse; a command writes the file."""
+"""The robot file of a calibrated arm reproduces the arm and its inverse. A command writes it."""
 
 import csv
 
@@ -16,7 +16,7 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="module")
 def driven(arm):
-    """A geometry with errors of axes, tool and transmissions, and motor positions."""
+    """Returns a geometry with axis, tool and transmission errors, and motor positions."""
     random, p = np.random.default_rng(3), drawn(arm, 0).p
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())

@@ -1,7 +1,7 @@
 """Robots with loops: parameter derivatives, identification, and the calibrated robot file.
 
-`python test_calibrated_loops.py 50` generates 50 calibrations of two mechanisms and tests their
-maps in all configurations.
+`python test_calibrated_loops.py 50` generates 50 calibrations of two mechanisms and tests the maps
+of each in all configurations.
 """
 
 import sys
@@ -161,7 +161,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
 
 
 def test_identify_converges_for_tool_that_hardly_rotates():
-    """The start moves the base and the targets by the same tens of centimetres."""
+    """The start values displace the base and the targets equally, by tens of centimetres."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
@@ -174,7 +174,7 @@ def test_identify_converges_for_tool_that_hardly_rotates():
 
 @pytest.mark.parametrize("seed", [0, 6])
 def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
-    """No tolerance fixes the probe: moving it from the start costs no more than moving the base."""
+    """No tolerance restricts the probe position, which is decimetres away from its start value."""
     robot, random = parametric("delta"), np.random.default_rng(seed)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -265,7 +265,7 @@ def test_first_order_tool_errors_match_monte_carlo_for_loops():
     ids=["axis and tool", "axis, tool and loop"],
 )
 def test_identification_rank_matches_paper_formula(parts, rank):
-    """4 r + 2 t + 6 for five revolute joints and two telescopes; three more for each cylinder."""
+    """The rank is 4 r + 2 t + 6 for r revolute joints and t telescopes, plus 3 per cylinder."""
     robot = parametric("well_manipulator")
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
@@ -277,7 +277,7 @@ def test_identification_rank_matches_paper_formula(parts, rank):
 
 @pytest.mark.parametrize("name", ["slider_crank", "delta"])
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
-    """The value "geometry" means axes and loops; either can also be identified with the base."""
+    """The option "geometry" selects axes and loops. Each can also be identified with the base."""
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
     measured = Poses(robot.fk(q), SIGMA)
@@ -311,13 +311,13 @@ def postures(name, seed):
 
 @cache
 def mapped(name, seed, *margin):
-    """Returns a calibrated robot with the maps between actuators and main chain."""
+    """Returns a calibrated robot with its maps between actuators and main-chain joints."""
     functions = ["chain", "actuators", *margin]
     return compiled(calibrated(name, seed), Path(tempfile.mkdtemp()), functions, ["c"])
 
 
 def check_maps(name, seed):
-    """Checks that the maps recover the coordinates in every configuration whose loops close."""
+    """Checks that the maps recover the coordinates wherever the loops can be closed."""
     robot, q = mapped(name, seed, "actuator_margin"), postures(name, seed)
     theta = robot.chain(q)
     closed = np.isfinite(theta).all(-1)
@@ -393,7 +393,7 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
-    """Three joints are fixed at the symbols of the printed chain."""
+    """Three joints are fixed at the symbolic values of the printed chain."""
     printed = inverse_of_loops(
         LoopPage.of(derive(calibrated("well_manipulator", 5), functions=["ik"]))
     )

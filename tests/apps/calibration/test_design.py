@@ -1,4 +1,4 @@
-"""Optimal designs and errors from tolerances against linear algebra and Monte Carlo analysis."""
+"""Optimal designs and tolerance-based errors, against linear algebra and Monte Carlo analysis."""
 
 import numpy as np
 import pytest

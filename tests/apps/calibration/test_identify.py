@@ -82,7 +82,7 @@ def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
 
 
 def test_confidence_intervals_cover_truth_in_95_percent(arm):
-    """The errors of the 20 arms lie in the identified parameters, so the true values are unique.
+    """Only the identified parameters of the 20 arms have errors, so the true values are unique.
 
     The campaign `calibration` tests the intervals of many arms.
     """

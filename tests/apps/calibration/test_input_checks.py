@@ -74,7 +74,7 @@ def test_coupled_joint_column_is_diagnosed(case, sign, word):
 
 @pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
 def test_wrong_joint_zero_is_diagnosed(case, degrees):
-    """A zero error of the first joint moves the base, and of the last joint the tool."""
+    """A zero error of the first joint moves the base; a zero error of the last joint, the tool."""
     robot, q, points = case
     k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
     wrong = q.copy()
@@ -89,7 +89,7 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
-    """The value of a joint is added to a later joint, whose sign is also reversed."""
+    """The value of one joint is added to a later joint, and the later joint is also reversed."""
     robot = loaded("ur5e")
     truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()

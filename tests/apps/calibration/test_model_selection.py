@@ -30,7 +30,7 @@ def with_offsets(robot, seed):
 
 
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
-    """Offsets and axes together are redundant; only their standard deviations separate them."""
+    """Zero offsets and axis errors are redundant. Only their standard deviations separate them."""
     inside = []
     for seed in range(20):
         truth = with_offsets(arm, seed)

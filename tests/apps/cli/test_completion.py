@@ -1,4 +1,4 @@
-"""Shells complete command lines, and a pipe receives each line as soon as it is printed."""
+"""Shell completion works, and a pipe receives each line as soon as it is printed."""
 
 import os
 import subprocess

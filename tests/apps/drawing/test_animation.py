@@ -1,4 +1,4 @@
-"""Animations: one picture per configuration, constant size, and errors that help."""
+"""Animations: one picture per configuration, constant size, and helpful error messages."""
 
 import itertools
 import shutil
@@ -60,13 +60,13 @@ def test_gif_shows_trajectory_at_its_times(tmp_path):
 
 
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
-    """The packaged ffmpeg writes the file and reads it."""
+    """The packaged ffmpeg writes the film and reads it again."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
     file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", fps=10)
     assert imageio_ffmpeg.count_frames_and_secs(file) == (2, pytest.approx(0.2))
-    # Each frame equals the GIF frame, except for the lower color resolution of the film.
+    # Each film frame equals the GIF frame, except for the lower color resolution of the film.
     gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", fps=10)))
     read = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo"]
     data = subprocess.run([*read, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout

@@ -51,7 +51,7 @@ def first_scenes(name):
 
 
 def lettered(bodies):
-    """Draws the only labeled view of a skeleton."""
+    """Draws the labeled view of a skeleton, without other views."""
     poses = bodies.poses(bodies.posture)
     names = ("plane",) if plane_of(bodies, poses) else ("axonometric",)
     return figure_of(shown(bodies, names)[1], (), has_path=False)

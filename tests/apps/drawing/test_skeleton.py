@@ -180,7 +180,7 @@ def test_manifest_without_skeleton_is_rejected():
 
 
 def test_symbols_of_adjacent_joints_are_separated():
-    """The joints of a wrist share a point, but their drawn symbols are apart."""
+    """The joint axes of a wrist share a point, but their drawn symbols do not overlap."""
     checked = 0
     for name in ("ur5e", "puma560", "iiwa14", "panda"):
         robot = chasles.load(name)

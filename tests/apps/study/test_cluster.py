@@ -42,7 +42,7 @@ def test_workspace_on_cluster_is_bitwise_equal(client):
 
 @pytest.mark.parametrize("workers", [1, 5])
 def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
-    """Workers in one process suffice, because workers share no counts."""
+    """Workers in one process suffice, because workers share no counters."""
     robot, count = chasles.load("scara"), 6 * PIECE + 77
     quality = ("limit_margin", "directions")
     here = workspace(robot, count, resolution=30, quality=quality, threads=1)

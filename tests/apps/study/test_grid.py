@@ -1,4 +1,4 @@
-"""Cell-based volumes of known shapes: the true error is within the reported error."""
+"""Volumes of known shapes from grid cells: the true error is within the reported error."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def box(u, *sides):
 
 
 def shapes(rng, count):
-    """Returns random shapes of four kinds, at least four of forty cells thick."""
+    """Returns random shapes of four kinds. Each is at least four cells thick on a grid of forty."""
     for k in range(count):
         a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
         yield [

@@ -15,7 +15,7 @@ POSES = 400
 
 
 def poses(robot, rng):
-    """Returns poses of configurations up to twice beyond limits, so limits reject some."""
+    """Returns poses of configurations in twice the limit range, so some violate the limits."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     beyond = 0.5 * (upper - lower)
@@ -25,12 +25,13 @@ def poses(robot, rng):
 
 @pytest.mark.parametrize("name", ["puma560", "irb6640", "scara"])
 def test_configurations_at_limits_are_reached(name):
-    """Rounding may exceed a limit slightly, and a whole turn from the other limit."""
+    """Rounding errors may move a solution slightly beyond a limit."""
     robot, rng = chasles.load(name), np.random.default_rng(12)
     q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
     at = rng.integers(0, 3, q.shape)
     q = np.select([at == 0, at == 1], [robot.lower, robot.upper], q)
-    # The pose belongs to a limit; away from singularities, the inverse recovers the configuration.
+    # Some joints are at their limits. Away from singularities, the inverse recovers the
+    # configuration.
     clear = robot.ik(robot.fk(q)).margin.min(-1) > 1e-6
     assert clear.sum() > 100
     assert reach(robot, robot.fk(q[clear])).reached.all()
@@ -171,7 +172,7 @@ def test_labels_of_reach_plot_lie_inside_its_figure():
 
 
 def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
-    """Some value of the fixed joint reaches the pose without limits, so the reason is a limit."""
+    """Without limits, some value of the fixed joint reaches the pose, so the reason is a limit."""
     robot, count = chasles.load("panda"), 8
     rng = np.random.default_rng(9)
     places = rng.uniform([-0.9, -0.9, -0.2], [0.9, 0.9, 1.1], (300, 3))

@@ -1,4 +1,4 @@
-"""Platform positions at one orientation against leg shells and an integral over joints."""
+"""Platform positions at one orientation, against spherical shells and an integral over joints."""
 
 import itertools
 
@@ -105,7 +105,7 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
         reachable_positions(hexapod, resolution=100)
     with pytest.raises(ShapeError, match=r"R_0_ee: expected shape \(3, 3\)"):
         reachable_positions(hexapod, np.eye(4))
-    # The delta inverse takes a tenth of the time of the hexapod inverse.
+    # The inverse of the delta runs ten times faster than the inverse of the hexapod.
     with pytest.raises(OutOfReachError, match="delta: no box around the reached"):
         reachable_positions(chasles.load("delta"), so3.exp([3.0, 0, 0]))
 

@@ -1,4 +1,4 @@
-"""Workspaces: bounds, volumes of known shapes, and equal bits for any number of threads."""
+"""Workspaces: bounds, volumes of known shapes, and results that do not depend on thread count."""
 
 import numpy as np
 import pytest

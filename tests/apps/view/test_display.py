@@ -92,7 +92,7 @@ def test_dragged_tool_stays_on_its_branch(name):
     middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
     followed = 0
     for posture in drawn(display, np.random.default_rng(11)):
-        # The motion leads away from the limits and keeps fixed joint values, as a drag does.
+        # As in a drag, the motion leads away from the limits and keeps the fixed joint values.
         way = 1e-3 * np.where(posture.q < middle, 1.0, -1.0)
         way[[item.index for item in robot.redundancy if item.index is not None]] = 0
         there = display.at(posture.q + way, posture)

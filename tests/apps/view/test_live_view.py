@@ -1,4 +1,4 @@
-"""The live view in a browser: sliders, the tool dragged by the mouse, playback."""
+"""The live view in a browser: sliders, mouse drags of the tool, and playback."""
 
 import socket
 

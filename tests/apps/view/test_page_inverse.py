@@ -81,7 +81,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
     found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
     assert len(found) > 0
     T = posture.tool
-    # The closed form of delta omits solutions whose actuators also assemble to another pose.
+    # The delta's closed form omits solutions at which the actuators also allow a different pose.
     for row in found if name != "delta" else ():
         expected = branches(robot, T, row).q
         assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)

@@ -1,4 +1,4 @@
-"""Robots with loops as built: lengths and axes that differ a little from the design.
+"""As-built robots with loops: lengths and axes differ slightly from the design.
 
 The trials alternate between board installers with length errors, arms driven by cylinders, rods and
 cranks, shipped robots with a single length or axis error, and shipped robots with rounded numbers.

@@ -1,4 +1,4 @@
-"""Arms as built, driven by cylinders, rods and cranks.
+"""As-built arms, driven by cylinders, rods and cranks.
 
 All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
 refines the solutions of the design. Each arm needs an inverse that returns configurations around
@@ -33,7 +33,7 @@ class Judged:
 
     Attributes:
         absent: 1 if the arm has no inverse.
-        lost: Fraction of the configurations that ``ik`` of their pose does not return.
+        lost: Fraction of the configurations that ``ik`` does not return for their poses.
         wrong: Largest difference between the pose of a valid solution and the target pose (metre,
             1).
     """
@@ -49,7 +49,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the arm of a number, as built."""
+    """Derives and tests the as-built arm with a number."""
     return judged_arm(built_arm(number), number)
 
 

@@ -38,7 +38,7 @@ class Judged:
 
     Attributes:
         closure: The largest closure error of the loops (metre).
-        lost: Number of configurations that ``ik`` of their pose does not return.
+        lost: Number of configurations that ``ik`` does not return for their poses.
         fewer: Number of true solutions found by another iteration but not by ``ik``. The iteration
             starts from nominal solutions on the branch of the true loops.
     """
@@ -54,7 +54,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the board installer of a number."""
+    """Derives and tests the board installer with a number."""
     rng = np.random.default_rng(number)
     design = read(ROBOTS / "board_installer.toml")
     built = as_built(design, BOARD_INSTALLER, ERROR, rng)

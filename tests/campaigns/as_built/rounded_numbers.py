@@ -1,8 +1,8 @@
 """Robots with loops and rounded decimals, half of them on an arbitrarily rotated base.
 
 A shipped robot is written with 4 to 12 decimal places. Read from these decimals, it must have the
-same closed-form steps as the exact robot. Its closed configurations must close the loops described
-by the decimals, up to their rounding.
+same closed-form steps as the exact robot. The closed configurations must close the loops of the
+rounded robot, up to rounding error.
 """
 
 from dataclasses import dataclass, field
@@ -35,8 +35,8 @@ class Judged:
 
     Attributes:
         lost: 1 if the closed form differs from that of the exact robot.
-        gap: Largest closure error with the decimals, in units of their last place.
-        forms: The steps with exact numbers and with decimals.
+        gap: Largest closure error of the rounded robot, in units of the last decimal place.
+        forms: The closed-form steps of the exact robot and of the rounded robot.
     """
 
     lost: int
@@ -89,7 +89,7 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns the steps from the actuators, and the unsolved joints of both maps."""
+    """Returns the solution steps from the actuators, and the unsolved joints of both maps."""
     hybrid = Hybrid(robot)
     steps = tuple(type(step).__name__ for step in hybrid.forward.steps)
     return steps, hybrid.forward.open, hybrid.backward.open

@@ -43,11 +43,12 @@ class Judged:
 
     Attributes:
         tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
-        open: Number of configurations that only the design reaches.
+        open: Number of configurations in which the loops of the design can be closed, but not the
+            loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.
-        least: Largest difference from the least-squares configuration (radian, metre).
-        lost: Number of configurations that ``ik`` of their pose does not return; infinite if only
-            the design has ``ik``.
+        least: Largest joint difference from the least-squares configuration (radian, metre).
+        lost: Number of configurations that ``ik`` does not return for their poses. Infinite if only
+            the design has an inverse.
     """
 
     tier: str

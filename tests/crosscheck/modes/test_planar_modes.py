@@ -59,7 +59,8 @@ def test_velocity_relation_matches_mode_differences(legs):
             ahead, behind = (robot.fk_all(q + side * STEP * qd).theta for side in (1, -1))
             near = [x[np.nanargmin(np.abs(x - theta).max(-1))] for x in (ahead, behind)]
             rate = (near[0] - near[1]) / (2 * STEP)
-            # The tool is the origin of the platform, so the rates of theta are its twist.
+            # The tool is the origin of the platform, so the rates of theta are the twist of the
+            # tool.
             size = np.abs(J_x).max() * np.abs(rate).max()
             np.testing.assert_allclose(J_x @ rate, J_q @ qd, rtol=0, atol=1e-6 * size)
 
@@ -90,7 +91,7 @@ def test_modes_are_complete_for_three_line_platform(lines):
 def test_ik_planar_contains_every_newton_leg_solution(name, request):
     generator = np.random.default_rng(2)
     platform, robot = request.getfixturevalue(name)
-    # All legs of the platform with a crank reach two of the poses, but not the third.
+    # If a platform has a crank, its legs reach two of the poses, but not the third pose.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, _, _, valid = robot.ik_planar(poses)
     counted = 0
@@ -107,13 +108,13 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Returns distances between values of a leg's actuator."""
+    """Returns distances between two values of the actuator of a leg."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
 def leg_inverse(platform, k, pose, generator, starts=120):
-    """Finds a leg's actuator values at a pose by Newton's method in both unknowns."""
+    """Finds a leg's actuator values at a pose by Newton's method in both joint unknowns."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

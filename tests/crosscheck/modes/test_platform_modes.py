@@ -33,7 +33,7 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Returns ends and lengths of six general rods; beyond a singularity they have fewer modes."""
+    """Returns ends and lengths of six general rods, which have fewer modes beyond a singularity."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
 
@@ -101,7 +101,7 @@ def test_modes_are_invariant_to_base_offset_and_scale():
     a, b, lengths = general_rods()
     solution = platforms.solved(general_platform(), a, lengths)
     expected = solution.theta[np.isfinite(solution.margin)]
-    # Both ends are shifted, and all lengths are in another unit.
+    # Both rod ends are shifted, and all lengths are in a different unit.
     shift, middle, factor = np.array([300.0, -200, 50]), np.array([5.0, 2, -7]), 1e3
     theta, unsure = platforms.modes(factor * (a + shift), factor * (b + middle), factor * lengths)
     assert unsure == 0
@@ -134,7 +134,7 @@ def test_impossible_leg_lengths_give_no_mode():
 
 
 def test_mode_count_drops_by_two_at_singularity():
-    """Two modes merge at a singular pose, and beyond it there are two fewer."""
+    """Two modes merge at a singular pose, so the platform has two fewer modes beyond this pose."""
     a, _, lengths = general_rods()
     platform = general_platform()
     counts = []

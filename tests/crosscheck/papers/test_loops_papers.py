@@ -1,6 +1,6 @@
 """Robots with loops against the numbers of their papers and of independent recomputations.
 
-If a paper and its recomputation differ, the paper prints few digits or contains an error. Tests of
+If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
 printed numbers require only the printed digits.
 """
 
@@ -60,9 +60,11 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # Angles have at most 1e-8 degrees, which is 1e-7 mm at a radius of one metre.
+    # The angles are rounded to 1e-8 degrees, which moves a point at a radius of one metre by 1e-7
+    # mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
-    # Half the last digit of a length, times the derivative of the joint with respect to the length.
+    # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
+    # position with respect to the length.
     slack = np.abs(r.chain_D_q(q)).sum(1) * HALF * MM + HALF * DEG
     assert (np.abs(r.chain(q) - theta) <= slack).all()
     passive = r.passive(r.actuators(theta)) / DEG
@@ -80,7 +82,8 @@ def test_well_manipulator_tool_position_matches_paper():
         tip = r.fk(q)[:3, 3] / MM
         assert tip == pytest.approx(R, abs=1e-8)
         if printed:
-            # The paper rounds intermediate results; its tip is off by 0.4 mm in 2 m.
+            # The paper rounds intermediate results, so the tip position has an error of 0.4 mm at 2
+            # m.
             assert tip == pytest.approx(printed, abs=0.5)
     # The arm is bent so that the tool points down.
     assert r.fk(q)[:3, 0] == pytest.approx([0, 0, -1], abs=1e-12)
@@ -101,7 +104,7 @@ def test_well_manipulator_stage_4_rates_match_paper():
     ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
 )
 def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
-    """0_R_7 as printed; 1e-8 degrees over 3 m correspond to 5e-7 mm."""
+    """The rotation 0_R_7 equals the printed matrix; 1e-8 degrees at 3 m correspond to 5e-7 mm."""
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
     assert T[:3, 3] / MM == pytest.approx([1237.0, 0.0, height], abs=1e-6)
@@ -214,7 +217,8 @@ def test_board_installer_matches_paper_cases(case):
     D = np.zeros((8, 6))
     for (row, column), value in (MOVED_ALONG | slopes).items():
         D[row, column] = value
-    # The coordinates are rounded to nine decimals: half of the last digit times the derivatives.
+    # The coordinates are rounded to nine decimal places. The tolerance is half a unit in the last
+    # place, times the derivatives.
     H = np.abs(r.jacobian_space(q + 1e-4) - r.jacobian_space(q)).sum() / 1e-4
     slack = PRINTED_9 * (1 + np.abs(D).sum(1))
     assert (np.abs(r.chain(q) - chain) <= slack).all()
@@ -284,7 +288,7 @@ def test_board_installer_fk_matches_product_of_exponentials():
         for xi, value in zip(screws, theta, strict=True):
             T = T @ screw_exp(xi, value)
         np.testing.assert_allclose(r.fk(row), T @ home, atol=1e-13)
-        # The triangle of the push rod.
+        # The triangle that contains the push rod.
         l0 = np.sqrt(0.24**2 + 0.15**2 - 0.24 * 0.15)
         square = 0.24**2 + 0.15**2 - 2 * 0.24 * 0.15 * np.cos(np.pi / 3 + theta[6])
         assert (l0 + row[4]) ** 2 == pytest.approx(square, abs=1e-14)
@@ -326,7 +330,8 @@ def test_planar_platform_modes_match_published_values():
     other, same = x[valid]
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
-    # Angles to 1e-8 degrees move the other mode by more than its last digit.
+    # Rounding the angles to 1e-8 degrees moves the other mode by more than a unit in its last
+    # digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 
@@ -385,7 +390,7 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """Motor angles for a guide position: its polar coordinates, and the rate over 20 s."""
+    """The motor angles for a guide position are its polar coordinates, attained in 20 s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}
@@ -396,13 +401,13 @@ def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
 
 
 def test_bricklaying_planar_arm_reaches_paper_target():
-    """Links of 7, 5 and 5 inch reach (11, 8), with the last link along the line to the target."""
+    """Links of 7, 5 and 5 inches reach the point (11, 8). The last link points at the target."""
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper continues with a distance that it rounded up.
+    # The paper continues its calculation with a distance that was rounded up.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

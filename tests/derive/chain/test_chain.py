@@ -105,7 +105,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Each row lists the joints in runs of parallel axes, as in the data sheets."""
+    """Each row lists the groups of joints with parallel axes, as in the data sheets."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -127,7 +127,7 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee = Rz Rx Rz Rx ... R_tool, the form documented in the module, at 30 digits."""
+    """R_0_ee = Rz Rx Rz Rx ... R_tool, as documented in the module, at 30-digit precision."""
     checked = 0
     for name in NAMES:
         robot = read(ROBOTS / f"{name}.toml")

@@ -1,4 +1,4 @@
-"""Chains with mimic joints: solutions of the free chain that satisfy the mimic equations."""
+"""Chains with mimic joints: solutions for independent joints that satisfy the mimic equations."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
     reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
     wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
     np.testing.assert_allclose(reached, wanted, atol=3e-9)
-    # The mimic equations exclude most solutions of the free chain.
+    # The mimic equations exclude most solutions of the chain with independent joints.
     assert not answers.valid.all()
 
 

@@ -1,7 +1,8 @@
 """Each parameter causes the motion that its name states, compared with matrix products.
 
-Derivatives agree with poses for any meaning of a parameter. Here the poses of random geometries,
-far from the nominal geometry, are products of NumPy matrices, built from the parameters' names.
+Derivatives would agree with poses even if a parameter caused a different motion. Here the poses of
+random geometries, far from the nominal geometry, are products of NumPy matrices, built from the
+parameters' names.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Rates of named terms against differentiation by SymPy, CasADi and mpmath."""
+"""Time derivatives of named terms against differentiation by SymPy, CasADi and mpmath."""
 
 import casadi as ca
 import mpmath
@@ -54,7 +54,7 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """Cosine, sine and angle sums use the loop rate; the atan2 itself is not differentiated."""
+    """Cosines, sines and angle sums use the joint rate, so the atan2 is not differentiated."""
     terms = Terms({})
     angle = terms.solved_angle(
         *(terms.let(part) for part in (a / sp.sqrt(a**2 + b**2), b / sp.sqrt(a**2 + b**2)))

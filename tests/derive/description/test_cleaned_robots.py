@@ -167,7 +167,7 @@ def random_file(dice):
 
 
 def pose(robot, q):
-    """Returns the tool pose (4, 4) from the placements, at 30 digits."""
+    """Returns the tool pose (4, 4) from the placements, at 30-digit precision."""
     T = mpmath.eye(4)
     values = iter(q)
     for joint in robot.joints:
@@ -230,7 +230,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 12
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # Errors rarely add up in one direction, but the bound has the right order of magnitude.
+    # Errors rarely add up in the same direction, but the bound has the right order of magnitude.
     assert np.median(shares) > 0.2
 
 

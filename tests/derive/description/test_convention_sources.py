@@ -57,7 +57,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
             # The paper prints cos(alpha) cos(beta), but its own second column, the entry to the
-            # left, has cos(alpha) cos(theta). A translation by R (x, y, z) has the latter.
+            # left, has cos(alpha) cos(theta). The translation R (x, y, z) contains the latter
+            # product.
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -94,7 +95,7 @@ def test_photo_robot_fk_equals_product_of_printed_matrices():
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """Returns the pattern of (5)-(10): cosines and sines of the angle, tilt +1 or -1."""
+        """Returns a matrix of the form (5) to (10) from an angle and a tilt of +1 or -1."""
         c, s = sp.cos(angle), sp.sin(angle)
         rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
         return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])

@@ -282,7 +282,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         name: product_of_exponentials(described)
         for name, described in found.items()
         if name != "urdf"
-    }  # One joint of `urdf` has the opposite sense, so its screw is negated.
+    }  # One joint of `urdf` has the opposite positive direction, so its screw is negated.
     compared = 0
     for one, other in combinations(found, 2):
         assert equal(products[one], products[other]), (one, other)
@@ -328,7 +328,7 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """By hand: the second axis passes through (a1, 0, d1) along (0, -sin, cos)."""
+    """The second axis passes through (a1, 0, d1) in direction (0, -sin, cos)."""
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])
@@ -356,7 +356,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
-    """The product of elementary matrices, at random exact values and 30 digits."""
+    """The product of elementary matrices, at random exact values and 30-digit precision."""
     described = read(ROBOTS / f"{name}.toml")
     (entries,) = derivation(name).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)

@@ -1,4 +1,4 @@
-"""Belts and chains, following motors, bodies on two rails, and assumed values."""
+"""Belt and chain drives, motors that follow other motors, bodies on two rails, assumed values."""
 
 import numpy as np
 import pytest

@@ -106,7 +106,7 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """The files mix sums, functions of angles, pitches and mimic joints; only names may differ."""
+    """The files mix sums, functions of angles, pitches and mimic joints. Only names may differ."""
     metric, same = read_text(METRIC), read_text(MILLIMETRES)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
@@ -117,7 +117,7 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """The texts differ, so values are compared; h has no unit, but is a length in its context."""
+    """The texts differ, so values are compared. The symbol h has no unit, but is a length here."""
     text = """\
 name = "r"
 convention = "dh"

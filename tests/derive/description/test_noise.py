@@ -96,7 +96,8 @@ def test_long_decimals_are_rarely_changed():
         ("1.570796325", sp.pi / 2),
         ("0.7853975", sp.pi / 4),
         ("-2.0943933333333335", -2 * sp.pi / 3),
-        # These values stay: too few decimal places to decide, a calibrated angle, and small angles.
+        # These values stay unchanged: numbers with too few decimal places, a calibrated angle, and
+        # small angles.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
         ("3", R(3)),
@@ -154,8 +155,8 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(600)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # Truncated and rounded angles together cover one and a half units in the last place; fractions
-    # of a rounded pi are rare.
+    # The true value of a truncated or rounded angle is in a range of one and a half units in the
+    # last place. Fractions of a rounded pi are rare.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 
@@ -175,7 +176,7 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # Exact proportions become exact, and intended values stay.
+        # Rounded values of exact proportions become exact, and intended values stay unchanged.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),
@@ -191,7 +192,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "third"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, third):
-    """With each number of digits, another third of the directions is recognized."""
+    """Each number of digits is tested on a different third of the directions."""
     checked = 0
     for named, numbers in exact_directions()[third::3]:
         direction = named.exact
@@ -215,7 +216,7 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert max(abs(a - b) for a, b in zip(found, given, strict=True)) <= 3 * NOISE
         before, twice = align_z(given), align_z(tuple(2 * component for component in given))
         assert before == twice
-        # The angles are decimals or short roots, never roots of long fractions.
+        # The angles are decimal numbers or arcs of short square roots, never of long fractions.
         assert all(decimal_places(motion.angle) is not None for motion in before)
     assert stayed > 72
 

@@ -75,7 +75,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Returns the distance (metre) between the ends of a rod with the decimals of the file."""
+    """Returns the distance (metre) between the ends of a rod, as rounded in the file."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000
@@ -126,7 +126,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """Newton's method closes the loops with the file's decimals; the closed form must agree."""
+    """Newton's method closes the loops as rounded in the file. The closed form must agree."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open

@@ -193,7 +193,7 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     u, _ = m.followed(q)
     values = m.values(q, u)
     found = [values[joint.name] for joint in m.mechanism.main_chain.moving]
-    # The cases have nine printed digits.
+    # The reference values are printed with nine digits.
     assert found == pytest.approx(chain, abs=5e-9)
     assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
     # The parallelograms keep the elbow plate level.
@@ -245,7 +245,7 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """N = 14, j = 15, sum f = 15, two loops: no redundant constraint, three degrees of freedom."""
+    """With N = 14, j = 15, sum f = 15 and two loops, no constraint is redundant: three freedoms."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)

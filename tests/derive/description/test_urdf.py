@@ -290,7 +290,7 @@ def test_robot_names_are_made_valid_identifiers(path, given, name):
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
-    """The file has rounding noise, a byte order mark, Windows line ends, or another encoding."""
+    """The file has rounding noise, a byte order mark, Windows line ends or a different encoding."""
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())

@@ -26,7 +26,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
             assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), case.name
             asked += 1
             between += give not in ways_to_give(lines, len(give))
-            # The fixed joints keep their values to the last bit.
+            # The values of the fixed joints do not change by a single bit.
             q = np.random.default_rng(seed).uniform(-3, 3, (20, case.robot.n))
             assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
     assert asked >= 5

@@ -1,4 +1,4 @@
-"""Explanations of inverses state structure and steps, or the deviation from a structure."""
+"""Explanations of inverses state the closed-form structure and its steps, or the deviation."""
 
 import re
 from functools import cache
@@ -24,7 +24,7 @@ def explained(name):
 
 
 def arm(lifts):
-    """Returns six revolute joints at the given height differences, with perpendicular axes."""
+    """Returns six revolute joints with perpendicular axes at specified height differences."""
     joints = "\n".join(
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
@@ -117,7 +117,7 @@ def test_explanation_states_structure_and_solution_count(name, structure, most):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_explanation_has_a_step_for_every_joint(name):
-    """A joint is fixed, solved by its own step, or the remainder of a sum."""
+    """A joint is fixed, solved in a step, or calculated as the remainder of an angle sum."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return
@@ -189,7 +189,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path):
 
 
 def general_arm(last):
-    """Returns an arm without a structure; axis 6 is parallel to axis 5, ``last`` metres away."""
+    """Returns an arm without a closed form; axes 5 and 6 are parallel, ``last`` metres apart."""
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]

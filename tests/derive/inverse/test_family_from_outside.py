@@ -1,8 +1,8 @@
 """A new family of inverses, added by this file alone: a cylindrical arm.
 
 The arm has a revolute column, a prismatic joint along it, a prismatic joint normal to it, and a
-revolute joint of the tool about the vertical. The new family precedes the listed families, of which
-one also matches such axes.
+revolute joint of the tool about the vertical. The new family precedes the listed families, because
+one of them also matches such axes.
 """
 
 import re
@@ -225,7 +225,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """A second lift is one joint too many; the family decides whether it may be fixed."""
+    """A second lift is one joint too many. The family determines if it may be fixed."""
     text = """
 name = "two_lifts"
 convention = "dh"

@@ -1,4 +1,4 @@
-"""Arms with one, four and five joints: one joint, a rotated hand, an added virtual axis."""
+"""Arms with one, four and five joints, some with a rotated hand or an added virtual axis."""
 
 import numpy as np
 import pytest
@@ -113,7 +113,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
 
 @pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
-    """The first virtual axis that gives a structure misses poses, so another is selected."""
+    """The first virtual axis with a closed form misses poses, so a different axis is selected."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
     assert not cases[0].inverses.functions["ik"].role.searches
@@ -143,7 +143,7 @@ def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):
 
 
 def test_ik_with_hand_along_first_axis_keeps_joint_sum(sold):
-    """If the hand is upright above the base, the first and last joint rotate the tool equally."""
+    """If the hand is on the first axis, the first and the last joint rotate the tool equally."""
     (case,) = (case for case in sold if case.function == "ik")
     q = case.random(np.random.default_rng(1), 200)
     q[:, 1] = -np.pi / 2 - np.arctan2(-0.35, 0.05)

@@ -100,7 +100,7 @@ def test_ik_near_folds_recovers_generating_configuration(case):
 
 
 def test_solution_count_near_folds_is_even(case):
-    """Poses on either side of a fold have an even number of solutions, all correct."""
+    """Poses on both sides of a fold have an even number of solutions, all of them correct."""
     arm, fk = case
     rng = np.random.default_rng(1)
     q = at_fold(arm, rng, 100)
@@ -133,7 +133,7 @@ def test_random_search_near_folds_finds_no_extra_solutions(case):
 
 
 def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
-    """The wrist axes nearly coincide, so no fold determines the number of solutions."""
+    """Two wrist axes nearly coincide, so the number of solutions does not depend on a fold."""
     arm, _ = case
     rng = np.random.default_rng(4)
     q = rng.uniform(-np.pi, np.pi, (300, arm.n))

@@ -98,7 +98,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_beside):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_beside:
-        # A name refers to the installed robot, as on the command line.
+        # A robot name refers to the installed robot, as on the command line.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 

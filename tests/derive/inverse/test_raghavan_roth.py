@@ -114,7 +114,7 @@ def test_translation_along_z_expands_in_powers(sign):
 
 
 def factors(value, slides):
-    """Returns a joint's factors in the equations: 1, cosine and sine, or displacement powers."""
+    """Returns a joint's factors in the equations: 1, cosine, sine, or powers of a displacement."""
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 
@@ -236,7 +236,7 @@ def test_equal_robots_give_equal_generated_code(name):
 
 
 def test_crx10_pose_matches_urdf_origins_and_axes():
-    """Origins and axes are from fanuc_crx10ia_support/urdf/crx10ial_macro.xacro, joint by joint."""
+    """Joint origins and axes are from fanuc_crx10ia_support/urdf/crx10ial_macro.xacro."""
     origins = [(0, 0, 0.245), (0, 0, 0), (0, 0, 0.71), (0, 0, 0), (0.54, -0.15, 0), (0.16, 0, 0)]
     axes = [(0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0)]
     robot, random = of("crx10"), np.random.default_rng(8)

@@ -170,7 +170,7 @@ def singular(A, generator, first, second):
 
 
 def circles(generator, N):
-    """Returns coefficients of a vector that rotates in the plane of the equations."""
+    """Returns the coefficients for a vector that rotates in the plane of the equations."""
     radius, angle = generator.uniform(0.1, 2, N), generator.uniform(-np.pi, np.pi, N)
     c, s = radius * np.cos(angle), radius * np.sin(angle)
     return np.stack([c, -s, s, c], 1)
@@ -287,7 +287,7 @@ def test_repeated_trigonometric_roots_are_found(roots, equal, near):
     angles = generator.uniform(-np.pi, np.pi, (2000, 4))
     angles[:, :equal] = angles[:, :1]
     phi, value, _ = roots(polynomial_of(angles))
-    # Rounding separates n equal roots by the nth root of 1e-16.
+    # Rounding errors separate n equal roots by about the nth root of 1e-16.
     assert np.abs(value).min(1).max() < 1e-12
     off = wrapped(phi[:, :, None] - angles[:, None, :]).min(1).max()
     assert off < near
@@ -348,7 +348,7 @@ def pair(angle):
 
 
 def closing(t, k1, p1, k2, p2, k3, p3):
-    """Returns the loop's vectors with the p0 that closes it at given angles."""
+    """Returns the vectors of a loop; p0 is selected to close the loop at specified angles."""
     w = p2 + turned(k3, pair(t[2]), p3)
     return turned(k2, pair(t[1]), w) - turned(k1, pair(t[0]), p1), k1, p1, k2, p2, k3, p3
 
@@ -379,7 +379,7 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """The whole grid of axes and right angles, with integer and arbitrary vectors."""
+    """Tests the complete grid of axes and right angles, with integer and arbitrary vectors."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

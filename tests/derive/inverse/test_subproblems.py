@@ -233,7 +233,8 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation keeps x at 1, and the first keeps z at 0, so no rotation moves x up.
+    # The second rotation keeps x at 1, and the first keeps z at 0. So no rotation lifts the vector
+    # x.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()
@@ -258,7 +259,7 @@ def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
-    """A stretched or folded elbow is accurate to rounding, not only to its square root."""
+    """The angle of a stretched or folded elbow is accurate up to rounding error, not its root."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
@@ -286,7 +287,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # A distance of 1e-9 is not a fold.
+    # An elbow distance of 1e-9 is not treated as a fold.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 

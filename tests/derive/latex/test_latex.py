@@ -113,7 +113,7 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
 
 
 def _exponential(screw, theta):
-    """Returns the exponential of a numerical screw, a unit screw up to the last digit."""
+    """Returns the exponential of a numerical screw, which is a unit screw up to rounding error."""
     symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
     if all(abs(entry) < TRUE for entry in screw[3:]):
         symbols[3:, 0] = sp.zeros(3, 1)
@@ -122,7 +122,7 @@ def _exponential(screw, theta):
 
 
 def texts_of(name):
-    """Returns the fragments of evaluated robots, and the committed files of other robots."""
+    """Returns the article fragments of evaluated robots, and committed files of other robots."""
     if name in EVALUATED:
         return printed(name)
     return {path.name: path.read_text() for path in (GENERATED / name / "latex").iterdir()}
@@ -151,13 +151,13 @@ def test_partial_derivation_prints_the_full_article():
 
 
 def digest(name):
-    """Returns the hash of an article and its fragments."""
+    """Returns the hash of an article with its fragments."""
     text = "".join(files(derived(name), NO_PROGRAMS).values())
     return f"{name} {hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def test_article_is_independent_of_hash_seed():
-    """Another hash seed gives the same article as the hash seed of this process."""
+    """A different hash seed gives the same article as the hash seed of this process."""
     names = ("scara", "awkward")
     program = f"import test_latex\nfor name in {names}:\n    print(test_latex.digest(name))\n"
     here = os.path.dirname(__file__)

@@ -291,7 +291,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """Each joint in a sum has the sense of its axis and of its coordinate."""
+    """The sign of each joint in a sum follows from its axis and its coordinate."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

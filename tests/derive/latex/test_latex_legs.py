@@ -16,7 +16,8 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Three, one and no circles, then lines; harmonics of the polynomial.
+    # Legs with three, one or no circles (the others are lines), and the number of harmonics of the
+    # polynomial.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),
@@ -60,7 +61,7 @@ def printed(name):
 
 
 def vectors_of(found, numbers):
-    """Returns the vectors of products, by the text of their symbols."""
+    """Returns the vectors that occur in products, keyed by the text of their symbols."""
     numbers.name([pair for of in (*found.u, *found.n) for pair in of])
     heads = {"u": range(2, 4), "n": range(4 - len(found.n), 4)}
     parts = {"u": found.u, "n": found.n}
@@ -125,7 +126,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # The differences of the squares vanish for circles.
+    # For circles, the differences of the squared distances vanish.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 

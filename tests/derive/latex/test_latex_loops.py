@@ -75,7 +75,7 @@ class Reader:
         assert abs(left - right) < TRUE
 
     def space(self, value):
-        """Evaluates an expression of spatial vectors and numbers; a square is a scalar product."""
+        """Evaluates an expression of spatial vectors and numbers; v^2 is a scalar product."""
         if value in self.positions:
             return self.positions[value]
         if not value.free_symbols & {*self.positions}:
@@ -105,7 +105,7 @@ class Reader:
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may use the rate from the preceding equation.
+        # An equation may use the joint rate from the preceding equation.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -375,7 +375,7 @@ def test_loop_fragments_exist_only_for_closed_loops():
     assert "solution.tex" in geared
     text = document(derivation("four_bar"))
     inputs = re.findall(r"\\input\{latex/(\w+)\}", text)
-    # The figure comes first.
+    # The figure precedes the text.
     in_order = sorted(with_loops, key=lambda name: name != "drawing.tex")
     assert [f"{name}.tex" for name in inputs] == in_order
     assert "tikz" in text

@@ -44,7 +44,7 @@ def functions(name):
 
 
 def called(name, function, *arguments):
-    """Returns every output of a function in its shape."""
+    """Returns every output of a function in its array shape."""
     results = functions(name)[function](*arguments)
     results = results if isinstance(results, tuple) else (results,)
     outputs = derived(name).function(function).outputs
@@ -149,7 +149,8 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the quarter turn. As a number J is 1, and the rotation follows.
+    # J in the formula is the rotation by 90 degrees. Here J is evaluated as 1, and the rotation is
+    # applied afterwards.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)
@@ -182,7 +183,7 @@ def test_printed_position_solves_rods_at_each_polynomial_root(name):
     length = numbers(printed(name).rods[0].length)
     (coefficients,) = called(name, "assembly_polynomial", q)
     a0, *rest = coefficients
-    # Coefficients of exp(i phi)^6 and so on, as printed.
+    # The coefficients of exp(i phi)^6 and of the lower powers, as printed.
     half = [(a + 1j * b) / 2 for a, b in zip(rest[::2], rest[1::2], strict=True)]
     xi = np.roots([*np.conj(half[::-1]), a0, *half])
     angles = np.angle(xi[np.abs(np.abs(xi) - 1) < 1e-6])

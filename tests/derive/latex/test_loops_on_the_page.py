@@ -1,4 +1,4 @@
-"""Articles of random mechanisms: worked examples close, and matrix sizes fit."""
+"""Articles of random mechanisms: the loops of worked examples close, and matrix sizes agree."""
 
 import re
 
@@ -17,7 +17,7 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """The loops of this mechanism are open at a tenth of the range from the reference."""
+    """The loops of this mechanism cannot be closed at a tenth of the range from the reference."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example

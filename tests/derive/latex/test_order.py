@@ -36,7 +36,7 @@ WRITERS = {
 
 
 def told(function):
-    """Returns the full text of a function, including names and order of its terms."""
+    """Returns the full text of a function, including the names and the order of its terms."""
     return function.name, function.outputs, function.definitions(), function.margin
 
 

@@ -84,7 +84,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The parsed factors give the pose of the nominal robot and of other geometries."""
+    """The product of the parsed factors is the pose, for the nominal and for other geometries."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)

@@ -1,4 +1,4 @@
-"""Numbers of articles: file digits in full, few digits for computed values, powers of ten."""
+"""Numbers in articles: all digits of file values, few digits of computed values, powers of ten."""
 
 import random
 import re
@@ -72,7 +72,7 @@ def test_long_limits_are_cut_and_fractions_are_kept():
 
 
 def test_no_literal_of_an_article_is_longer_than_a_double():
-    """The arm has measured errors; its nominal arm has exact values of doubles."""
+    """The arm has measured errors. The dimensions of its nominal arm are exact doubles."""
     text = """
     name = "measured"
     convention = "dh"

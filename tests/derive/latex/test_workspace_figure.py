@@ -178,7 +178,7 @@ def test_five_bar_area_equals_integral_of_determinant():
 
 
 def test_configurations_without_position_are_excluded():
-    """Two links without a solution below the x axis: the upper half of a ring."""
+    """Two links that cannot reach below the x axis; the workspace is the upper half of a ring."""
 
     def at(q):
         angle = np.cumsum(q, axis=1)

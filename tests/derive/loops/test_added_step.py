@@ -1,4 +1,4 @@
-"""A new kind of step, added by one class in a list, is solved and printed like the others."""
+"""A new kind of solution step, added as one class in a list, is solved and printed."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -131,7 +131,7 @@ def rate(d, there, half, k):
 
 
 def rocker():
-    """Returns a crank and a rocker; the rod between them is as long as the rocker."""
+    """Returns a crank and a rocker, connected by a rod of the rocker's length."""
     a, b, g = (Parameter(n, x) for n, x in (("a", "1/2"), ("b", "6/5"), ("g", "7/5")))
     return Mechanism(
         "rocker",

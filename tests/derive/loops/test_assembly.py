@@ -1,4 +1,4 @@
-"""Planar loops by Assur groups close on the intended branch, with a minimum of square roots."""
+"""Planar loops, solved by Assur groups, close on the intended branch with few square roots."""
 
 from dataclasses import replace
 from functools import cache
@@ -47,7 +47,7 @@ UP = ("x", sp.pi / 2)
 
 
 def oldham():
-    """Two perpendicular sliders on a rotating block: a pin and two slides."""
+    """Two perpendicular sliders on a rotating block: a pin and two prismatic joints."""
     return Mechanism(
         "oldham",
         (
@@ -63,7 +63,7 @@ def oldham():
 
 
 def crank_slider_offset():
-    """A slider drives a crank through a rod; the prismatic joint is known, the crank is not."""
+    """A slider drives a crank through a rod. The slider position is known, not the crank angle."""
     return Mechanism(
         "press",
         (
@@ -245,7 +245,7 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
-    """With a unit crank, the offset from the line is the sine of the solved angle."""
+    """For a crank of length 1, the offset from the line is the sine of the solved angle."""
     derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):
@@ -323,14 +323,14 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # The chain is iterated, so its statements follow a solver call.
+    # The chain is solved by iteration, so its statements come after a solver call.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """An undriven pendulum on the coupler remains open, and the report names it."""
+    """A pendulum without a drive on the coupler stays undetermined, and the report names it."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -350,7 +350,7 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """For all parameter values, vectors identify equal and parallel arms."""
+    """The vectors of a step identify arms that are equal and parallel for all parameter values."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(
@@ -366,7 +366,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly is another branch, which also needs no square root.
+    # The crossed assembly is a different branch, which also needs no square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

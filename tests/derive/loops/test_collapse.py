@@ -48,12 +48,12 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
 
 
 def test_board_installer_translation_matches_crank_formula(board):
-    """Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), up to its origin."""
+    """The translation is Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), up to its origin."""
     q2, q3 = board.q[1], board.q[2]
     values = board.kinematics.motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # The term that turns open loops into NaN is 0 for closed loops.
+    # The term that makes results of open loops NaN is 0 for closed loops.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -75,7 +75,7 @@ def test_board_installer_translation_matches_crank_formula(board):
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """The collapsed chain equals the open main chain at equal joints, with all derivatives."""
+    """At equal joint positions, the collapsed chain and the main chain agree in all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
@@ -138,13 +138,13 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     np.testing.assert_allclose(np.array(J_dot(q, qd)), rate, atol=1e-9)
     by_rate = np.array(H(q)).reshape(6, 2, 2) @ qd
     np.testing.assert_allclose(by_rate.ravel(), rate.ravel(), atol=1e-9)
-    # The angular column contains only the wrist's lever; the crank only translates.
+    # In the angular row of the Jacobian, only the wrist has an entry. The crank only translates.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
 
 def test_parallelogram_on_turntable_translates_in_turntable_axes():
-    """The translation is in the turntable's axes, not in the base's axes."""
+    """The translation is expressed in the axes of the turntable, not of the base."""
     table = pin("table", BASE, "table", "1/3")
     cranks = [
         replace(j, parent="table") if j.parent == BASE else j for j in parallelogram(2).joints
@@ -166,7 +166,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """Two linkages of different arms: the second is mounted on the coupler of the first."""
+    """Two linkages with different arm lengths, the second on the coupler of the first."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

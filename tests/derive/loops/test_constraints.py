@@ -29,7 +29,7 @@ CLOSED = 1e-11
 
 
 class Case:
-    """A mechanism, its equations, and all of them as functions of z and zd."""
+    """A mechanism, its loop equations, and these equations as functions of z and zd."""
 
     def __init__(self, mechanism):
         self.mechanism = mechanism
@@ -214,7 +214,7 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """A helical and a prismatic joint share an axis, so parallelism is cos^2 + sin^2 - 1 = 0."""
+    """A helical and a prismatic joint share an axis; the parallelism equation is an identity."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -242,7 +242,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
 
 
 def open_ends(c, loop, z, poses):
-    """Returns the gap between the frames of a closer, from the body poses alone."""
+    """Returns the gap between both frames of a closure, from the body poses alone."""
     closer = loop.loop.closer
     T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))
     T = np.linalg.inv(T_a) @ T_b
@@ -277,7 +277,7 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # A swing angle may be wrong while the rod ends are correct, but not vice versa.
+            # A swing angle may be wrong although the rod ends are correct, but not vice versa.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 
@@ -336,7 +336,7 @@ def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
         out = np.exp(1j * np.radians(leg))
         rod = 0.020 + 0.050j + 0.13 * out - (0.29 * out + 0.17 * np.exp(1j * crank))
         z |= {f"crank{k}": crank, f"rod{k}_swing": np.angle(rod) - crank}
-    # The source prints eight decimal places of a degree.
+    # The source prints angles in degrees with eight decimal places.
     assert np.max(np.abs(c.at("residual", z))) < 1e-10
 
 
@@ -371,7 +371,7 @@ def value_along(screw, T):
 
 
 def across_closer(c, loop, z):
-    """Returns the remaining motion of the closer, from the exponentials of both branches."""
+    """Returns the remaining motion of the closure, from the exponentials of both chains to it."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731
@@ -398,8 +398,8 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_closer(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # One ball joint keeps its center; two ball joints keep their distance, or the cylinder
-            # length.
+            # A single ball joint keeps its center. The centers of two ball joints keep their
+            # distance, which for a cylinder is its length.
             begin, end = centre(turning[:3]), centre(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

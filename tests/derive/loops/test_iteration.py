@@ -1,4 +1,4 @@
-"""Functions through iterated loops: the required solver calls come first."""
+"""Functions that depend on iterated loops contain the required solver calls first."""
 
 import pytest
 

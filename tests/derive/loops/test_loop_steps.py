@@ -1,4 +1,4 @@
-"""Steps of every kind satisfy the equations that they print."""
+"""Solution steps of every kind satisfy the equations that they print."""
 
 from dataclasses import replace
 from functools import cache, reduce
@@ -64,7 +64,7 @@ BUILDERS = (
 
 
 def flat_legs():
-    """A platform on a telescope, a slider and a crank, each before or after a hinge."""
+    """A platform on three legs: a telescope, a slider and a crank, each before or after a hinge."""
     return drawn(1, ("RPS", "PRS", "RRS"))
 
 
@@ -78,7 +78,7 @@ def hybrid(build):
 
 
 def steps():
-    """Returns every step of the mechanisms, with its solution."""
+    """Returns every solution step of the mechanisms, with its solution."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]

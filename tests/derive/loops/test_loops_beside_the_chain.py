@@ -80,7 +80,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # On the reference branch of the leg, the loop is open there.
+    # At these positions, the loop cannot be closed on the reference branch of the leg.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

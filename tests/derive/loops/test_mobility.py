@@ -17,7 +17,7 @@ from tests.support.loops import mechanisms
 from tests.support.loops.mechanisms import BASE, at, body_poses, near, pin, slider
 
 KNOWN = {
-    # bodies, joints, lambda, Kutzbach, loop by loop, idle, true
+    # bodies, joints, lambda, Kutzbach count, count by loops, idle freedoms, true mobility
     "four_bar": (4, 4, 3, 1, 1, 0, 1),
     "four_bar_rod": (4, 4, 3, 1, 1, 0, 1),
     "slider_crank": (4, 4, 3, 1, 1, 0, 1),

@@ -98,7 +98,7 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     assert np.isfinite(np.array(chain(own))).all()
     for k in range(len(own)):
         q = own.copy()
-        # The same length with a negative sign.
+        # The rod has the same length with a negative sign.
         q[k] = -2 - own[k]
         assert np.isnan(np.array(chain(q))).all()
         assert (np.array(margin(q)) < 0).all()
@@ -240,7 +240,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """The pose is farther from the arm's plane than the rod length: the margin is negative."""
+    """The pose is farther from the arm's plane than the rod length, so the margin is negative."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

@@ -36,7 +36,7 @@ b = {{ body = "{b}", xyz = [{y}, 0, 0] }}
 
 
 def scissor_lift(sign, ram):
-    """A lift with two pairs of crossed bars, 1.2 m each, opened by a ram between two of them."""
+    """A lift with two pairs of crossed bars of length 1.2 m. A ram between two bars opens it."""
     text = 'name = "lift"\nconvention = "urdf"\nactuated = ["ram"]\nunits = { angle = "deg" }\n'
     way = (("a0", "0", 0), ("b0", "a0", 0.6), ("a1", "b0", 0.6), ("b1", "a1", 0.6))
     text += "".join(BAR.format(name=name, parent=parent, x=x) for name, parent, x in way)
@@ -66,7 +66,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The loop of ram, a0 and b1 contains the ram's swing and closures, but no tree joint."""
+    """The loop of ram, a0 and b1 contains a swing angle and closures, but no joint of the tree."""
     hybrid = Hybrid(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values

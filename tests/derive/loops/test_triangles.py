@@ -1,4 +1,4 @@
-"""The three triangles of planar loops against 30-digit numbers, also near dead points."""
+"""The three triangles of planar loops against 30-digit arithmetic, also near dead points."""
 
 import math
 import random
@@ -39,7 +39,7 @@ def moving(terms, x, y):
 
 
 def circles(v, w, d, sign):
-    """Returns both intersections of two circles from 30-digit complex numbers."""
+    """Returns both intersections of two circles, computed with 30-digit complex numbers."""
     v, w, d = (mpmath.mpc(*map(mpmath.mpf, pair)) for pair in (v, w, d))
     a, b, c = abs(v), abs(w), abs(d)
     along = (c**2 + a**2 - b**2) / (2 * c)
@@ -71,14 +71,14 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = [part for z in (C, W, turn_v, turn_w) for part in (z.real, z.imag)]
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
-        # Thin triangles lose digits in proportion to their height; short bases or arms lose a few
-        # more.
+        # Rounding errors grow in inverse proportion to the height of a thin triangle. Short bases
+        # or arms add some errors.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 
 
 def area(kind):
-    """Returns the height from three sides, one of them variable, in its derived form."""
+    """Returns the derived function of the height from three sides, one of them variable."""
     terms = Terms({})
     a, b = sp.Rational(3, 10), sp.Rational(7, 10)
     fixed = [arm(terms, PhasorSum.of((length, ZERO))) for length in (a, b)]
@@ -92,7 +92,7 @@ def area(kind):
 @pytest.mark.parametrize("kind", ["base", "arm"])
 @pytest.mark.parametrize("dead", [0.4, 1.0])
 def test_triangle_height_is_accurate_near_dead_points(kind, dead):
-    """Heron's product keeps the digits that a difference of squares loses."""
+    """Heron's product is accurate where a difference of squares loses digits."""
     f = area(kind)
     checked = 0
     for exponent in range(-2, -15, -1):

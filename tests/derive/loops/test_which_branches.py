@@ -1,4 +1,4 @@
-"""Branches of maps: number, names, and notes about omitted branches."""
+"""Branches of maps between joints: number, names, and notes about omitted branches."""
 
 import json
 from dataclasses import replace
@@ -95,7 +95,8 @@ def test_rhombus_has_a_folded_branch():
     own, other = (solution.values for solution in h.forward_branches)
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
-    # The bar lies on the first crank, and the second crank on the ground.
+    # On the other branch, the bar lies along the first crank, and the second crank along the
+    # ground.
     assert not h.terms.is_solved(other["bar"])
     assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)
     assert sp.expand(other["crank1"]) in (sp.pi, -sp.pi)
@@ -140,7 +141,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both feet coincide, the upper bars share one point, and may rotate together."""
+    """If both feet coincide, the upper bars share one point and may rotate together about it."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

@@ -1,4 +1,4 @@
-"""Exact numbers: valid text is read to the last digit, and other text is rejected quickly."""
+"""Exact numbers: valid text is read without rounding, and other text is rejected quickly."""
 
 from decimal import Decimal
 from itertools import pairwise

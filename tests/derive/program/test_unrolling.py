@@ -1,4 +1,4 @@
-"""A program with all branches equals the single branches bit for bit, and shares terms."""
+"""A program with all branches gives bitwise the results of single branches, and shares terms."""
 
 import re
 
@@ -106,7 +106,7 @@ def test_unrolled_branches_equal_single_branches_bit_for_bit(name, function):
         choice = np.repeat(np.array(signs, float)[:, None], POSES, 1)
         for every, one in zip(whole, run(programs.branch[function], [*given, choice]), strict=True):
             n = len(one)
-            # A zero may have the other sign.
+            # A zero result may have the opposite sign.
             np.testing.assert_array_equal(every[b * n : (b + 1) * n] + 0.0, one + 0.0)
 
 

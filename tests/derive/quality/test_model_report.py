@@ -1,4 +1,4 @@
-"""Model reports: determinants from their definition, ranks, and missing displacements."""
+"""Model reports: determinants by definition, ranks, and displacements without a parameter."""
 
 from functools import cache
 

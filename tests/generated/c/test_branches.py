@@ -125,7 +125,7 @@ def evaluated(expression):
 
 
 class Oracle:
-    """Evaluates each branch of a function separately with 40 digits."""
+    """Evaluates each branch of a function separately at 40-digit precision."""
 
     def __init__(self, function):
         self.function = function
@@ -166,7 +166,7 @@ def make_inputs(function, count, seed=1):
 
 
 def apart(got, expected):
-    """Returns the largest difference; angles that differ by a whole turn are equal."""
+    """Returns the largest difference; angles that differ by a full turn count as equal."""
     difference = np.abs(got - expected)
     return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
 

@@ -58,7 +58,7 @@ def every_branch(library, kernel, function, inputs):
 
 
 def arguments(robot, rng):
-    """Returns a value for every possible argument, close to the reference if there is one."""
+    """Returns a value for every possible argument, close to the reference if the robot has one."""
     hybrid = derivation(robot.name).hybrid
     q = rng.uniform(-1, 1, robot.n)
     values = {"swivel": rng.uniform(-1, 1)}

@@ -164,7 +164,7 @@ def require_processor(chosen_set):
 
 @pytest.fixture(scope="module")
 def numbers():
-    """All pairs of edge cases, followed by random numbers of all magnitudes."""
+    """Returns all pairs of edge cases, followed by random numbers of all magnitudes."""
     pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
     rng = np.random.default_rng(7)
     sizes = 10.0 ** rng.uniform(-5, 5, (2, 400))
@@ -209,7 +209,7 @@ def assert_alike(name, got, expected):
 
 
 def assert_near(got, expected):
-    """Asserts the accuracy that libmvec promises, and the signs of zeros."""
+    """Asserts the accuracy documented for libmvec, and the signs of zeros."""
     finite = np.isfinite(expected) & (expected != 0)
     assert_same(got[~finite], expected[~finite])
     units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
@@ -237,7 +237,7 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, nu
 
 
 def test_old_libmvec_falls_back_to_libm(sources, numbers):
-    """The library contains code for all instruction sets; the call uses the narrowest."""
+    """The library contains code for all instruction sets. The call uses the narrowest vectors."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True

@@ -25,7 +25,7 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments close to the reference if there is one, or else an angle or a length."""
+    """Returns arguments close to the reference if the robot has one, else an angle or a length."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

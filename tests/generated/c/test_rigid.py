@@ -1,4 +1,4 @@
-"""Pose projection in generated C against the polar decomposition from eigenvalues."""
+"""Pose projection in generated C, against a polar decomposition computed from eigenvalues."""
 
 import ctypes
 import subprocess

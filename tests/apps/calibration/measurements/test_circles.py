@@ -1,4 +1,4 @@
-"""Circle points of single joints recover the joint axes and the start values."""
+"""Points measured on circles of single joints recover the joint axes and the start values."""
 
 import numpy as np
 import pytest

@@ -143,7 +143,7 @@ def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, 
 
 
 def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
-    """Such columns may replace unrecorded joints, but never measurements."""
+    """Commanded joint values may replace missing ones; computed values are not measurements."""
     aims, fk = [f"target_q_{k}" for k in range(6)], [f"{a}_nominal" for a in "xyz"]
     errors = ["error_x [mm]", "std x"]
     off = 7 + NUMBERS[:, :9]
@@ -183,7 +183,7 @@ ORIENTATIONS = {
 @pytest.mark.parametrize("form", ORIENTATIONS)
 @pytest.mark.parametrize("separator", [",", ";"])
 def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separator):
-    """SciPy writes each orientation format."""
+    """SciPy converts the orientations to each supported format."""
     header, values = ORIENTATIONS[form]
     table = np.concatenate([values, NUMBERS[:, :9]], 1)
     path = written(tmp_path / "t.csv", [*header, *NAMES, *XYZ], table, separator)
@@ -257,7 +257,7 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
     ids=["rotation vector", "quaternion", "missing column", "two rows"],
 )
 def test_ambiguous_table_without_header_is_rejected(tmp_path, table):
-    """The tables miss a column, or have too few rows to check whether distances are preserved."""
+    """The tables lack a column, or have too few rows to check that distances are preserved."""
     with pytest.raises(InputValueError, match=r"contains numbers.*write a header with"):
         read_measurements(written(tmp_path / "t.csv", [], table), ROBOT)
 
@@ -313,7 +313,7 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
 
 
 def test_damaged_table_raises_only_input_value_error(tmp_path):
-    """The 130 damaged tables have lost, added or swapped characters."""
+    """The 130 damaged tables have deleted, inserted or swapped characters."""
     random, refused = np.random.default_rng(5), 0
     for k in range(130):
         header = [JOINTS[k % 26].format(i + 1) for i in range(6)]

@@ -1,4 +1,4 @@
-"""Motions follow their curves exactly; rates and accelerations agree with differences."""
+"""Motions follow their curves exactly. Velocities and accelerations agree with differences."""
 
 import numpy as np
 import pytest
@@ -196,7 +196,7 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
 
 
 def test_rates_near_singularity_match_curve_differences():
-    """The line passes near the stretched elbow; the rates are not damped."""
+    """The line passes near the stretched elbow, and the joint velocities are not damped."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
     while checked < 5:
@@ -216,7 +216,7 @@ def test_rates_near_singularity_match_curve_differences():
 
 
 class Peak:
-    """A one-joint motion with a narrow rate peak at a given time between samples."""
+    """A one-joint motion with a narrow velocity peak at a given time between samples."""
 
     def __init__(self, at, width=0.01):
         self.time_scaling, self.middle, self.width = (

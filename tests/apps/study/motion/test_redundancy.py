@@ -1,4 +1,4 @@
-"""Minimum-norm steps against SciPy's least squares, and their rates against differences."""
+"""Minimum-norm steps against SciPy's least squares; joint velocities against differences."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_minimum_norm_derivatives_match_differences(name):
 
 
 class Bounded:
-    """A curve without poses before its start or after its end."""
+    """A curve that must not be evaluated before its start or after its end."""
 
     def __init__(self, curve):
         self.curve, self.length = curve, curve.length
@@ -100,7 +100,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # The curve continues as a line beyond its ends, so differences are valid there.
+        # The curve is extended by a straight line beyond its ends, so differences exist there.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)
@@ -187,7 +187,7 @@ def test_invalid_minimum_norm_requests_are_rejected():
 
 
 def test_jump_between_adjacent_samples_is_rejected():
-    """No motion exists if adjacent samples converge to separate configurations."""
+    """No motion exists if adjacent samples converge to configurations that are not connected."""
     robot = chasles.load("iiwa14")
     _, curve = next(lines(robot, np.random.default_rng(4), 1))
     theta = np.zeros((3, 5, 7))

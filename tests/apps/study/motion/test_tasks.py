@@ -1,4 +1,4 @@
-"""Lines in position and pitch, for arms with fewer axes, against differences."""
+"""Lines in position and pitch, for arms with fewer than six axes, against differences."""
 
 from itertools import pairwise
 

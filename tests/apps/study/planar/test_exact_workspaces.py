@@ -50,7 +50,7 @@ def sampled(lengths, lower, upper, rng, count=20_000):
 
 
 def reached(chain, target, rng):
-    """Tests in closed form whether the last two joints reach a point for some other values."""
+    """Tests in closed form whether two joints reach a point for some values of the other joints."""
     lengths, lower, upper = chain
     q = rng.uniform(lower[:-2], upper[:-2], (1 if len(lower) == 2 else 20_000, len(lower) - 2))
     if len(lower) == 3:
@@ -127,7 +127,7 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """The planes are offset from the axis to either side; some rotate by more than a turn."""
+    """The section planes are offset to either side of the axis. Some rotate by over a full turn."""
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(6, seed=5)):
         turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])
@@ -166,14 +166,14 @@ def test_revolved_workspace_volume_matches_monte_carlo():
 
 
 def test_swept_disc_volume_matches_pappus_theorem():
-    """For a whole disc, Pappus' theorem holds for one turn and for fractions of a turn."""
+    """For a full disc, Pappus' theorem holds for a full turn and for a fraction of a turn."""
     for offset in (0.0, 0.3):
         disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
         whole = 2 * np.pi * 2.0 * np.pi * 0.25
         for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
             made = swept_volume(disc, offset, turn)
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
-    # The disc surrounds the point nearest to the axis, so both sides cover each circle.
+    # The disc surrounds the point nearest to the axis, so both of its sides sweep the same circles.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
     near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
     assert near.tolist() == [False, True, False]
@@ -184,7 +184,7 @@ def test_swept_disc_volume_matches_pappus_theorem():
 
 
 def meeting(robot, q, k):
-    """Returns the common point of links k and k + 2, from a linear condition on its coordinates."""
+    """Returns a point that links k and k + 2 share, from a linear condition on its coordinates."""
     poses = robot.link_poses(q)
     near, far = poses[:, k - 1], poses[:, k + 1]
     few = slice(0, 200)

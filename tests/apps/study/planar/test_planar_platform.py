@@ -1,4 +1,4 @@
-"""Areas of planar platforms against published digits; random annuli against many points."""
+"""Workspace areas against published values, and areas of random annuli against sampled points."""
 
 from itertools import combinations, pairwise
 
@@ -129,7 +129,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """A small platform with equal cranks and couplers, which rotates freely near the center."""
+    """A small platform with equal cranks and couplers rotates freely near the center."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
@@ -151,7 +151,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 
 @pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60), (330, 300, 20)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
-    """Unequal links leave a hole around each pivot, and the hole may rotate around the tool."""
+    """Unequal links leave an unreachable disc at each pivot. This hole may orbit the tool."""
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")

@@ -1,4 +1,4 @@
-"""Orientation ranges of planar platforms against many angles, and interior singularities."""
+"""Orientation ranges of planar platforms against sampled angles, and interior singularities."""
 
 import math
 
@@ -52,7 +52,7 @@ def test_orientation_range_areas_match_dense_angle_samples():
         possible = at_angles(own, points, 200)
         total, inclusive = _total(own), _inclusive(own, 5e-3)
         inside = total.contains(points)
-        # Between two sampled angles the boundary moves by little, so few points differ.
+        # The boundary moves little between two sampled angles, so the results differ at few points.
         assert not (inside & ~possible.all(1)).any()
         assert (possible.all(1) & ~inside).mean() < 0.005
         deviation = 5 / math.sqrt(count) * inside.std() + 5 / count

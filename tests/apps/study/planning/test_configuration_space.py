@@ -1,4 +1,4 @@
-"""Robots among obstacles: free segments, distances from sampled surfaces, and reasons."""
+"""Robots among obstacles: free segments, distances from sampled surfaces, and failure reasons."""
 
 from dataclasses import replace
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""Collision shapes of robots against their drawings and equations, and bounds of their motion."""
+"""Collision shapes against drawings and equations of robots, and bounds of their motion."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_collision_shapes_match_drawn_skeleton(name):
                     assert apart.max() < 1e-5 * bones.size
                     checked += 1
                 elif shape.kind in ("barrel", "piston"):
-                    # Both halves lie along the capsule, each from its own end.
+                    # Each half of the capsule extends from one of its ends.
                     ends = own[body.span.name][0]
                     end = drawn[0] if shape.kind == "barrel" else drawn[1]
                     assert np.linalg.norm(end - ends[int(shape.kind == "piston")]) < 1e-9
@@ -157,7 +157,7 @@ def test_distance_bound_ignores_common_motion(name):
 
 
 def test_motion_bound_uses_lever_arms_of_centre_configuration():
-    """The tool of a folded arm is near axis 1; unfolding does not lengthen this lever arm."""
+    """The bound uses the lever arms of the folded configuration, where the tool is near axis 1."""
     robot = chasles.load("scara")
     hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])
     tool = robot.fk(q)[:3, 3]

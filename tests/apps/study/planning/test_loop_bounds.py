@@ -1,4 +1,4 @@
-"""Bounds of loop motion against the motion itself and against generated derivatives."""
+"""Bounds of joint motion in loops, against sampled motion and generated derivatives."""
 
 import warnings
 from dataclasses import replace
@@ -59,7 +59,7 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # If a bound exists, the loops close on the whole segment.
+        # If a bound exists, the loops can be closed along the whole segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -96,13 +96,13 @@ def test_curvature_bounds_exceed_second_derivatives(name):
         )
         most[:, :, k] = np.abs(np.where(rows[:, None], squared, second)).max(0)
     assert (most <= bounds.curvature * (1 + 1e-9) + 1e-9).all()
-    # The bounds are tight up to a small factor.
+    # The bounds exceed the actual motion by a small factor only.
     there = bounds.curvature > 1e-9
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
 
 
 def test_no_bound_exists_for_segment_with_open_loops():
-    """Cylinders exceed their limits, so triangles open or become nearly stretched."""
+    """Cylinders exceed their limits, so triangles cannot be closed or are almost stretched."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
     for _ in range(3000):

@@ -69,7 +69,7 @@ AMONG = {
 
 @pytest.mark.parametrize("name", AMONG)
 def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
-    """A path exists although the straight segment is blocked; the check is ten times finer."""
+    """Checks a path at ten times the planner's resolution; the straight segment is blocked."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
     middle, space = (

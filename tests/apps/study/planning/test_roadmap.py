@@ -42,7 +42,8 @@ def test_free_segment_check_agrees_with_fine_sampling():
         points = a + np.linspace(0, 1, 20001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
-        # Sampling may miss an obstacle corner, but reports no false obstacle.
+        # The sampled check may miss the corner of an obstacle, but never reports a free cell as
+        # blocked.
         assert sampled or not found
         free += found
         if sampled and not found:

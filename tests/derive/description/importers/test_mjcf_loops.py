@@ -31,7 +31,7 @@ def path(tmp_path):
 
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
-    """The equations of a linkage in any plane contain inverse coefficients and loop vectors."""
+    """The equations of an arbitrarily oriented linkage contain reciprocals and loop vectors."""
     robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
     assert "latex/rates.tex" in files(robot)
 
@@ -163,7 +163,7 @@ def test_three_connects_between_two_bodies_are_rejected(path):
 
 
 def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
-    """A second connect on the same body makes the ball joint invalid."""
+    """A second `connect` constraint on the same body makes the ball joint invalid."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )

@@ -1,4 +1,4 @@
-"""Inferred base and tip links: realistic trees and random trees."""
+"""Inferred base and tip links, for realistic and for random trees of links."""
 
 import random
 from itertools import pairwise
@@ -20,7 +20,7 @@ def tree(text):
     """Builds a tree from words ``parent>child``; a suffix such as ``m`` is the kind: ``a>b:m``.
 
     The default joint name is ``<child>_joint``; ``a>b:m:name`` sets it. The kind ``s`` is
-    prismatic. The leader of a follower comes last, ``a>b:c:name:leader``.
+    prismatic. The leader of a mimic joint comes last, ``a>b:c:name:leader``.
     """
     links, joints = [], []
     for word in text.split():

@@ -120,7 +120,7 @@ def forward(robot):
 
 
 def random_deltas(dice):
-    """Returns realistic deviations: rows 2 to 4 move far along their nearly parallel axes."""
+    """Returns realistic deviations, with large offsets along the nearly parallel axes 2 to 4."""
     theta, d, a, alpha = ([dice.gauss(0, 2e-4) for _ in LINKS] for _ in DELTAS)
     a[-1] = alpha[-1] = 0.0
     d[1], d[2] = dice.uniform(-20, 20), dice.uniform(-60, 60)
@@ -140,7 +140,8 @@ def compare(path, robot, deltas, dice):
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
-        # Products with offsets of 90 m lose four more digits than the moved frames.
+        # Matrix products with offsets of 90 m lose four digits more than frames shifted along the
+        # axes.
         far = 1 + np.abs(table[:, 1]).max()
         assert np.abs(fk(q) - plain_dh(table, q)).max() <= ORACLE * far
     return measured

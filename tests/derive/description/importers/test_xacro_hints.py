@@ -1,4 +1,4 @@
-"""Error messages name the files that an incomplete xacro file misses."""
+"""Error messages name the files that are missing for an incomplete xacro file."""
 
 import pytest
 

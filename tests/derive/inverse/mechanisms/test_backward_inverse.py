@@ -78,7 +78,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """Returns a tube that three unequal cylinders tilt and push."""
+    """Returns a tube that is tilted and pushed by three unequal cylinders."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -89,7 +89,7 @@ def tripod():
 
 
 def hexa():
-    """Returns a platform on six arms, in three pairs 120 degrees apart."""
+    """Returns a platform on six arms, which form three pairs at 120 degrees."""
     legs = []
     for k in range(6):
         middle, side = 120 * (k // 2), 2 * (k % 2) - 1

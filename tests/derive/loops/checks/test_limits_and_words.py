@@ -1,4 +1,4 @@
-"""Limits at which loops stay open, and text reports on mechanisms."""
+"""Limits at which loops cannot be closed, and text reports on mechanisms."""
 
 import re
 from dataclasses import replace
@@ -32,7 +32,7 @@ def test_reachable_limits_give_no_note():
 
 
 def test_note_on_unreachable_limits_states_closing_range():
-    # The stretched cylinder is as long as both pin distances from the boom pin together.
+    # The length of the stretched cylinder is the sum of both pin distances from the boom pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
     (told,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
@@ -58,7 +58,8 @@ def test_note_states_share_of_limits_in_which_loops_close():
     )
     told = limits_of(Hybrid(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", told[0]).group(1))
-    # The elbows are at most both couplers (360 mm) apart; a grid gives the closed fraction.
+    # The loops close if the distance of the elbows is at most both couplers (360 mm). A grid gives
+    # the fraction of such configurations.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50

@@ -1,7 +1,7 @@
 """Error messages for impossible mechanisms are complete and correct.
 
 Each shipped robot with loops is corrupted in typical ways. If the message proposes a range for a
-length or coordinate, the middle of the range must close the loops. The oracle does not use the
+length or coordinate, the loops must close at the middle of the range. The oracle does not use the
 compiler's equations.
 """
 
@@ -86,7 +86,7 @@ def offers(text):
 
 
 def closes(robot, name, value):
-    """Tests whether the oracle closes the loops at a value of a parameter or coordinate."""
+    """Tests with the oracle whether the loops close at a value of a parameter or coordinate."""
     if name in robot.actuated:
         reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
         robot = replace(robot, reference=tuple(reference.items()))
@@ -112,7 +112,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """A wrong length is not reported as swapped rod ends, either."""
+    """A wrong length is not reported as swapped rod ends."""
     whole = mechanism(name)
     # The reference as numerical values; a platform's reference depends on its parameters.
     robot = with_parameter(whole, parameter, value)
@@ -189,7 +189,7 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
     assert "write values close to these in [reference]" in text
-    # These loops close at the middle of the limits.
+    # The loops of these robots close at the middle of the limits.
     for name in ("slider_crank", "five_bar"):
         assert message(replace(mechanism(name), reference=())) == ""
 
@@ -233,7 +233,8 @@ gas_strut = 20
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values the strut is 1.8 mm too short; it is upright, far from a zero swing.
+    # At zero joint values the strut is 1.8 mm too short. It is vertical, far from the zero of its
+    # swing angle.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -292,7 +293,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation():
-    """Yields robots with an actuator removed, with another joint actuated, or without a member."""
+    """Yields robots without an actuator, with a different actuated joint, or without a member."""
     for name in LOOPED:
         robot = mechanism(name)
         taken = {c.moves for c in robot.coordinates}
@@ -328,7 +329,7 @@ def test_error_states_mismatch_of_actuators_and_freedoms(robot, words):
     assert f"{len(robot.actuated)} actuated coordinate" in text
     assert words in text
     passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-    # The oracle gives unconnected cylinders no degree of freedom.
+    # In the oracle, unconnected cylinders have no degree of freedom.
     if words == "can still move" and not passive_cylinder:
         free = len(model.unknown) - np.linalg.matrix_rank(
             model.jacobian(model.q, model.u), tol=1e-6
@@ -373,7 +374,7 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # The rods of the second and third arm also close if the platform rotates by 5 degrees.
+    # The rods of the second and third arm also fit if the platform rotates by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)

@@ -1,4 +1,4 @@
-"""Complex poses of platforms on six rods: the table, and the starts for any robot."""
+"""Complex poses of platforms on six rods: the table of start poses, and its use for any robot."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Closed paths through other rods of the family permute the poses."""
+    """Closed paths through other members of the platform family permute the poses."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -99,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """The bytes are equal if the paths end in another order with other rounding errors."""
+    """The bytes are equal even if the paths end in a different order with other rounding errors."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)
@@ -118,7 +118,7 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
 
 
 def test_architecturally_singular_platform_has_no_start_pose():
-    """Equal hexagons on a circle: the platform moves with constant leg lengths (Husty 2000)."""
+    """A platform with equal hexagons on a circle moves at constant leg lengths (Husty 2000)."""
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)
     a = np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1)

@@ -29,12 +29,13 @@ MAPS = ("actuators", "actuator_rates")
 
 
 def closed_configurations(mechanism, seed):
-    """Returns configurations (N, n_z) near the reference with closed loops."""
+    """Returns configurations (N, n_z) near the reference at which the loops are closed."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
     z = np.repeat(start[None], POSES, 0)
-    # Six legs close at every pose; their actuators may be near a singularity at the reference.
+    # The loops of six legs close at every pose, but the reference may be near a singularity of the
+    # actuators.
     moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
     z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
     z = model.newton(z, moved)
@@ -67,7 +68,8 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # A slot contains the reference branch, and the rates of the branch are the slot's derivative.
+    # One slot contains the reference branch. Its derivative equals the actuator velocities of this
+    # branch.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
@@ -79,7 +81,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two crank angles match the length, but one of them does not close the loop."""
+    """Two crank angles solve the length equation, but the loop does not close at one of them."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(
@@ -105,7 +107,7 @@ def test_explanation_names_the_leg_steps():
 
 @pytest.mark.parametrize(("make", "modes"), [(led_by_a_leg, 2), (agile_eye, 8)])
 def test_leg_inverse_returns_distinct_working_modes(make, modes):
-    """Both prismatic solutions of the 3-RPS keep the sign of their lengths."""
+    """The lengths in both solutions of each 3-RPS leg have constant signs."""
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2

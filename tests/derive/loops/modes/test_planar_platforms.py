@@ -89,7 +89,7 @@ def cylinders(tmp_path_factory):
         CYLINDER.format(k=k, a=a, b=b) for k, (a, b) in enumerate(zip(BASE, PINS, strict=True), 1)
     )
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
-    # Cylinders have only one branch.
+    # A leg with a cylinder has only one branch.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
     return compiled(read_text(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 
@@ -176,7 +176,7 @@ def queries(monkeypatch):
 def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(
     first, monkeypatch, queries
 ):
-    """SymPy does not query the sign of products of sines between prismatic joints."""
+    """For prismatic joints, SymPy does not query the sign of products of sines."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])
     names = {

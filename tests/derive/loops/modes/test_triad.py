@@ -65,7 +65,8 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # |k_3 u_2 - k_2 u_3|^2 has factors of degree 2; in z = exp(i phi) its z^4 has no term.
+    # |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi), it has no
+    # z^4 term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -105,7 +106,7 @@ def compiled():
 
 
 def held(pose, directions):
-    """Returns rod ends in the given directions from the platform's pins."""
+    """Returns the rod ends that lie in specified directions from the platform's pins."""
     pins = np.array(PINS, float) @ np.array(
         [[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]]
     )

@@ -22,7 +22,7 @@ FUNCTIONS = ["chain", "chain_rates", "configuration", "margin", "chain_all", "ac
 
 
 def turned_round():
-    """Returns the same rod, described from the ball joint on the rocker to the universal joint."""
+    """Returns the mechanism with the rod described from its ball joint to its universal joint."""
     return Mechanism(
         "turned_round",
         (
