@@ -131,32 +131,32 @@ def load(
     Args:
         robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
             .toml, .urdf, .xacro or .xml (MJCF); or the folder of a generated robot, as a path
-            object or as a string with a separator in it ("./mine"). The first use of an arm of the
-            shelf or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
+            object or as a string with a separator in it ("./mine"). The first use of a well-known
+            arm or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
             and MJCF `'chasles[derive,files]'`), which takes seconds.
-        base: The base link in a URDF, xacro or MJCF file; by default the root of its tree.
+        base: The base link in a URDF, xacro or MJCF file; by default the root of the link tree.
         tip: The tip link; by default the end of the longest chain.
         group: A group of the SRDF next to the file, instead of base and tip.
         name: The robot's name; by default the name in its file.
         arguments: Values of a xacro file's arguments, each as "name:=value".
-        exact: Whether rounded numbers such as 1.5708 are taken as they are written.
+        exact: Whether rounded numbers such as 1.5708 are used as rounded in the file.
         parametric: Whether the robot has `fk_p` and the other functions that take its geometry as
-            an input, which calibration needs: they are derived on first use.
+            an input, for calibration; these functions are derived on first use.
 
     Returns:
         The robot.
 
     Raises:
         UnknownRobotError: If there is no such robot.
-        DerivationError: If the compiler is not installed or refuses the description.
-        ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
+        DerivationError: If the compiler is not installed or rejects the description.
+        ChaslesError: If the robot cannot be read, compiled or opened, for the stated reason.
     """
     options = options_of(exact, parametric, base=base, tip=tip, group=group, name=name)
     return Robot(read_manifest(find_folder(robot, (*arguments, *options))))
 
 
 _IMPORTED_BY_NAME = ("calibration", "derive", "generated", "study", "view")
-"""Parts of the package that `import chasles` leaves to an import of their own."""
+"""Subpackages that need a separate import, as `import chasles` does not import them."""
 
 
 def __dir__() -> list[str]:
@@ -164,7 +164,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """The version and the drawings, found when needed: that takes as long as the import."""
+    """The version and drawing functions, loaded at first use to halve the import time."""
     if name in ("animate", "draw"):
         from . import drawing  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Types of arrays, by their elements."""
+"""Types of arrays, named by the element type."""
 
 import numpy as np
 from numpy.typing import NDArray

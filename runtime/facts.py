@@ -102,7 +102,7 @@ def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
 
 
 _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
-"""Public methods by the names of the generated functions behind them."""
+"""Public methods by the names of the generated functions that they call."""
 
 
 def _public(manifest: Manifest) -> tuple[str, ...]:
@@ -210,7 +210,7 @@ class RobotFacts(GeneratedFunctions):
         return _read_only(q[0 if keeps else int(np.argmax(values))])
 
     def _smallest_singular_value(self, q: FloatArray) -> FloatArray:
-        """Return smallest singular values (N,) at q (N, n), out of as many as the tool has DOF."""
+        """Return smallest singular values (N,) at q (N, n), one per tool DOF."""
         if "jacobian_mixed" not in self.functions:
             return np.zeros(len(q))
         J = np.array(self.functions["jacobian_mixed"](q))
@@ -222,10 +222,10 @@ class RobotFacts(GeneratedFunctions):
     def random_q(
         self, size: int | tuple[int, ...] = (), *, rng: int | np.random.Generator | None = 0
     ) -> FloatArray:
-        """Return random configurations within the limits, at which the loops close.
+        """Return random configurations within the limits, at which the loops can be closed.
 
         Samples are uniform in each coordinate; without limits, within pi or 1 m of the reference.
-        While the loops do not close, new samples follow, each closer to `q_reference`.
+        If the loops cannot be closed at a sample, a new sample closer to `q_reference` replaces it.
 
         Args:
             size: The leading dimensions.

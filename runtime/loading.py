@@ -31,8 +31,8 @@ def load_functions(
     """Return the functions of a robot, after compilation if the cache has no library.
 
     Raises:
-        MismatchError: If the library in the cache is damaged or has another key.
-        ChaslesError: If it cannot be compiled; the message states the reason.
+        MismatchError: If the library in the cache is damaged or has a different key.
+        ChaslesError: If the library cannot be compiled; the message states the reason.
     """
     library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}

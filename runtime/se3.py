@@ -127,7 +127,7 @@ def to_rotvec(T: ArrayLike) -> FloatArray:
 def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
     """Return the unit quaternions (..., 4) of poses (..., 4, 4), with w >= 0.
 
-    The element order is "wxyz" or "xyzw"; another order raises `InputValueError`.
+    The element order is "wxyz" or "xyzw"; any other order raises `InputValueError`.
     """
     wanted = _order("se3.to_quat", order)
     omega = to_rotvec(T)

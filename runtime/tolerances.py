@@ -7,7 +7,7 @@ the tolerances of the generated code.
 # --- size ---
 
 LEAST_SIZE = 1e-5
-"""Minimum robot size relative to its distance from the base origin; SOLVED times this size is
+"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is
 still 100 times the rounding error of such positions."""
 
 # --- closed_form: solutions in slots ---
@@ -19,8 +19,8 @@ REFINED = 1e-4
 """Maximum residual (length, radian) of a slot that is refined: rounding can change four nearly
 equal roots of a quartic by its fourth root."""
 TILTED = 1e-5
-"""Maximum residual (length, radian) from rounding a pose to five digits, if an arm with fewer than
-six joints cannot reach the rounded pose."""
+"""Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
+six joints, which cannot reach rounded poses."""
 GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
 degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
@@ -28,8 +28,8 @@ GIVEN_NEAR = 1e-2
 """Maximum residual (length, radian), at the offset value, of a slot from which Newton's method
 starts: the offset times the amplification near a singularity."""
 AT_REST = 1e-7
-"""Maximum tool motion (length, radian) along a self-motion: damping makes the Newton steps too
-short for smaller residuals."""
+"""Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
+much to reach smaller residuals."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a possible self-motion
 direction, whose rate is about 1e-7. The rate is as small at the workspace boundary."""
@@ -79,7 +79,7 @@ MOST_DAMPING = 1e6
 LEAST_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
-"""Maximum step of a coordinate [m or rad]; a longer step could reach another branch."""
+"""Maximum step of a coordinate [m or rad]; a longer step could reach a different branch."""
 
 # --- iterative ---
 

@@ -67,7 +67,7 @@ class Hint(Capability):
 
 
 class OtherName(Hint):
-    """A function name of another library; the error states the chasles name."""
+    """A function name of a different library; the error states the chasles name."""
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """Raise an AttributeError."""

@@ -1,4 +1,4 @@
-"""Errors for a single pose at which a loop does not close.
+"""Errors for a single pose at which a loop cannot be closed.
 
 An open loop results in NaN. A batch returns NaN; a call with one pose raises an error that states
 the loop and the coordinates.
@@ -27,12 +27,12 @@ class Guard:
     Attributes:
         label: Robot and function.
         margin: Maps the first input to sin^2 of the transmission angle of each solution step:
-            positive if the loop closes, 0 at a dead point.
+            positive if the loop can be closed, 0 at a dead point.
         steps: The loop of each solution step.
         coordinates: The elements of the first input.
         dead_point: Maximum margin at a dead point.
-        is_followed: Whether loops are followed from the reference configuration, without a margin
-            beyond a singularity.
+        is_followed: Whether an iteration follows the loops from the reference configuration, so
+            that no margin is known beyond a singularity.
     """
 
     label: str
@@ -49,7 +49,7 @@ class Guard:
         margin = np.asarray(self.margin(inputs[0]))
         values = zip(self.coordinates, inputs[0], strict=True)
         position = ", ".join(f"{item.name} = {value:.6g} {item.unit}" for item, value in values)
-        # Steps after an open loop may have no margin.
+        # Solution steps after an open loop may have no margin.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
         if value < 0:

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 _ROWS = 8
-"""Part sizes are multiples of this number, so that all SIMD lanes are filled. Single rows use other
-code, which may round differently; with this minimum, results are bitwise equal for every number of
-threads."""
+"""Part sizes are multiples of this number, so that all SIMD lanes are filled. The code for single
+rows is different and may round differently; with this minimum, results are bitwise equal for every
+number of threads."""
 _LEAST = 500_000
 """Minimum floating-point operations per thread: about 0.1 ms, three times the start of a thread."""
 _MOST = 20_000_000
@@ -164,10 +164,10 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # No parts remain for the helpers.
+            pass  # No parts remain for the other threads.
         raise
     finally:
-        # No helper may write after the call has returned.
+        # No other thread may write after the call has returned.
         wait([helper for helper in helpers if not helper.cancel()])
     for helper in helpers:
         if not helper.cancelled():

@@ -76,11 +76,11 @@ class LoopMethods(NewtonMethods):
 
     @needs(when=_can_check_actuators)
     def loops_close(self, q: ArrayLike) -> BoolArray:
-        """Test (...,) whether the loops close at q (..., n) [rad or m], dead points included.
+        """Test (...,) whether the loops can be closed at q (..., n) [rad or m] or at a dead point.
 
-        Limits are ignored. Loops without a dead point, such as parallelograms, close everywhere.
-        For loops without a closed form, Newton's iteration must reach q from the reference
-        configuration. The result is False if an input is not finite.
+        Limits are ignored. Loops without a dead point, such as parallelograms, can be closed
+        everywhere. For loops without a closed form, Newton's iteration must reach q from the
+        reference configuration. The result is False if an input is not finite.
         """
         guard = self._roles.get(("margin", "actuators", ""))
         if guard is not None:
@@ -93,9 +93,9 @@ class LoopMethods(NewtonMethods):
         """Test (...,) whether `chain(actuators(theta))` is theta, dead points included.
 
         `actuators` reads only some of the joints theta (..., n_theta) [rad or m]. The result is
-        False if the loops exclude this combination of joints, if theta is on another branch than
-        the reference configuration, or if an input is not finite. `actuator_branches` returns the
-        actuated coordinates on all branches.
+        False if the loops exclude this combination of joints, if theta is on a different branch
+        from the reference configuration, or if an input is not finite. `actuator_branches` returns
+        the actuated coordinates on all branches.
         """
         held = np.asarray(np.isfinite(theta).all(-1))
         guard = self._roles.get(("margin", "chain", ""))
@@ -157,7 +157,7 @@ class LoopMethods(NewtonMethods):
         """Return all actuated coordinates of a planar platform at x, y [m], phi [rad] (..., 3).
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
-        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if the legs close, else
+        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if all legs reach, else
         infinite; it does not depend on `fk(q)`, which follows one of several assembly modes.
         """
         if "actuators_all" in self.functions:

@@ -145,7 +145,7 @@ class FixedJoints:
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
-        # If a loop does not close, a batch holds NaN and a single value raises.
+        # If a loop cannot be closed, a batch holds NaN and a single value raises an error.
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:

@@ -48,7 +48,7 @@ class Chosen:
         info: The description of the inverse.
         inverse: The inverse.
         moves: The distance metric.
-        parameters: (N,) inputs of the inverse after the target.
+        parameters: (N,) values of each input of the inverse after the target.
         exact: Values (N,) of coordinates that are kept exactly, by index in q.
         threads: The number of threads, 0 for one per core.
     """
@@ -366,7 +366,7 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
-    """Return the nearest solutions, refined if necessary, and where limits removed all of them."""
+    """Return the refined nearest solutions, and for which poses limits removed all of them."""
     found = chosen.solve(target, seeds)
     q, residual, _, slot = found
     if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():

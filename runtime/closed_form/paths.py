@@ -110,7 +110,7 @@ class InverseMethods(RobotFacts):
         Each step selects the solution nearest to the previous pose, over all windings. The path
         follows the branch even if slots are exchanged at a singularity. If infinitely many
         solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby solution.
-        The path ends at a joint limit, even if another branch would continue.
+        The path ends at a joint limit, even if a different branch would continue.
 
         Arms with fewer than six joints follow partial poses: `task` selects one of the inverses
         `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. Joints that the
@@ -250,7 +250,7 @@ class InverseMethods(RobotFacts):
         return self._inside(here + move, slots, margin, best)
 
     def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
-        """Return a step to coordinates, or the violated limit."""
+        """Return the coordinates after a step of the path, or the violated limit."""
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))

@@ -74,7 +74,7 @@ def iterate(
         now = _chosen(better, trial, now)
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
-        # At rounding level no step reduces the error.
+        # At the level of rounding errors, no step reduces the error.
         settled = ~better & ((now.residual <= SETTLED) | (damping > MOST_DAMPING))
         going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan

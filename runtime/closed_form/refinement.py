@@ -51,8 +51,8 @@ class Refinement:
         task: The task of the inverse.
         judged: The unit length [m] of residuals and tolerances, 1 for some tasks.
         searches: Whether the closed form misses solutions, so that all slots are refined.
-        is_determined: Whether all inputs of the inverse are coordinates, without a swivel angle,
-            which a self-motion would change.
+        is_determined: Whether all inputs of the inverse are coordinates. A swivel angle is not a
+            coordinate: a self-motion would change it.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
@@ -121,7 +121,7 @@ class Refinement:
         """Test if missed poses (...,), axis-aligned with rounded translation, are reachable.
 
         At the workspace boundary, the error of the nearest slot is in the singular direction. A
-        reachable pose has another error direction, or two singular directions.
+        reachable pose has a different error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.aims or not missed.any():

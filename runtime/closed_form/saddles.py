@@ -20,18 +20,18 @@ from ..tolerances import SADDLE, SADDLE_BEND, SADDLE_STEP
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 """A function of target indices (N,) and coordinates (N, n) with f (N,) and gradients (N, n)."""
 _LONGEST = 1.0
-"""Maximum distance of a start from the saddle [rad or length]."""
+"""Maximum distance of a start configuration from the saddle [rad or length]."""
 
 
 class Ways(NamedTuple):
-    """Starts q (M, n) on both sides of saddles, and their rows (M,) in the input."""
+    """Start configurations q (M, n) on both sides of saddles, and the input row (M,) of each."""
 
     row: IntArray
     q: FloatArray
 
 
 def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
-    """Return starts on both sides of saddles, at which the error vanishes to second order."""
+    """Return start configurations on both sides of saddles, with zero error to second order."""
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)
     row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)

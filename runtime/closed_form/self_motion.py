@@ -30,7 +30,7 @@ _FEW = 4
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Random steps from a sample for each parameter, with this number to the power of their count."""
+"""Number of random steps from a sample, for one parameter; for p parameters its power p."""
 _MAX_ROWS = 100_000
 """Maximum number of rows that are solved at once."""
 

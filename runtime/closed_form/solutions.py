@@ -60,8 +60,8 @@ class Solutions(Fields):
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
             result on that branch; NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
-            (projected) pose and the angle times `unit_length`. Infinite in another assembly mode,
-            see `other_mode`.
+            (projected) pose and the angle times `unit_length`. Infinite in a different assembly
+            mode, see `other_mode`.
         margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
             boundary, negative outside.
         valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
@@ -100,12 +100,12 @@ class Solutions(Fields):
 
     @property
     def other_mode(self) -> BoolArray:
-        """(..., k) whether the pose belongs to another assembly mode: loops close, but not by `fk`.
+        """(..., k) whether the pose belongs to a different assembly mode from `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
-        the mode of the reference configuration: it ends at another pose, or at a singularity. Such
-        a slot is not valid. `fk_all(q)` has all modes of some platforms. The result is False for
-        robots whose loops have a closed form. Filters do not change it.
+        the mode of the reference configuration: its result is a different pose or a singularity.
+        Such a slot is not valid. `fk_all(q)` has all modes of some platforms. The result is False
+        for robots whose loops have a closed form. Filters do not change it.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -172,8 +172,8 @@ class Solutions(Fields):
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
         """Sort the slots of each pose by their distance from a seed, invalid slots last.
 
-        The distance is the largest weighted joint displacement, the shorter way for joints that
-        wrap; prismatic joints are scaled by `unit_length`.
+        The distance is the largest weighted joint displacement, in the shorter direction for joints
+        that wrap; prismatic joints are scaled by `unit_length`.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].

@@ -17,7 +17,7 @@ typedef struct {
     PyObject_HEAD
     Arm arm;
     PyObject *capsules;              /* the compiled functions; they keep their library loaded */
-    PyArrayObject *tables[N_TABLES]; /* limits, starts and their poses */
+    PyArrayObject *tables[N_TABLES]; /* limits, start configurations and start poses */
 } Solver;
 
 /* Converts to a dense array of doubles with this shape (-1 for any size); NULL with an error set.
@@ -47,7 +47,7 @@ static void solver_dealloc(Solver *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-/* Tests for one input and n_outputs outputs with these sizes (-1 for any); 0 with an error set. */
+/* Tests for one input and n_outputs outputs of these sizes (-1: any size); 0 with an error set. */
 static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int first, int second)
 {
     const int sizes[] = {input, first, second};
@@ -125,7 +125,7 @@ static int read_screws(Arm *self, PyObject *rows)
     return fit ? 0 : -1;
 }
 
-/* Reads the limits, the starts and their poses; -1 with an error set. */
+/* Reads the limits, the start configurations and the start poses; -1 with an error set. */
 static int read_tables(Solver *self, PyObject *lower, PyObject *upper, PyObject *starts,
                        PyObject *poses)
 {

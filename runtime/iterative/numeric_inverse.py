@@ -119,7 +119,7 @@ class NumericMethods(RobotFacts):
 
         Levenberg-Marquardt with lambda proportional to the squared error. The factor decreases
         after successful steps and increases after failed steps; no step exceeds a limit. If the
-        iteration ends at another pose, it restarts from other configurations. For a pose out of
+        iteration ends at a different pose, it restarts from other configurations. For a pose out of
         reach, the result is the minimum residual found, with `valid` False.
 
         Args:

@@ -198,7 +198,7 @@ def _selection(n: int, k: str) -> list[str]:
 
 
 def build(manifest: Manifest) -> bool:
-    """Compile the library of a robot, unless the cache holds an intact one; tell whether it did.
+    """Compile the library of a robot unless the cache has an intact one; return if it compiled.
 
     Raises:
         ChaslesError: If compilation fails; the message states the reason.
@@ -215,7 +215,7 @@ def open_library(manifest: Manifest) -> _call.Library:
     """Return the library of a robot, after compilation if the cache has none.
 
     Raises:
-        MismatchError: If the library in the cache is damaged or has another key.
+        MismatchError: If the library in the cache is damaged or has a different key.
         ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)

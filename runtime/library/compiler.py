@@ -97,7 +97,7 @@ def find_compiler() -> Compiler:
     found = Path(program).resolve()
     status = found.stat()
     # Path, size and time identify the version: `cc --version` takes longer than loading a robot.
-    # A new compiler behind a wrapper may go unnoticed.
+    # A new compiler that a wrapper calls may go unnoticed.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
     unsafe = UNSAFE_FLAGS.intersection(extra)
@@ -131,7 +131,7 @@ def _find_program() -> tuple[Sequence[str], str]:
 
 
 def describe_machine() -> str:
-    """Return system and processor: code for -march=native may not run on another processor."""
+    """Return system and processor: code for -march=native may not run on a different processor."""
     return f"{platform.system()} {platform.machine()}\n{_describe_processor()}"
 
 

@@ -25,8 +25,8 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
     }
 }
 
-/* Tests whether two rows with squares aa, bb and product ab are orthogonal; `scale` comes from the
- * caller. The test must be true for NaN, otherwise only MOST_SWEEPS ends the sweeps. */
+/* Tests whether two rows with squared lengths aa, bb and product ab are orthogonal; callers give
+ * `scale`. The test must be true for NaN, otherwise only MOST_SWEEPS ends the sweeps. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
 /* Rotates pairs of rows of W (p, m) until all are orthogonal, together with the rows of Y (p, p),

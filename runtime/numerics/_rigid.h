@@ -19,7 +19,7 @@
 
 #define MOST_POLAR_STEPS 4 /* two steps are sufficient within NEARLY_RIGID */
 
-/* Deviation class of a matrix (4, 4): rigid to rounding, nearly rigid, or not rigid. */
+/* Deviation class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
 
 /* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
@@ -101,8 +101,8 @@ static inline int is_single(const double *T)
     return 1;
 }
 
-/* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of their
- * last decimal (at most nine), or of single precision; 0 for finer entries. The deviation alone
+/* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
+ * last decimal (at most nine) or of single precision; 0 for higher precision. The deviation
  * would not suffice, as a planar rotation with coarse entries may be nearly rigid by chance. */
 static inline double coarseness(const double *T)
 {
@@ -127,8 +127,8 @@ static inline double reached_by_rounding(const double *T)
     return ROUNDED * off;
 }
 
-/* Returns the same for an axis-aligned RIGID pose, from the six to eight decimals of its
- * translation or from single precision; 0 for finer or for handwritten translations. */
+/* Returns this residual for an axis-aligned RIGID pose, from the six to eight decimals of its
+ * translation or from single precision; 0 for higher precision or fewer decimals. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {

@@ -84,7 +84,7 @@
 #define LM_SHORTEST_STEP 1e-15
 
 /* Minimum relative reduction of the squared error per step; smaller reductions end the attempt.
- * HASTY leads to the next start soon, PATIENT leads to the minimum error, down to rounding. */
+ * HASTY soon ends an attempt; PATIENT continues it to the minimum error, up to rounding error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
@@ -110,7 +110,7 @@
 #define RATES_DAMPING_THRESHOLD 0.04
 
 /* Threshold e and minimum d of track, dimensionless. They are smaller than RATES_DAMPING_THRESHOLD,
- * as track has rate limits, and damping causes tool errors. */
+ * as track also limits the rates, and damping causes tool errors. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 

@@ -106,9 +106,9 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> Rates:
         """Return damped joint rates within all limits for a twist of the tool, J qd = V.
 
-        Away from singularities and limits, J qd = V to rounding. Near a singularity, damped least
-        squares bounds qd: the norm of qd is at most the norm of (v / length, omega) divided by
-        `damping_threshold`. The characteristic length also divides the rates of prismatic joints.
+        Away from singularities and limits, J qd = V up to rounding error. Near a singularity,
+        damped least squares bounds qd: |qd| is at most |(v / length, omega)| / `damping_threshold`.
+        The characteristic length also divides the rates of prismatic joints.
 
         The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
         and the other joints compensate if they can do so without damping. Otherwise, and for every

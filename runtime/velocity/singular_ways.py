@@ -85,7 +85,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         """Return the distances to the first singularities along a line theta + s direction.
 
         The range 0 < s <= 1 is sampled in 512 intervals. The first interval in which a determinant
-        changes sign, or the end of leg reach, is bisected to rounding. Two singularities in one
+        changes sign or a leg loses reach is bisected to rounding errors. Two singularities in one
         interval are missed. The legs stay on their branches.
 
         Args:
@@ -237,7 +237,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return both ends of the first interval with a change, and the indices of such rows."""
+    """Return both ends of the first interval with a change, and the indices of rows with one."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

@@ -38,7 +38,7 @@ class Track:
         at_rate_limit: For each coordinate name, the steps with an active rate limit, if any; fixed
             coordinates are not listed.
         at_limit: For each coordinate name, the steps with an active position limit, if any.
-        shortened_steps: The steps that were shortened because a loop does not close at their ends.
+        shortened_steps: The steps that were shortened because a loop is open at their ends.
     """
 
     q: FloatArray
@@ -95,7 +95,7 @@ class TrackMethods(ManipulabilityMethods):
         only at singularities and limits, and returns to the path afterwards. A redundant robot
         takes the smallest joint motion.
 
-        The singular values are those of a scaled Jacobian: its angular rows are multiplied by the
+        The singular values belong to a scaled Jacobian: angular rows are multiplied by the
         characteristic length, and each column is divided by the tool motion at `q_start` per unit
         of the coordinate. At a wrist singularity, joints rotate at their maximum rates: set rate
         limits for such a path. The manual page "Following a path" describes damping and errors.
@@ -103,8 +103,8 @@ class TrackMethods(ManipulabilityMethods):
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
                 Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected.
-            q_start: (n,) coordinates at the start [rad or m], within the limits. They need not
-                reach the first pose.
+            q_start: (n,) coordinates at the start [rad or m], within the limits. The tool need not
+                be at the first pose there.
             dt: Time between poses [s].
             rate_limits: () or (n,) maximum rates [rad/s or m/s]; none if None. A limit of 0
                 fixes the coordinate.

@@ -5,7 +5,7 @@
 #include "call/kernel/operands.h"
 
 #define N_OPTIONS 3   /* keywords after the inputs: out, threads, fixed */
-#define ALL_THREADS 0 /* the number of threads="all" */
+#define ALL_THREADS 0 /* the number of threads for threads="all" */
 
 /* The broadcast shape of the leading dimensions of all inputs. */
 typedef struct {
@@ -13,8 +13,9 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments into slots: one for each input, then out, threads and fixed; NULL if missing.
- * A function with fixed= has one input by position or name. Returns -1 with an error set. */
+/* Sorts the arguments into slots: one for each input, then out, threads and fixed;
+ * NULL for a missing argument. A function with fixed= has one input by position or name. Returns
+ * -1 with an error set. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 

@@ -22,7 +22,7 @@
 /* ------------------------------------------------------------------ single */
 
 /* Tests whether the kernel can write directly into the caller's arrays. An output must not share
- * memory with another operand, as kernels may read inputs after writing outputs. */
+ * memory with any other operand, as kernels may read inputs after writing outputs. */
 static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
 {
     const double *memory[MAX_OPERANDS];
@@ -171,7 +171,7 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
 
 /* ------------------------------------------------------------------ general */
 
-/* Calls the ufunc, with out=outs where given. */
+/* Calls the ufunc, with out=outs if outs is not NULL. */
 static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
     int n_inputs = self->kernel->n_inputs;
@@ -267,7 +267,7 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
     const Kernel *kernel = self->kernel;
     PyObject *results[MAX_OPERANDS];
     npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
-    int large = is_large(kernel, n); /* 0 where n overflows and is -1 */
+    int large = is_large(kernel, n); /* 0 if n overflows and is -1 */
     if (large && new_large_results(kernel, batch, outs, results) < 0) {
         return NULL;
     }

@@ -7,7 +7,7 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/ufunc_loop.h"
 
-/* The objects that a Function owns; NULL where there is none. */
+/* The objects that a Function owns; some may be NULL. */
 static const size_t OWNED[] = {
     offsetof(Function, ufunc),   offsetof(Function, name),       offsetof(Function, label),
     offsetof(Function, doc),     offsetof(Function, signature),  offsetof(Function, inputs),
@@ -24,7 +24,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
 }
 
 /* There is no tp_clear, as a call needs all members to its end. All members are older objects, so
- * that every reference cycle contains another object that can be cleared. */
+ * that every reference cycle contains a different object that can be cleared. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

@@ -13,13 +13,13 @@ typedef struct {
     const Kernel *kernel; /* owned by the ufunc */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
-    PyObject *guard;         /* NULL where the result is finite for every finite input */
-    PyTypeObject *solutions; /* a subclass of tuple; NULL where the outputs are no branches */
-    double tolerance;        /* greatest residual of a valid branch */
-    PyObject *refinement;    /* of branches that are nearly valid; NULL where there is none */
-    double near;             /* greatest residual of a branch that is refined */
-    PyObject *general;    /* takes other calls of ik(T, *, fixed, ...); NULL for other functions */
-    PyObject *parameters; /* the keys of fixed= that stand for the further inputs; may be NULL */
+    PyObject *guard;         /* NULL if the result is finite for every finite input */
+    PyTypeObject *solutions; /* a subclass of tuple; NULL if the outputs are not branches */
+    double tolerance;        /* maximum residual of a valid branch */
+    PyObject *refinement;    /* refines nearly valid branches; NULL without refinement */
+    double near;             /* maximum residual of a refined branch */
+    PyObject *general;       /* handles other calls of ik(T, *, fixed, ...), else NULL */
+    PyObject *parameters;    /* keys of fixed= for the inputs after the first; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;

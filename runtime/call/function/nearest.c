@@ -18,16 +18,16 @@ typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
     PyObject *inverse;    /* a Function */
-    PyObject *general;    /* takes all other calls */
+    PyObject *general;    /* handles all other calls */
     PyTypeObject *result; /* a subclass of tuple */
-    PyObject *moves;      /* a tuple of four arrays, without options */
-    PyObject *parameters; /* a tuple of indices in the seed, or a Function of the seed */
+    PyObject *moves;      /* a tuple of four arrays, for calls without options */
+    PyObject *parameters; /* a tuple of indices in the seed, or a Function called with the seed */
     PyObject *name, *doc, *signature, *reduced;
     const double *by[N_MOVES];
-    int is_fast; /* whether calls without options run here */
+    int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the further inputs of the inverse at a seed. */
+/* Writes the inputs of the inverse after the first, for a seed. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#define MAX_SLOTS 64 /* that the selection takes */
+#define MAX_SLOTS 64 /* maximum number of slots of a pose for the selection */
 
 /* Returns the number of doubles in the slots of a pose. */
 static npy_intp doubles_of_slots(const Kernel *kernel)

@@ -9,9 +9,9 @@
 #include "call/kernel/rigid_poses.h"
 
 #define SCRATCH 8192 /* doubles on the stack for the slots of a block of rows */
-#define MIN_BLOCK 8  /* rows of a block: all lanes are filled */
-#define MAX_BLOCK 32 /* rows of a block: the slots stay in the nearest cache */
-#define N_MOVES 4    /* lower and upper limits, scales, turns */
+#define MIN_BLOCK 8  /* minimum rows of a block, so that all lanes are filled */
+#define MAX_BLOCK 32 /* maximum rows of a block, so that its slots stay in the nearest cache */
+#define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
 /* Addresses of the rows of a call, and their strides in doubles. */
 typedef struct {
@@ -21,7 +21,7 @@ typedef struct {
     ptrdiff_t seed_step;
     const double *moves[N_MOVES];
     double *results[3]; /* q, residual, margin: dense */
-    npy_int8 *slot;     /* or the reason why there is none */
+    npy_int8 *slot;     /* the slot, or a negative reason for no solution */
 } Rows;
 
 /* Returns the number of coordinates. */
@@ -41,7 +41,7 @@ static inline int is_unsettled(const Function *inverse, int slot, double residua
  */
 int can_select(const Function *inverse);
 
-/* Reads the moves, four arrays (n,); -1 with an error set. */
+/* Reads the distance metric, four arrays (n,); -1 with an error set. */
 int read_moves(PyObject *moves, npy_intp n, const double **to);
 
 /* Finds the nearest solutions of n rows, block by block. */

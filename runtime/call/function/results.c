@@ -20,7 +20,7 @@ enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS }
 /* Whether a batch contains poses that need refinement or an error. */
 typedef struct {
     int refine;  /* a pose without a valid branch has a residual of at most `near` */
-    int no_pose; /* a residual is infinite: not a pose, or another assembly mode */
+    int no_pose; /* a residual is infinite: not a pose, or a different assembly mode */
 } Unsettled;
 
 /* Examines the poses without a valid branch, among n poses with k branches each. */
@@ -182,7 +182,7 @@ static int values_are_finite(const double *values, npy_intp size)
 {
     int not_finite = 0;
     for (npy_intp k = 0; k < size; k++) {
-        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branch: vectorized */
+        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branch instruction, for vectorization */
     }
     return !not_finite;
 }

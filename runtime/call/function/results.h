@@ -12,11 +12,11 @@
 /* Returns a tuple of new references; NULL with an error set. */
 PyObject *new_tuple(int n, PyObject *const *items);
 
-/* Returns the branches as Solutions, refined where needed; steals the references of the three
+/* Returns the branches as Solutions, refined if necessary; steals the references of the three
  * results. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Returns the ufunc's result, as Solutions where its outputs are branches; steals the reference. */
+/* Returns the ufunc's result, as Solutions if the outputs are branches; steals the reference. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Packs results, unless the guard raises an error for values in `memory` that are not finite. Not

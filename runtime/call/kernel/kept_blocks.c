@@ -15,7 +15,7 @@ typedef struct {
 } Block;
 
 static struct {
-    Block blocks[MAX_KEPT]; /* the oldest first */
+    Block blocks[MAX_KEPT]; /* in order of age, the oldest first */
     int n;
     size_t bytes;
 } kept;
@@ -46,7 +46,7 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the smallest kept block of `size` to 1.25 `size` bytes, else -1. */
+/* Returns the index of the smallest kept block of `size` to 1.25 `size` bytes, else -1. */
 static int find_kept(size_t size)
 {
     int best = -1;

@@ -9,7 +9,7 @@
 
 #include "call/kernel/python_api.h"
 
-#define LEAST_KEPT ((size_t)32 << 20) /* bytes of a call's results; malloc keeps smaller ones */
+#define LEAST_KEPT ((size_t)32 << 20) /* minimum bytes of results in kept blocks */
 
 /* Prepares the memory handler; -1 with an error set. */
 int kept_blocks_init(void);

@@ -23,15 +23,15 @@ typedef struct {
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
-    /* The two functions of the entry, NULL for `rows` where there is no code for many poses. */
+    /* The two functions of the entry; `rows` is NULL without code for many poses. */
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
     const chasles_kernel *entry; /* in the library */
     int n_inputs, n_outputs, n_operands;
-    PosesOf poses;                  /* of the first input, where the kernel is an inverse */
-    double unit;                    /* metre: the length that counts as much as a radian */
-    const chasles_kernel *fk;       /* to measure residuals in another unit than 1 m, else NULL */
+    PosesOf poses;                  /* of the first input, if the kernel is an inverse */
+    double unit;                    /* [m] the length that is equivalent to one radian */
+    const chasles_kernel *fk;       /* to measure residuals if the unit is not 1 m, else NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */
@@ -48,7 +48,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
                    PyObject *inputs, PyObject *outputs);
 
 /* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length;
- * -1 with an error set if its operands are those of another function. */
+ * -1 with an error set if its operands are those of a different function. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

@@ -4,8 +4,8 @@
 
 #include "numerics/_rigid.h"
 
-#define BLOCK                                                                           \
-    256 /* rows at a time: a multiple of every number of lanes, and small for the cache \
+#define BLOCK                                                                                \
+    256 /* rows per block: a multiple of every number of lanes, and few enough for the cache \
          */
 
 /* Overwrites the results for a matrix that is not a pose. */
@@ -93,7 +93,7 @@ void solve_judged(const Kernel *kernel, const double *const *inputs, double *con
     }
 }
 
-/* Tests whether all n rows are rigid to rounding. */
+/* Tests whether all n rows are rigid up to rounding error. */
 static int rows_are_rigid(npy_intp n, const double *T, ptrdiff_t step, const double *residual,
                           ptrdiff_t residual_step, npy_intp k)
 {

@@ -42,7 +42,7 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
     return 0;
 }
 
-/* Tests a pose without a solution to rounding, and solves again if it is nearly rigid. */
+/* Tests a pose without a solution up to rounding error, and solves again if it is nearly rigid. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 /* Runs an inverse with a test of each pose, or with recomputed residuals. */
@@ -68,7 +68,7 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
     }
 }
 
-/* Runs the kernel on n rows, so many doubles apart; by the code for many poses if there is one. */
+/* Runs the kernel on n rows with the given strides, by the code for many poses if there is any. */
 void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                      const ptrdiff_t *input_steps, double *const *outputs,
                      const ptrdiff_t *output_steps);

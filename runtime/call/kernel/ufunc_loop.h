@@ -1,4 +1,4 @@
-/* The NumPy generalized ufunc behind a function, which broadcasts leading dimensions. */
+/* The NumPy generalized ufunc of a function, which broadcasts leading dimensions. */
 #ifndef CHASLES_UFUNC_LOOP_H
 #define CHASLES_UFUNC_LOOP_H
 

@@ -12,9 +12,9 @@
 
 /* A joint between the base and the tip. */
 typedef struct {
-    int link;           /* index of the link that it carries */
-    int joint;          /* index of the coordinate, or of the chain's joint */
-    double axis[TWIST]; /* twist per unit of the joint, at and in the frame of the link */
+    int link;           /* index of the link that the joint moves */
+    int joint;          /* index of the coordinate, or of the main-chain joint */
+    double axis[TWIST]; /* twist per joint unit at the link origin, in link axes */
 } Screw;
 
 /* The tip frame and the compiled functions for its pose. For the tool these are fk_jacobian_mixed
@@ -29,27 +29,26 @@ typedef struct {
     Screw *screws;
     const double *lower, *upper; /* (n,) */
     int n_starts;
-    const double *starts; /* (n_starts, n) */
-    const double
-        *start_poses; /* (12, n_starts): the first three rows of each pose, entry by entry */
+    const double *starts;      /* (n_starts, n) */
+    const double *start_poses; /* (12, n_starts): each column holds three rows of a pose */
 } Arm;
 
 typedef struct {
-    const double *weights; /* (6,) of the error, linear first; those of lengths per unit */
-    double unit;           /* metre: the length that counts as much as a radian */
-    double tolerance;      /* radian, and parts of the unit */
-    int in_tool_axes; /* whether weights and error are along the axes of the tip, not the base */
-    int whole;        /* whether all weights are positive: the error is then the logarithm */
-    int budget;       /* evaluations of forward kinematics */
+    const double *weights; /* (6,) weights of the error, linear first, per unit length */
+    double unit;           /* [m] the length that is equivalent to one radian */
+    double tolerance;      /* in radians and in unit lengths */
+    int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
+    int whole;  /* whether all weights are positive, so that the error is the logarithm */
+    int budget; /* maximum number of evaluations of forward kinematics */
     const unsigned char *locked; /* (n,) coordinates that keep the seed's values, or NULL */
     int n_locked;
 } Task;
 
 /* The memory of an iteration, in one block. */
 typedef struct {
-    double *q, *trial, *halley;     /* (n,): the iterate, and the ends of the two steps from it */
+    double *q, *trial, *halley;     /* (n,): the iterate, and the ends of two possible steps */
     double *best;                   /* (FINALISTS + 1, n): ends in order, then the best of all */
-    double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error there */
+    double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error */
     double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */
     double *gradient, *step;        /* (m,): J^T e of the free coordinates, and its copy */
     double *scratch;                /* scratch_size doubles */
@@ -57,12 +56,12 @@ typedef struct {
     int *free;                      /* (n,): indices of the free coordinates */
 } Workspace;
 
-/* The target of one search, and the memory that it works in. */
+/* The target of one search, and the memory of the search. */
 typedef struct {
     const Arm *arm;
     const Task *task;
     const double *target; /* (4, 4) */
-    double rounded;       /* residual up to which a least error reaches a target that was rounded */
+    double rounded;       /* maximum residual of a solution for a rounded target */
     Workspace *work;
 } Problem;
 

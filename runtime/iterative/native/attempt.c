@@ -7,7 +7,7 @@
 #include "iterative/native/lm_step.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_IDLE 2 /* consecutive steps with too small a reduction of the error */
+#define MOST_IDLE 2 /* maximum consecutive steps that reduce the error too little */
 
 static void take_trial(Workspace *work)
 {

@@ -1,4 +1,4 @@
-/* One attempt: Levenberg-Marquardt steps from one start to the nearest minimum error.
+/* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum error.
  *
  * The damping is lambda = mu |e|^2 / 2. mu decreases after successful steps and increases after
  * failed steps. As lambda vanishes with the error, convergence is quadratic, even near
@@ -15,7 +15,7 @@
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 
 /* Iterates from work->q while steps reduce the squared error by the fraction `least_gain`. The
- * result is in work->q and *now; half_square is infinite if the start cannot be evaluated. */
+ * result is in work->q and *now; half_square is infinite if the start has no finite residual. */
 Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluation *now);
 
 /* Iterates from x (n,) to the minimum error, to rounding. The error is the displacement, as the

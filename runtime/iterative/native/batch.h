@@ -16,11 +16,11 @@ typedef struct {
     const Arm *arm;
     const Task *task;
     const double *poses, *seeds; /* (count, 4, 4); (count, n) or NULL */
-    Results results;             /* those of the first pose; arrays over the batch */
+    Results results;             /* results of the first pose; arrays over the batch */
     size_t count;
     atomic_size_t next; /* the first pose that no thread has taken yet */
     atomic_int out_of_memory;
-    int (*is_stopped)(void); /* asked by the calling thread: nonzero ends the work of all */
+    int (*is_stopped)(void); /* called by the calling thread; nonzero stops all threads */
 } PoseBatch;
 
 /* Solves all poses on at most `threads` threads, including the calling thread. Sets out_of_memory

@@ -8,7 +8,7 @@
 /* The number of doubles of Workspace.scratch. */
 int scratch_size(const Arm *arm);
 
-/* Calls a compiled function with one input and one output, or two; `second` may be NULL. */
+/* Calls a compiled function with one input, and one or two outputs; `second` may be NULL. */
 void call_kernel(const chasles_kernel *kernel, const double *x, double *first, double *second);
 
 /* Evaluates the arm at x (n,). Writes the decrease of the weighted error per coordinate into

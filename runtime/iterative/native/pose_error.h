@@ -2,7 +2,7 @@
  *
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
  * Otherwise it is the displacement, so that the distance does not depend on an ignored rotation.
- * The error is measured at the tip and expressed in the task axes: those of the base or of the tip.
+ * The error is measured at the tip and expressed in the task axes: base axes or tip axes.
  */
 #ifndef CHASLES_POSE_ERROR_H
 #define CHASLES_POSE_ERROR_H
@@ -16,7 +16,7 @@ typedef struct {
     double T[POSE];     /* the pose of the tip */
     double e[TWIST];    /* weighted error */
     double half_square; /* |e|^2 / 2 */
-    double residual;    /* the larger of distance [unit] and angle [rad], of the parts that count */
+    double residual;    /* the larger of distance [unit] and angle [rad], if weighted */
 } Evaluation;
 
 /* Transforms n twists or Jacobian columns (n, 6) from base axes to task axes. */

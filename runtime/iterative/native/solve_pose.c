@@ -9,7 +9,7 @@
 #include "numerics/_tolerances.h"
 
 #define RESERVED_PART 4   /* 1 / RESERVED_PART of the budget is reserved for refinement */
-#define MOST_RESERVED 400 /* maximum evaluations reserved, and for each refinement */
+#define MOST_RESERVED 400 /* maximum evaluations: reserved in total, and for each refinement */
 
 /* The state of a search: the best result so far, and the results of attempts by error. */
 typedef struct {
@@ -26,7 +26,7 @@ static void take_best(const Problem *problem, Search *search, const Evaluation *
     memcpy(search->best_q, problem->work->q, problem->arm->n * sizeof(double));
 }
 
-/* Makes attempts from one start after another until an attempt converges. */
+/* Makes attempts from successive start configurations until an attempt converges. */
 static void try_starts(const Problem *problem, const double *seed, Search *search)
 {
     Evaluation now = search->best;
@@ -66,7 +66,7 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Searches from one start after another, unless `ending` is NO_POSE. */
+/* Searches from successive start configurations, unless `ending` is NO_POSE. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

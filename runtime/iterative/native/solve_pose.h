@@ -1,4 +1,4 @@
-/* Iterative inverse kinematics of one pose: attempts from several starts.
+/* Iterative inverse kinematics of one pose: attempts from several start configurations.
  *
  * If no attempt converges, the best results are refined to the nearest minimum error, with a
  * reserved fraction of the budget.
@@ -10,16 +10,16 @@
 
 /* Addresses of the results for one pose, or for the first pose of a batch. */
 typedef struct {
-    double *q;              /* (n,) coordinates; NaN where no start could be evaluated */
-    double *residual;       /* metre: of the distance, or the angle times the unit */
+    double *q;              /* (n,) coordinates; NaN if no start configuration could be evaluated */
+    double *residual;       /* [m] the distance, or the angle times the unit length */
     unsigned char *success; /* whether the search converged */
     signed char *ending;    /* an Ending of attempt.h */
     int *iterations;        /* evaluations of forward kinematics */
-    int *restarts;          /* starts after the first */
+    int *restarts;          /* start configurations after the first */
 } Results;
 
 /* Solves for the target pose, projected if it is nearly rigid (_rigid.h). seed: (n,) the first
- * start, or NULL. */
+ * start configuration, or NULL. */
 void solve_pose(const Problem *problem, const double *seed, const Results *results);
 
 #endif

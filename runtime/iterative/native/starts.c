@@ -27,7 +27,7 @@ static void measure_starts(const Problem *problem, double *distances)
     }
 }
 
-/* Copies a start of the table (n,), with the seed values of locked coordinates. */
+/* Copies a start configuration (n,) from the table, with the seed values of locked coordinates. */
 static void copy_start(const Problem *problem, const double *seed, int start, double *to)
 {
     const Arm *arm = problem->arm;
@@ -38,7 +38,7 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the starts with locked coordinates, which change the table poses. */
+/* Writes the squared errors of the starts; locked coordinates change the poses of the table. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

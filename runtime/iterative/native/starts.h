@@ -1,11 +1,11 @@
-/* Starts of attempts: the seed, then the configurations of a table, the nearest pose first. */
+/* Start configurations: the seed, then a table, sorted by pose distance from the target. */
 #ifndef CHASLES_STARTS_H
 #define CHASLES_STARTS_H
 
 #include "iterative/native/arm.h"
 
-/* Copies start number `tried` to work->q: first the seed (n,) unless it is NULL, then the table
- * sorted by the distance from the target. Returns 0 at the end of the table. */
+/* Copies start configuration number `tried` to work->q: first the seed (n,) unless it is NULL, then
+ * the table sorted by pose distance. Returns 0 at the end of the table. */
 int next_start(const Problem *problem, const double *seed, int tried);
 
 /* Inserts work->q into the best results work->best[:count], sorted by error; returns the new count.

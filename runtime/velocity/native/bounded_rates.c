@@ -7,7 +7,7 @@
 #include "numerics/_tolerances.h"
 #include "velocity/native/damped_box.h"
 
-#define BISECTIONS 40 /* of the scale in [0, 1]: to 1e-12 */
+#define BISECTIONS 40 /* bisections of the scale in [0, 1], to 1e-12 */
 
 int rate_problem_new(RateProblem *p, int n)
 {

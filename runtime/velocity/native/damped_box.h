@@ -19,15 +19,15 @@ typedef struct {
     int n;
     int moving;                   /* columns that are not always zero, 1 to n */
     double border;                /* e, a singular value */
-    double least_damping;         /* the d to begin with */
-    double damping;               /* d now; see damped_box_adapt */
+    double least_damping;         /* the initial d */
+    double damping;               /* the current d; see damped_box_adapt */
     int age;                      /* decompositions since U began as the identity */
     double U[TWIST * TWIST];      /* u_i in rows */
-    double sigma[TWIST];          /* s_i, in no order */
+    double sigma[TWIST];          /* s_i, not sorted */
     double damping_square[TWIST]; /* d_i^2 */
     double *rows;                 /* (6, n): s_i v_i */
     double *x;                    /* (n,) the result */
-    int *at;                      /* (n,) -1 or 1 where x is at its lower or upper bound, else 0 */
+    int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, else 0 */
     double *H, *A;                /* (n, n): the matrix of the bounded problem; of its free part */
     double *g, *z;                /* (n,): its right-hand side; the solution for the free part */
     int *free;                    /* (n,): indices of the free variables */

@@ -5,7 +5,7 @@
 
 #include "numerics/_logarithm.h"
 
-#define HALVINGS 40 /* of a step to a configuration with an open loop */
+#define HALVINGS 40 /* maximum halvings of a step to a configuration with an open loop */
 
 int tracking_new(Tracking *t, double border, double damping)
 {

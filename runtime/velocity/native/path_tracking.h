@@ -15,10 +15,10 @@ typedef struct {
     int n;
     ptrdiff_t m;
     const double *poses;                /* (m, 4, 4) */
-    const double *lower, *upper, *rate; /* (n,) limits [rad or m], and of the rates */
-    const double *unit;                 /* (n,) metres that the tool moves for a unit of q */
+    const double *lower, *upper, *rate; /* (n,) limits of q [rad or m] and of the rates */
+    const double *unit;                 /* (n,) tool motion [m] per unit of q */
     double length, dt;                  /* m, s */
-    double gain;                        /* part of the error that a step corrects */
+    double gain;                        /* fraction of the error that a step corrects */
     double *q, *qd, *error, *sigma;     /* (m, n), (m - 1, n), (m, 2), (m,): the results */
     unsigned char *touched;             /* (m - 1, n) */
     DampedBox box;

@@ -14,7 +14,7 @@ void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *st
 
 /* Rate bounds from joint, rate and acceleration limits. Operands:
  *   q (n), lower (n), upper (n), rate limit (n), acceleration limit (n), previous rate (n), dt
- *   -> least rate (n), greatest rate (n) */
+ *   -> minimum rate (n), maximum rate (n) */
 void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
 
 /* The product of the singular values, and its gradient with respect to q. Operands:
