@@ -1,6 +1,6 @@
 """``python -m bench``: speed and size of chasles, compared with peers in the same run.
 
-Without a command, it runs all benchmarks, prints and saves their tables (bench/results/), and
+Without a command, it runs all benchmarks, prints and saves the tables (bench/results/), and
 updates docs/performance.md. With --quick, it saves nothing.
 """
 

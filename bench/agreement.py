@@ -16,7 +16,7 @@ class DisagreementError(Exception):
 
 
 def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[ArrayLike]) -> None:
-    """Raise an error that names the peer unless its results equal the results of chasles.
+    """Raise an error that names the peer unless its results equal those of chasles.
 
     Args:
         name: The peer, and the robot or function that it computes.

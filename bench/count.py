@@ -230,7 +230,7 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Return start and step of the inputs; loops close at all inputs."""
+    """Return first value and step of the inputs; the loops of the robot close at all inputs."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01

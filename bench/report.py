@@ -65,7 +65,7 @@ class Ratio:
 
     @property
     def of_best(self) -> float:
-        """The ratio of the minimum times, which disturbances affect least."""
+        """The ratio of the minimum times, which other processes affect least."""
         return self.peer / self.own
 
     @property

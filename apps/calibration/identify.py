@@ -54,7 +54,7 @@ def identify(
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W; None: it is identified.
         robust: Whether outliers are excluded. The result lists them.
-        weights: (N,) weight of each configuration; 4 halves its standard deviations.
+        weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
 
     Raises:
         ShapeError: The shape of q does not match the robot.
@@ -101,7 +101,7 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """Estimate the start again without outliers: one wrong row shifts the common frame."""
+    """Estimate the start values without outliers: one wrong row shifts the common frame."""
     measured = start.measurements
     sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]

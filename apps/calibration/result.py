@@ -31,7 +31,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Calibration(StudyResult):
-    """Identified parameters and their uncertainty.
+    """Identified parameters and the uncertainty of each.
 
     Attributes:
         names: Names of the variables: first the identified robot parameters, then the unknowns.
@@ -252,7 +252,7 @@ class Calibration(StudyResult):
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Write all data to a compressed .npz file."""
-        # The robot is stored by its name.
+        # The file contains the name of the robot.
         StudyResult.to_npz(replace(self, robot=cast(Any, self.robot.name)), path)
 
     @classmethod

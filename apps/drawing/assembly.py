@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _STARTS = 24
 """Number of start configurations of the passive leg joints; two suffice for legs with two links."""
 _STEPS = 20
-"""Maximum number of Newton steps from each start."""
+"""Maximum number of Newton steps from each start configuration."""
 
 
 class AssemblyModes(NamedTuple):
@@ -71,7 +71,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
 
 
 def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
-    """Solve the loop closure for the passive leg joints; None if no start converges."""
+    """Solve the loop closure for the passive leg joints; None without convergence."""
     turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
     reach = np.where(turns, 2 * np.pi, robot.unit_length)
     for part in low_discrepancy(0, _STARTS, len(legs), np.zeros(len(legs))):

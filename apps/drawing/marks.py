@@ -26,7 +26,7 @@ _HALF_GROUND = 2.6
 _LATER = 1e-6
 """Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
 _EDGE_ON = 0.25
-"""Minimum projected length of a unit vector; a shorter one points along the line of sight."""
+"""Minimum projected length of a unit vector; a shorter vector points along the line of sight."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
 _SYMBOL = 4
@@ -123,7 +123,7 @@ def _moved(T: FloatArray, points: FloatArray) -> FloatArray:
 
 
 class _Marks:
-    """Generator of the marks, shape by shape."""
+    """Generator of the lines and areas, shape by shape."""
 
     def __init__(self, skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> None:
         self.skeleton, self.poses, self.view, self.unit = skeleton, poses, view, unit
@@ -202,7 +202,7 @@ class _Marks:
             yield from self._joint(self._style(body, shape), shape, points[0], axis)
 
     def _long(self, shape: Shape, points: FloatArray) -> FloatArray:
-        """Extend a guide so that its carriage is on the guide."""
+        """Extend a guide so that the carriage is on the guide."""
         at = self.carriages.get(shape.name) if shape.kind == "guide" else None
         if at is None:
             return points

@@ -248,7 +248,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Count the open faces along each axis: faces coplanar with their neighbors, and the others."""
+    """Count the open faces along each axis: faces coplanar with adjacent faces, and other faces."""
     level, whole = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

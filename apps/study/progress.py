@@ -15,7 +15,7 @@ def progress_of(
     """Show a progress bar with the remaining time.
 
     Args:
-        name: Name of the work.
+        name: Name of the task.
         total: Number of work items.
         shown: Whether to show the bar; None: if standard error is a terminal and rich is installed.
 

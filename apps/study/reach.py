@@ -355,7 +355,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """Return the coordinate that exceeds its range most, on the branch with the smallest excess."""
+    """Return the coordinate with the largest excess, on the branch with the smallest excess."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

@@ -27,9 +27,10 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece: enough work for a thread; its Sobol net fits in the cache."""
+"""Number of points of a piece: enough work for a thread; the Sobol net of a piece fits in the
+cache."""
 BLOCK = 1 << 12
-"""Number of points processed at once; their poses and Jacobians fit in the cache."""
+"""Number of points processed at once; the poses and Jacobians fit in the cache."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0

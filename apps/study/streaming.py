@@ -67,7 +67,7 @@ def tallied(
         threads: Threads of this process, or of each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the pieces; None: this process.
         progress: Whether to show a bar; None: if standard error is a terminal.
-        name: The name of the bar.
+        name: The name of the progress bar.
 
     Raises:
         InputValueError: threads is neither a positive number nor "all".

@@ -36,7 +36,7 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points: enough to show the shape, few enough for smooth rotation."""
+"""Number of workspace points: enough to show the workspace, few enough for smooth rotation."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
@@ -314,7 +314,8 @@ class LiveView:
             self._show_limits(posture)
             for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # While the handle is dragged, it keeps its pose; after release, it returns to the tool.
+            # While dragged, the handle keeps its pose; after release, the handle returns to the
+            # tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(posture.tool)
                 self._tool.position = posture.tool[:3, 3]

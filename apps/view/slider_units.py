@@ -17,7 +17,8 @@ FloatArray = NDArray[np.float64]
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""Range of a slider without limits to both sides of its start [rad, relative to the robot size]."""
+"""Range of a slider without limits to both sides of its initial value [rad, relative to the robot
+size]."""
 
 
 @dataclass(frozen=True)

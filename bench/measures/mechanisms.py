@@ -209,7 +209,7 @@ def several(results: object) -> tuple:
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
-    """Return coordinates, and for functions with a seed, configurations a step away."""
+    """Return coordinates, and for functions with a seed, configurations one control step away."""
     q = closed(robot, VECTORS)
     if not function.endswith("_near"):
         return (q,)

@@ -64,7 +64,7 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """Time a line with rates and accelerations, its time-optimal scaling, and a 49 s process."""
+    """Time a line with joint rates, the time-optimal scaling of the line, and a 49 s process."""
     way = line(arm.fk(HOME), arm.fk(HOME + AWAY))
     motion = Motion(arm, way, time_scaling("quintic", way.length, duration=1), HOME)
     motion.sample(LINED)

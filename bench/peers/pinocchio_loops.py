@@ -30,7 +30,7 @@ class FiveBar:
             w: Half the distance of the base joints [m].
             a: Length of the cranks [m].
             b: Length of the couplers [m].
-            z: A configuration near a closed loop.
+            z: A configuration at which the loop nearly closes.
         """
         self.model, pivot = pin.Model(), _shift(b)
         left, right = (self._leg(x, a) for x in (-w, w))
@@ -69,7 +69,7 @@ class FiveBar:
         return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
 
     def velocity_map(self, z: np.ndarray) -> np.ndarray:
-        """Return the map (4, 2) from crank rates to all joint rates, at a closed z."""
+        """Return the map (4, 2) from crank rates to all joint rates, at a z with closed loop."""
         pin.computeJointJacobians(self.model, self.data, z)
         return self._map(
             pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)

@@ -21,14 +21,14 @@ TOLD_APART = 1e-4
 ten thousand times."""
 VISIBLE = 1e-3
 """Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
-pivots come from rounding or second-order effects."""
+pivots come from rounding errors or second-order effects."""
 SHOWN = 0.01
 """Minimum coefficient of a combination that is shown."""
 
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown that the measurements do not distinguish from others.
+    """A parameter or unknown that the measurements do not distinguish from other parameters.
 
     Attributes:
         name: The parameter, fixed at its nominal value, or the unknown, fixed at its start value.
@@ -59,7 +59,8 @@ def identifiable(
         kept_names: Names of the variables that are always identified.
 
     Returns:
-        The sorted indices of the identifiable candidates, and an explanation of each other one.
+        The sorted indices of the identifiable candidates, and an explanation for each
+        unidentifiable candidate.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

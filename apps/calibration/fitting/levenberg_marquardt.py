@@ -24,14 +24,15 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
-"""Initial damping relative to the largest curvature. It is small: starts are near the solution, and
-parameters with little effect have a relative curvature of only 1e-8."""
+"""Initial damping relative to the largest curvature. The damping is small: start values are near
+the solution, and parameters with little effect have a relative curvature of only 1e-8."""
 _LEAST_WEIGHT = 1e-10
-"""Minimum curvature of the loss relative to its curvature at 0; the exact one can be negative."""
+"""Minimum curvature of the loss relative to the value at 0; the exact curvature can be negative."""
 _LEAST_FACTOR = 0.1
 """Factor of the damping after a good step."""
 _MOST_DAMPING = 1e12
-"""Maximum damping relative to the initial damping; beyond it, only rounding reduces the sum."""
+"""Maximum damping relative to the initial damping; with more damping, only rounding errors reduce
+the sum."""
 
 
 class Errors(NamedTuple):
@@ -54,7 +55,7 @@ def least_squares(
 
     Args:
         errors: The errors as a function of the variables.
-        x: (k,) start of the iteration.
+        x: (k,) start values of the iteration.
         scale: Scale of all variables, or (k,) of each.
         loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2); 0: squares.
         step: Relative change of the sum and of the variables at which the iteration stops.
@@ -103,7 +104,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the step; by least squares if rounding makes the matrix indefinite."""
+    """Return the step; by least squares if rounding errors make the matrix indefinite."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

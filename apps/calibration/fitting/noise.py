@@ -43,7 +43,8 @@ LEAST_NOISE = 1e-3
 """Minimum noise relative to the stated standard deviations, below the noise of any device."""
 _LEAST_DEVIATION = 0.01
 """Minimum robust standard deviation, relative to the stated one. With exact measurements, only
-rounding and small effects of unidentified parameters remain, which do not indicate outliers."""
+rounding errors and small effects of unidentified parameters remain, which do not indicate
+outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
 """One-sided probability of an error beyond the outlier limit."""
 _EFFICIENCY = 0.37
@@ -116,7 +117,8 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # The fit does not follow an error that is not in use: its variance is 1 + h.
+        # The fit does not follow an error that is not in use, so the variance of the error is 1 +
+        # h.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))

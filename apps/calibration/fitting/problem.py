@@ -59,7 +59,7 @@ _PLACED = 1e-3
 """Penalty on frames and targets, which the design does not determine, in the same unit."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes the positions of
-targets and base only weakly, so these may be far from their start."""
+targets and base only weakly, so these positions may be far from the start values."""
 _NEARBY = 1e-6
 """Relative step at which the first fit of a robot with loops stops."""
 _MOST_NEARBY = 200
@@ -379,7 +379,7 @@ class Problem:
     ) -> FloatArray:
         """Return the variables that minimize the sum of squares, or of a robust loss, of some rows.
 
-        Configurations with open loops at the start are ignored.
+        Configurations with open loops at the start values are ignored.
         """
         kept = used[self._rows] & np.isfinite(self.errors(x))
         drawn = noise * self.drawn() / SMALL

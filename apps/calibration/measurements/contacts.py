@@ -84,7 +84,7 @@ class _OneNumber(Measurements):
         return self
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """Fit the unknowns alone at the nominal poses, and return the start."""
+        """Fit the unknowns alone at the nominal poses, and return the start values."""
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
@@ -230,9 +230,9 @@ class PlaneContacts(_OneNumber):
 
 
 _STEP = 1e-6
-"""Relative change at which the fit of the start stops; the identification refines it."""
+"""Relative change at which the fit of the start values stops; the identification refines them."""
 _EVALUATIONS = 50
-"""Maximum number of evaluations of the fit of the start."""
+"""Maximum number of evaluations of the fit of the start values."""
 _HEIGHT = 0.1
 """Minimum height of a fixed point above coplanar points, relative to their extent."""
 _FLAT = 1e-6

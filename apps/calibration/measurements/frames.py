@@ -184,7 +184,7 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """Return error vectors (k, r) for rotations (k, 3, 3); their norm is the RMS distance."""
+        """Return error vectors (k, r) for rotations (k, 3, 3); the norms are RMS distances."""
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:

@@ -307,7 +307,7 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target: rows with equal coordinates are one configuration.
 
-    A repeated target at the same coordinates starts another configuration.
+    A repeated target at the same coordinates starts a new configuration.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -96,7 +96,7 @@ class Measurements(ABC):
         """Estimate frames and unknowns from nominal tool poses (N, 4, 4) in the base frame."""
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
-        """Update the start for a known base frame, from tool poses T (N, 4, 4) in W.
+        """Update the start values for a known base frame, from tool poses T (N, 4, 4) in W.
 
         Subclasses that can estimate an ambiguous base frame estimate their unknowns again from T.
         """

@@ -40,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Contents:
-    """All text and tables of a page.
+    """All text and tables of a report.
 
     Attributes:
         title: Title of the page.

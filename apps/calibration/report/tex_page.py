@@ -26,7 +26,7 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 
 
 def write_tex(found: Calibration, path: Path) -> None:
-    """Write a one-page report, and plots as PDF files with its name as prefix."""
+    """Write a one-page report, and plots as PDF files with the report's name as prefix."""
     said = contents(found)
     names = []
     for part, plot in (("residuals", plot_residuals), ("parameters", plot_parameters)):

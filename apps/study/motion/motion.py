@@ -1,9 +1,9 @@
 """Motions: a robot on a curve with a time scaling.
 
 On a curve of the tool, the inverse solves each sample on the branch nearest to `q_seed`. The tool
-is on the curve up to rounding errors, also for coarse samples. Rates and accelerations follow from
-the Jacobian and its derivative, not from differences. Limits are not enforced: `limit_violations`
-reports violations.
+is on the curve up to rounding errors, also for coarse samples. Joint rates and accelerations follow
+from the Jacobian and its derivative, not from finite differences. Limits are not enforced:
+`limit_violations` reports violations.
 """
 
 from __future__ import annotations

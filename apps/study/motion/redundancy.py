@@ -6,9 +6,10 @@ chain, from the same start configuration:
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
 The pseudo-inverse J^+ gives the smallest joint step; cylinder lengths do not affect the norm. The
-configuration at a pose depends only on the start and the pose, not on the path or on the samples.
-So a closed curve returns to the same configuration, unlike integrated minimum-norm rates. The
-configuration is near the start, but not the nearest one: each step minimizes its own norm.
+configuration at a pose depends only on the start configuration and the pose, not on the path or on
+the samples. So a closed curve returns to the same configuration, unlike integrated minimum-norm
+rates. The configuration is near the start, but not the nearest one: each step minimizes its own
+norm.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for

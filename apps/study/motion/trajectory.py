@@ -146,7 +146,7 @@ class Trajectory(StudyResult):
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Concatenate trajectories; `stage` of the result is their index.
+    """Concatenate trajectories; `stage` of the result is the index of the trajectory.
 
     Where two trajectories meet, the last sample of the first is dropped.
 

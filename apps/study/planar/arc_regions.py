@@ -54,7 +54,7 @@ class ArcRegion:
 
     @property
     def area(self) -> float:
-        """The area [m^2], exact up to rounding."""
+        """The area [m^2], exact up to rounding errors."""
         return sum(arc.twice_area for arc in self.arcs) / 2 if self.solid else 0.0
 
     @property

@@ -78,7 +78,7 @@ class ExactWorkspace(StudyResult):
 
     @property
     def area(self) -> float:
-        """The area of the section [m^2], exact up to rounding."""
+        """The area of the section [m^2], exact up to rounding errors."""
         return self.section.area
 
     @cached_property
@@ -101,7 +101,7 @@ class ExactWorkspace(StudyResult):
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) smallest and largest x, y and z [m], exact up to rounding."""
+        """(2, 3) smallest and largest x, y and z [m], exact up to rounding errors."""
         (u_0, v_0), (u_1, v_1) = self.section.bounds
         if self.turn is None:
             normal = np.cross(*self.axes)

@@ -79,7 +79,7 @@ class Meridian:
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 2) smallest and largest rho and z [m], exact up to rounding."""
+        """(2, 2) smallest and largest rho and z [m], exact up to rounding errors."""
         (_, v_0), (u_1, v_1) = self.both.bounds
         nearest = [np.abs(u).min() for u, _ in self._pieces()]
         return np.array(

@@ -59,7 +59,7 @@ class PlanarRegion(StudyResult):
 
     @property
     def area(self) -> float:
-        """The area [m^2], exact up to rounding."""
+        """The area [m^2], exact up to rounding errors."""
         return sum(area(piece) for piece in self.pieces)
 
     @property
@@ -169,12 +169,12 @@ class OrientationGrid(StudyResult):
 
     @property
     def total(self) -> float:
-        """Area in which all angles are possible [m^2], with an error of a cell at its border."""
+        """Area in which all angles are possible [m^2], with an error of one cell at the border."""
         return float(self.possible.all(-1).sum() * self.grid.side**2)
 
     @property
     def inclusive(self) -> float:
-        """Area in which some angle is possible [m^2], with an error of a cell at its border."""
+        """Area in which some angle is possible [m^2], with an error of one cell at the border."""
         return float(self.possible.any(-1).sum() * self.grid.side**2)
 
     def plot(self, ax: Any = None) -> Any:

@@ -271,7 +271,7 @@ def hulls_of(robot: Robot) -> Hulls:
 def joined(bones: Skeleton) -> list[set[str]]:
     """Return the names of the two bodies or struts that each joint connects.
 
-    Bodies fixed to each other have the name of the first of them, which has all their shapes.
+    Bodies fixed to each other have the name of the first body, which has the shapes of all.
     """
     names: list[str] = []
     for body in bones.bodies:

@@ -7,13 +7,13 @@ joints, with d for the actuators, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-If a box of x satisfies this strictly, the joints stay inside: on its border, the inequality would
-not hold. The box is the limit, from below, of iterating the right-hand side F, which is convex and
-increasing in w. The steps of the iteration satisfy d' >= F'(w) d > 0 and converge to 0, so no
-eigenvalue of F' exceeds 1. The matrix |B| H w bounds the difference of B dc/dx from the identity in
-the box; its eigenvalues are below 1, since the box is slightly widened. So B dc/dx is regular in
-the box, and the solution is continuous and on one branch. Rounding errors, about 1e-13, are not
-bounded.
+If a box of x satisfies this inequality strictly, the joints stay inside the box, since the
+inequality would not hold on the border. The box is the limit, from below, of iterating the
+right-hand side F, which is convex and increasing in w. The steps of the iteration satisfy d' >=
+F'(w) d > 0 and converge to 0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the
+difference of B dc/dx from the identity in the box; its eigenvalues are below 1, since the box is
+slightly widened. So B dc/dx is regular in the box, and the solution is continuous and on one
+branch. Rounding errors, about 1e-13, are not bounded.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -315,7 +315,7 @@ def _orders(turns: bool) -> FloatArray:
 
 
 def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> FloatArray:
-    """Evaluate a polynomial (m,) at joints (m, k), relative to half a turn or to their scale."""
+    """Evaluate a polynomial (m,) at joints (m, k), in units of half a turn or of a length."""
     letters = string.ascii_lowercase[: C.ndim]
     bases = [
         np.exp(1j * np.pi * x[:, None] * _orders(True)) if turn else x[:, None] ** _orders(False)

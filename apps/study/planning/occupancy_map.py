@@ -85,7 +85,7 @@ class OccupancyMap:
 def occupancy_map(
     occupied: ArrayLike, cell_size: float = 1.0, origin: ArrayLike = (0.0, 0.0)
 ) -> OccupancyMap:
-    """Return the map of an array.
+    """Return the occupancy map of an array.
 
     Args:
         occupied: (nx, ny) whether each cell is occupied; the first index is along x.
