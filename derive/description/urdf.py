@@ -115,7 +115,7 @@ class UrdfFile:
             several.
 
         Raises:
-            DescriptionError: No such chain exists, or several chains are equally long.
+            DescriptionError: No such chain exists, or several chains have equally many joints.
         """
         try:
             ends = only_chain(self.tree, base, tip)

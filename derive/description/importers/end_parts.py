@@ -4,7 +4,7 @@
   all branches on the same link also count as fingers. After a moving joint, two more cases are
   fingers: joints on a link with such a name, and end joints on the same link that are prismatic or
   coupled, unless they carry a tool frame.
-- Several branches with at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
+- Several branches with at most ``LONGEST_FINGER`` joints on one link after ``JOINTS_OF_AN_ARM``
   joints are short branches, as in most hands.
 - A wheel is a joint whose own name or child-link name says so. A joint on the base that carries
   only wheels also counts as a wheel.

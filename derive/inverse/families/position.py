@@ -1,8 +1,8 @@
 """Three joints that position the tool: gantries, and arms without a wrist.
 
-The orientation follows from the position. For a target pose, one point of the tool reaches its
-position, and the residual includes the orientation error. The point is the tool origin, or another
-tool point if some joint does not move the origin. Maximum number of solutions: 4.
+The orientation of the tool depends on this position. For a target pose, one point of the tool
+reaches its position, and the residual includes the orientation error. The point is the tool origin,
+or another tool point if some joint does not move the origin. Maximum number of solutions: 4.
 """
 
 import numpy as np

@@ -1,13 +1,13 @@
 """Equations of Raghavan and Roth for general six-joint arms, and their splits.
 
-The loop through arm and tool is closed. Let C_k be the constant placement after joint k; the
+The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
 placement from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
 A split numbers the joints from any joint in either direction. It consists of a pair (1, 2), the
 suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move its own
-axis, so it does not appear in the equations of this axis:
+axis, so the equations of this axis do not contain joint 6:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 

@@ -125,8 +125,8 @@ class Choice:
 def choose(robot: SerialRobot) -> Choice | None:
     """Returns the splits of an arm with at least six joints, or None without a suitable split.
 
-    Some arms need their prismatic joint: without it the other six are nearly singular. Then any
-    joint may be the fixed joint.
+    Some arms need their prismatic joint, because the other six joints alone are nearly singular.
+    Then any joint may be the fixed joint.
 
     Args:
         robot: The description.

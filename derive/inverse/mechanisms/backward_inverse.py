@@ -45,7 +45,7 @@ IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] 
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """Returns the function ``ik`` if all joints follow from the main chain in closed form.
+    """Returns the function ``ik`` if all joints are closed-form functions of the main-chain joints.
 
     Returns no function otherwise; planar platforms with three legs have a separate inverse.
     """

@@ -1,10 +1,10 @@
 """Loop branches in the inverse of a robot with loops, and removal of redundant sign choices.
 
-If a leg or a four-bar linkage can fold to either side, several actuator vectors give the same
-main-chain joints. Each such loop adds a sign choice to the inverse. Sign choices that do not change
-the result are settled during the derivation. For example, a platform that does not rotate has the
-same legs for both solutions of its orientation, and branches unreachable by forward kinematics have
-no solutions.
+If a leg or a four-bar linkage has two branches, several actuator vectors give the same main-chain
+joints. Each such loop adds a sign choice to the inverse. Sign choices that do not change the result
+are settled during the derivation. For example, a platform that does not rotate has the same legs
+for both solutions of its orientation, and branches unreachable by forward kinematics have no
+solutions.
 """
 
 from collections.abc import Sequence

@@ -27,7 +27,7 @@ def with_elbow_in_reach(
     Args:
         work: Record of the solution, with the table of named terms.
         lines: The chain.
-        found: The angle sum that follows from the direction of axis 6.
+        found: The angle sum that the direction of axis 6 determines.
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
         centre: The wrist position with joints 1 to 4 at 0.

@@ -56,7 +56,8 @@ def telescope(
     way = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the axes extends that side; otherwise it shortens the distance to reach.
+    # A telescope between the two axes extends the side between them. Any other telescope changes
+    # the distance that both joints must reach.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, way) if is_between else (way, upper)
     length = work.slide(

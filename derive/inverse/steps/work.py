@@ -56,7 +56,7 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle follows from a solved angle sum and the other joints of the sum.
+    """A joint whose angle is computed from a solved angle sum and the other joints of the sum.
 
     Attributes:
         joints: Names of the joints in the sum, in the order of the step.
@@ -88,7 +88,7 @@ class Work:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
         sums: Angle sums of parallel joints; computing a joint from the sum saves an atan2.
-        remainders: Joints that follow from an angle sum, for the printed explanation.
+        remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
         signs: The sign symbols (1 or -1), in the order of the slots.
         settled: Indices of redundant sign choices, which always use the sign 1.
@@ -159,7 +159,7 @@ class Work:
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Records that the last of these joints follows from the solved sum."""
+        """Records that the last of these joints is computed from the solved sum."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 

@@ -1,1 +1,1 @@
-"""Relative positions of the axes of a chain, which decide the closed form."""
+"""Relative positions of the axes of a chain, which determine its closed-form inverse."""

@@ -30,7 +30,7 @@ class Linear:
         return self.a, self.b, self.d
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equation with other coefficients."""
+        """Returns the same type of equation with the given coefficients."""
         return type(self)(*values)
 
     @property
@@ -65,7 +65,7 @@ class Direction:
         return self.a, self.b
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equations with other coefficients."""
+        """Returns the same type of equations with the given coefficients."""
         return type(self)(*values)
 
     @property
@@ -91,7 +91,7 @@ class LineAndPlane:
         return self.rate, self.rest
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equation with other coefficients."""
+        """Returns the same type of equation with the given coefficients."""
         return type(self)(*values)
 
     @property
@@ -117,7 +117,7 @@ class LineAndSphere:
         return self.linear, self.constant
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equation with other coefficients."""
+        """Returns the same type of equation with the given coefficients."""
         return type(self)(*values)
 
     @property
@@ -154,7 +154,7 @@ class LoopOfThree:
         return tuple(component for vector in vectors for component in vector)
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equation with other vectors."""
+        """Returns the same type of equation with the given vectors."""
         vectors = [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
         return type(self)(*vectors)
 
@@ -182,7 +182,7 @@ class TwoEllipses:
         return tuple(entry for row in rows for entry in row)
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the equations with other coefficients."""
+        """Returns the same type of equations with the given coefficients."""
         a, b, c, d, e = ((values[k], values[k + 1]) for k in range(0, len(values), 2))
         return type(self)((a, b), (c, d), e)
 

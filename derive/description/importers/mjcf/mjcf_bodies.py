@@ -103,7 +103,7 @@ class BodyJoint:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether the joint has its own coordinate without limits."""
+        """Whether the joint has its own coordinate and no limits."""
         return self.kind in KINDS.values() and self.mimic is None and self.limits == (None, None)
 
 
