@@ -61,7 +61,7 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
             values.
 
     Raises:
-        DescriptionError: The robot has masses, which are positioned in link frames.
+        DescriptionError: The robot has masses, whose positions depend on the link frames.
     """
     if robot.load is not None:
         raise DescriptionError(

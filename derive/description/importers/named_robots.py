@@ -17,7 +17,7 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
     """Returns the file of a robot_descriptions robot; first use downloads the file with git.
 
     Args:
-        name: Name of a description in the package, such as ``ur5e_description``. Without the
+        name: Name of a description in the package, such as ``ur5e_description``. If the name has no
             suffix, a URDF or xacro file is preferred to an MJCF model.
 
     Returns:

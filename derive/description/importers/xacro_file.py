@@ -113,7 +113,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
     """Resolves ``$(find package)`` in the folders near a file during the expansion of the file.
 
-    Xacro has no option for this: it only queries the index of an installed ROS.
+    Xacro has no option for these folders: it only queries the package index of an installed ROS.
     """
     of_ros = substitution_args._eval_find
     around = _Packages(file.resolve())

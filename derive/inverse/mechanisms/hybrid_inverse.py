@@ -153,7 +153,7 @@ def _by_nominal(
 def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     """Adds the role of the nominal robot to the reason why there is no inverse.
 
-    With joints fixed by the caller, the reason is not changed.
+    If the caller fixed joints, the reason is not changed.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts

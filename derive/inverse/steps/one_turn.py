@@ -91,7 +91,7 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Solves two revolute joints with a prismatic joint across axis 1; up to four solutions."""
+    """Solves two revolute joints with a prismatic joint normal to axis 1; up to four solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
     reach = subtracted(terms, centre, a3.p)

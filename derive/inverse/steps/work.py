@@ -87,7 +87,8 @@ class Work:
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints; computing a joint from the sum saves an atan2.
+        sums: Angle sums of parallel joints; computing a joint angle from the sum saves an atan2
+            call.
         remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
         signs: The sign symbols (1 or -1), in the order of the slots.

@@ -59,7 +59,7 @@ def with_wrist_in_reach(
 
 
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
-    """Uses the better angle if the lever is parallel to the axis."""
+    """Replaces an arbitrary angle (lever parallel to the axis) by the preferred angle."""
     work.turns[axis.joint] = where_free(work.terms, axis.h, lever, work.turns[axis.joint], best)
 
 

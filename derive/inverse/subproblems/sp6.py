@@ -1,8 +1,8 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
 Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses intersect in up to
-four points. The statement is equivalent to
-``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
+four points. The two equations are equivalent to ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2)
+p'_i = d_i`` for i = 1, 2.
 
 Derivation: the solutions of the two equations are a plane ``X + N z`` in the space of (x1, x2),
 where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
@@ -27,7 +27,7 @@ Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. The 
 ``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists. If the rank is
 0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, for the statement; their derivation eliminates one angle.
+Source: Elias and Wen 2022, subproblem 6, for the equations; their derivation eliminates one angle.
 The circle in the plane of solutions is original.
 """
 

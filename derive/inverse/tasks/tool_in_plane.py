@@ -33,7 +33,7 @@ from .task import Solved, Task
 
 
 def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether axis 1 is the third base axis, so that the elevation is defined.
+    """Whether axis 1 is parallel to the third base axis, so that the elevation is defined.
 
     The tool axis must also move in the arm plane; a fifth joint must rotate about the tool axis.
     """
