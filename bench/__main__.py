@@ -1,7 +1,7 @@
 """``python -m bench``: speed and size of chasles, compared with peers in the same run.
 
-Without a command, it runs all benchmarks, prints and saves the tables (bench/results/), and
-updates docs/performance.md. With --quick, it saves nothing.
+Without a command, the program runs all benchmarks, prints and saves the tables (bench/results/),
+and updates docs/performance.md. With --quick, the program saves nothing.
 """
 
 import argparse

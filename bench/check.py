@@ -24,7 +24,7 @@ MARGIN_ELSEWHERE = 0.5
 
 
 def run(write: bool) -> int:
-    """Measure, then write the baseline or compare with it; return the exit status."""
+    """Measure, then write the baseline or compare with the baseline; return the exit status."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}

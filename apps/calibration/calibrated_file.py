@@ -1,7 +1,8 @@
 """A calibrated robot as a robot file: the screw axes of its joints and its home tool pose.
 
 Screw axes describe every chain, whatever convention the nominal file uses, without rounding.
-The compiler infers the nominal structure from the screw axes; the inverse starts from it.
+The compiler infers the nominal structure from the screw axes; the inverse starts from the solutions
+of this structure.
 """
 
 from __future__ import annotations

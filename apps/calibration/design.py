@@ -3,7 +3,8 @@
 B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
 The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
 det(A), and so the observability index O1 = det(A)^(1/2k) / sqrt(count). The search adds
-configurations one by one. It then exchanges configurations until no exchange improves det(A).
+configurations one by one. The search then exchanges configurations until no exchange improves
+det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -31,7 +32,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PRIOR = 1e-6
-"""Prior weight of all candidates; it keeps A invertible while few configurations are selected."""
+"""Prior weight of all candidates, which keeps A invertible while few configurations are
+selected."""
 _PASSES = 20
 """Maximum number of passes over the selected configurations."""
 _GAIN = 1e-9

@@ -25,9 +25,9 @@ UNSTATED = 2.0
 NOISY = 10.0
 """Ratio of actual to stated noise above which the varied parameters do not fit the measurements."""
 LEAST_SPREAD = 1e-6
-"""Minimum spread of the tool positions [m]; below it, the tool only rotates."""
+"""Minimum spread of the tool positions [m]; with less spread, the tool only rotates."""
 MANY = 0.2
-"""Maximum fraction of outliers; above it, the whole table is suspicious."""
+"""Maximum fraction of outliers; with more outliers, the whole table is suspicious."""
 STILL = math.radians(5)
 """Minimum range of a revolute joint [rad] for which its parameters are identifiable; for a
 prismatic joint, relative to the spread of the tool positions."""

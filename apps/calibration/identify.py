@@ -46,14 +46,14 @@ def identify(
         vary: One or several parameters that may differ from nominal, by name or by group ("joint",
             "offset", "axis", "transmission", "compliance", "loop", "base", "tool"). "geometry"
             means the group "axis", and for robots with loops also "loop": all lengths, angles and
-            offsets. The tool corrections are added if poses are measured. "geometry" with them is
-            complete and minimal for every serial robot. The base corrections are added for robots
-            with loops, with `parameter_std`, and if "axis" is not varied.
+            offsets. The tool corrections are added if poses are measured. "geometry" with these
+            corrections is complete and minimal for every serial robot. The base corrections are
+            added for robots with loops, with `parameter_std`, and if "axis" is not varied.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W; None: it is identified.
-        robust: Whether outliers are excluded. The result lists them.
+        robust: Whether outliers are excluded. The result lists these parameters.
         weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
 
     Raises:

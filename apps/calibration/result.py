@@ -204,7 +204,7 @@ class Calibration(StudyResult):
         .csv is the parameter table, and .npz contains all data, for `load`.
 
         Args:
-            path: The file. Plots of a .tex report are PDF files next to it.
+            path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml; None: the stem of the path.
             source: Origin of the values in a .toml; "": the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml. The inverse of a robot with loops

@@ -19,7 +19,8 @@ _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 1
 _DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
 """Candidate distances of a label from its point, in drawing units."""
 _LEADER = 5.0
-"""Distance of a label from its point beyond which a leader line joins them, in drawing units."""
+"""Distance of a label from its point beyond which a leader line joins label and point, in drawing
+units."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Candidate positions of a dimension along its line, from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4

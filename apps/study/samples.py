@@ -1,8 +1,8 @@
 """Sample points in the box of a robot's coordinates, in pieces that are computed independently.
 
-A sample set of a billion configurations is not stored. It is a sequence of pieces of 2^16 points.
-Each piece depends only on its index and the key, so the set is the same for any number of threads,
-processes and machines.
+A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
+points. Each piece depends only on its index and the key, so the set is the same for any number of
+threads, processes and machines.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """The function to apply to each piece of a sample set; it is sent to cluster workers."""
+    """The function to apply to each piece of a sample set. Cluster workers receive the function."""
 
     def empty(self) -> T:
         """Return an empty tally."""

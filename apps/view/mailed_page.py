@@ -40,7 +40,7 @@ _PARTS = {
 def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     """Write a self-contained HTML page with the moving robot and its sliders.
 
-    The page computes the body poses from the joint motions. It closes loops by Gauss-Newton
+    The page computes the body poses from the joint motions. The page closes loops by Gauss-Newton
     iteration from the previous configuration, so the branch does not change. If a loop does not
     close, the robot keeps the last configuration with closed loops.
 

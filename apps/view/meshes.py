@@ -37,7 +37,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     is attached to its nearest ancestor with a body, at zero joint positions.
 
     Args:
-        file: The URDF file. Mesh files are searched relative to it and in surrounding ROS packages.
+        file: The URDF file. Mesh files are searched relative to this file and in surrounding ROS
+            packages.
         skeleton: The skeleton of the robot derived from this file.
 
     Returns:

@@ -30,7 +30,7 @@ _STRUT: Colour = (230, 159, 0)
 _ROD: Colour = (222, 226, 230)
 
 _THIN = 0.009
-"""Radius of a link relative to the robot size; other sizes are proportional to it."""
+"""Radius of a link relative to the robot size; other sizes are proportional to this radius."""
 _SHORTEST = 1e-9
 """Minimum length of a line relative to its radius."""
 _FRAME = 9.0

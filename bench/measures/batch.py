@@ -95,7 +95,7 @@ def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def threads(plan: Plan) -> list[Ratio]:
-    """Two threads compared with one, if `threads` is supported and there are two cores."""
+    """Two threads compared with one thread, if `threads` is supported and there are two cores."""
     function = chasles.load(UR5E.name).fk
     if "threads" not in inspect.signature(function).parameters:
         out.print("functions do not support threads=: no comparison on two cores")

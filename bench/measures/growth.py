@@ -1,4 +1,4 @@
-"""Cost of fk per joint for chains of increasing length; it increases if code exceeds a cache."""
+"""Cost of fk per joint for longer chains; the cost increases if code exceeds a cache."""
 
 import os
 import tempfile

@@ -35,7 +35,7 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Batch size for peers; their time per pose does not depend on it."""
+"""Batch size for peers; the time per pose of peers does not depend on the batch size."""
 GENERAL = "jaco2"
 
 

@@ -3,8 +3,8 @@
     (J^T W J + mu I) step = -J^T v
 
 in scaled variables. W and v contain the weights of a robust loss, which reduces the influence of
-large errors. Normal equations cost a fifth of a singular value decomposition. They are less
-accurate, but the next step corrects the inaccuracy.
+large errors. Normal equations cost a fifth of a singular value decomposition. Normal
+equations are less accurate, but the next step corrects the inaccuracy.
 
 Source:
     K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares problems, 2004, 3.2,

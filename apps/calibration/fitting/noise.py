@@ -12,7 +12,7 @@ degrees of freedom.
 Without known standard deviations, s^2 = sum e^2 / (M - k). With known standard deviations, s
 maximizes the marginal likelihood of the measurements: along the singular vectors of J D^-1, an
 error has the variance lambda + s^2. Few measurements do not determine s. A wide prior of log s
-about the stated noise regularizes it; thirty degrees of freedom outweigh the prior.
+about the stated noise regularizes the estimate; thirty degrees of freedom outweigh the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to

@@ -1,7 +1,7 @@
 """Scalar measurements: distances from a fixed point, and contacts with a sphere or a plane.
 
-The tool has one target x, for example a ball or a probe tip. There is no device frame; the unknown
-fixed point or plane is in the base frame of the robot.
+The tool has one target x, for example a ball or a probe tip. These measurements have no device
+frame; the unknown fixed point or plane is in the base frame of the robot.
 
     |T_i x - c| = d_i     ball bar between a fixed point c and the target; d_i = r on a sphere
     n . (T_i x) = h       contact with a plane

@@ -41,7 +41,8 @@ _FULL = 1e-9
 _ACROSS = 0.1
 """Second singular value of axis directions below which the axes count as parallel."""
 _LEVER = 0.1
-"""Minimum distance of points that represent an orientation [m]: 0.05 mrad moves them by 5 um."""
+"""Minimum distance of points that represent an orientation [m]: 0.05 mrad moves the points by 5
+um."""
 _REPEATED = 0.999
 """Ratio of the two largest singular values above which orientations alone are ambiguous."""
 
@@ -158,8 +159,9 @@ class _Registrations:
     """Registration errors as a function of the rotation R alone.
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i, with nominal orientations
-    R_i and origins p_i. For each R, these equations are linear in x_j and c. Their least-squares
-    residual is linear in the entries of R; a QR factorization compresses it to a few rows.
+    R_i and origins p_i. For each R, these equations are linear in x_j and c. The least-squares
+    residual of these equations is linear in the entries of R; a QR factorization compresses it to a
+    few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:

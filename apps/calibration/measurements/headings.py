@@ -128,7 +128,7 @@ class _Heading(NamedTuple):
 
 
 def unit_of(word: str) -> str:
-    """Return the key of `UNITS` for a word; "" if it is not a unit."""
+    """Return the key of `UNITS` for a word; "" if the word is not a unit."""
     small = word.strip(" []()").lower()
     small = _WORDS.get(small, small)
     return small if small in UNITS else ""

@@ -1,8 +1,8 @@
 """Measurements of a robot's tool in the frame W of a measuring device, with error derivatives.
 
-A `Measurements` object contains the measured values at N configurations. It defines additional
-unknowns, such as the positions of targets in the tool frame. Errors are divided by their standard
-deviations. A row is a pose or a target position; outliers are excluded row by row.
+A `Measurements` object contains the measured values at N configurations. The object defines
+additional unknowns, such as the positions of targets in the tool frame. Errors are divided by their
+standard deviations. A row is a pose or a target position; outliers are excluded row by row.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
     """Return the velocities v + omega x (R x) of targets (m, 3) for mixed Jacobians J (N, 6, p).
 
-    Their shape is (N, m, 3, p).
+    The result has shape (N, m, 3, p).
     """
     levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)

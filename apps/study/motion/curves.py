@@ -103,7 +103,8 @@ class TaskLine:
         start: (k,) task coordinates at the start, as arguments of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of the positions [m]; if it is 0, the norm of the change of coordinates.
+        length: Distance of the positions [m]; for equal positions, the norm of the change of
+            coordinates.
     """
 
     start: FloatArray

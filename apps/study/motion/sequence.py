@@ -212,7 +212,7 @@ class MotionSequence:
             frequency: Samples per second.
 
         Raises:
-            InputValueError: There is no stage.
+            InputValueError: The sequence has no stage.
             OutOfReachError: A curve leaves the workspace, the branch or the limits.
         """
         if not self._stages:

@@ -151,7 +151,7 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     Where two trajectories meet, the last sample of the first is dropped.
 
     Raises:
-        InputValueError: There is no trajectory, or the trajectories are of different robots.
+        InputValueError: There is no trajectory, or the trajectories belong to different robots.
     """
     if not trajectories or len({own.robot for own in trajectories}) > 1:
         raise InputValueError("concatenate: expected trajectories of one robot, at least one")

@@ -1,9 +1,9 @@
 """Workspaces of planar platforms with three legs, bounded by circles.
 
-At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. Its center
-and radii are fitted to samples: the margin of a two-link leg and the squared length of a cylinder
-are polynomials in the squared distance from the center, so the fit is exact. Other legs do not fit
-such a polynomial and raise an error.
+At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
+and the radii of the annulus are fitted to samples: the margin of a two-link leg and the squared
+length of a cylinder are polynomials in the squared distance from the center, so the fit is exact.
+Legs that do not fit a polynomial raise an error.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
     point. A tool at the distance t from that point has a distance between |t - r| and t + r from
-    the center. It stays in the annulus if t <= outer - r and t >= inner + r. If the hole of the
-    annulus moves around the tool, the second condition is t <= r - inner.
+    the center. The tool stays in the annulus if t <= outer - r and t >= inner + r. If the hole of
+    the annulus moves around the tool, the second condition is t <= r - inner.
 
     Args:
         robot: As for `constant_orientation_workspace`.

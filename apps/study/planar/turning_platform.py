@@ -2,15 +2,15 @@
 
 At the angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves on an arc
 of radius r about a point m. A leg reaches a position at all angles if its distance is at most b
-from the farthest point of this arc and at least a from the nearest point. Both borders consist of
-circles: about the ends of the arc with radii a and b, about m with radii b - r, r + a and |r - a|.
-So the total workspace is bounded by arcs.
+from the farthest point of this arc and at least a from the nearest point. The borders of both
+conditions consist of circles: about the ends of the arc with radii a and b, about m with radii
+b - r, r + a and |r - a|. So the total workspace is bounded by arcs.
 
 The border of the inclusive workspace contains other curves, where two legs reach their limits. A
 square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs reach its
 center with a margin of d. The square is outside if, at each angle, a leg misses the center of the
-square by d. Both tests have a closed form. Other squares are subdivided; the remaining undecided
-area is the error.
+square by d. The tests for inside and outside have a closed form. Other squares are subdivided; the
+remaining undecided area is the error.
 """
 
 from __future__ import annotations
@@ -211,8 +211,8 @@ def _judged(
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
     """Return whether points (m, 2) lie in all annuli, widened by a slack, at some angle.
 
-    The angle intervals in which a leg reaches a point end at the border of its annulus or of the
-    range, so it is sufficient to test these angles.
+    The angle intervals in which a leg reaches a point end at the border of the leg's annulus or
+    of the range, so it is sufficient to test these angles.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

@@ -2,7 +2,7 @@
 
 Segments between configurations are checked continuously, not at samples. If the clearance at a
 configuration exceeds the largest motion of any point of the robot on the segment, the segment is
-free. Otherwise the segment is halved, down to a resolution at which it counts as blocked.
+free. Otherwise the segment is halved, down to a resolution at which the segment counts as blocked.
 `loop_bounds.py` bounds the joint motion caused by loops, `hulls.py` the body motion caused by
 joints. A segment near a dead point or a parallel singularity counts as blocked, so that no segment
 connects different assembly modes.

@@ -45,7 +45,7 @@ _LARGEST = 300_000
 _SAMPLES = 200
 """Number of random configurations that show which joints an equation contains."""
 _ATTEMPTS = 30
-"""Maximum number of batches of random configurations, if loops close at few of them."""
+"""Maximum number of batches of random configurations, if loops close at few configurations."""
 _FEWEST = 5
 """Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
