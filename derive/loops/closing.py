@@ -352,7 +352,7 @@ class ClosedLoops:
         return LoopError(text, gap=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """Returns the largest residual and its loop."""
+        """Returns the loop with the largest residual, and that residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         return self._owners[k], float(size[k])

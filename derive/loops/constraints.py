@@ -373,7 +373,7 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Returns cosine and sine of the angle by which b's axes miss their closed orientation."""
+        """Returns cosine and sine of the angle from the closed orientation of b's axes."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))

@@ -1,4 +1,4 @@
-"""Numbers of a file that were replaced by exact values, and the resulting pose error."""
+"""Numbers in a file that were replaced by exact values, and the resulting pose error."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -48,8 +48,8 @@ class Cleaning:
         position: Upper bound of the distance (metre) between the tool positions with written and
             used values, at any joint values within the limits.
         orientation: Upper bound of the angle (radian) between the tool's orientations.
-        samples: For a robot with loops, the number of random configurations behind these maxima; 0
-            for bounds that hold everywhere.
+        samples: For a robot with loops, the number of random configurations over which both values
+            are maxima; 0 for bounds that hold at all configurations.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
@@ -74,7 +74,7 @@ class Cleaning:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The values that changed by more than noise, with all their digits."""
+        """The values that changed by more than rounding noise, printed with all digits."""
         rounded: dict[tuple[sp.Expr, sp.Expr], list[CleanedNumber]] = {}
         for number in self.numbers:
             if abs(number.change) > NOISE:
@@ -86,7 +86,7 @@ class Cleaning:
 
     @property
     def warning(self) -> str:
-        """Describes the change if it moves the tool by more than ``LARGE_CLEANING``, else empty."""
+        """Describes the change if it moves the tool by more than ``LARGE_CLEANING``."""
         if self.position <= LARGE_CLEANING:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
@@ -97,7 +97,7 @@ class Cleaning:
 
 
 def places(numbers: Iterable[CleanedNumber]) -> str:
-    """Lists fields with their owners, such as ``alpha, theta of joint2; x of tool``."""
+    """Lists fields with joints or frames, such as ``alpha, theta of joint2; x of tool``."""
     fields: dict[str, list[str]] = {}
     for number in numbers:
         fields.setdefault(number.at, []).append(number.field)
@@ -112,7 +112,7 @@ def rounded_up(bound: float) -> str:
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Returns the number of decimal places of a finite decimal; None for other values."""
+    """Returns the number of decimal places of a finite decimal, or None."""
     if not value.is_Rational:
         return None
     places, rest = 0, value.q

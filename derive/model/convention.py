@@ -1,4 +1,4 @@
-"""A modeling convention as one object: joint fields, their placements and printed form.
+"""A modeling convention as an object: joint fields, placements and printed form.
 
 A robot file uses the fields, the compiler uses the placements, and the article prints one table
 column per field. The shipped conventions are in
@@ -38,9 +38,10 @@ class Field:
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings; a scalar uses its name.
         default: Value if a file omits the field; None for zero.
-        needed_to: Meaning of a field that a moving joint requires, for the error message; empty for
+        needed_to: Meaning of a required field of moving joints, for the error message; empty for
             optional fields.
-        is_of_motion: Whether the field describes the motion. Fixed joints ignore such fields.
+        is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore such
+            fields.
     """
 
     name: str
@@ -57,7 +58,7 @@ class Field:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the scalars in the field: its own name, or ``<name>_x`` and so on."""
+        """Names of the scalars in the field: the field's name, or ``<name>_x`` and so on."""
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
@@ -98,7 +99,7 @@ class Fitted:
 
 @dataclass(frozen=True, repr=False)
 class Convention:
-    """A way to describe a joint and the link that it carries.
+    """A convention that describes a joint and the link that the joint carries.
 
     A convention is callable, ``before, after = dh("revolute", a="0.3", d="d1")``. The call converts
     field values into the placements of a :class:`chasles.derive.Joint`.
@@ -106,19 +107,19 @@ class Convention:
     Attributes:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
-        place: Function from the joint's kind and every field, by name, to the placements.
+        place: Function that converts the joint's kind and all fields, by name, to the placements.
         source: Publication that defines the convention.
-        words: Its name in a sentence of the article. Without a ``transform``, a phrase for the
-            fields, to which "and their variables" is appended.
+        words: The convention's name in a sentence of the article. Without a ``transform``, a phrase
+            for the fields, to which "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
             without the joint's motion; empty if there is no such product.
         turning: Field to which a revolute joint adds its variable; empty if there is none.
         sliding: Field to which a prismatic joint adds its variable; empty if there is none.
         second_part: First field of the second table if one table is too wide.
-        numbers: Function from a joint's kind to the product of elementary motions in the values
-            that a calibration corrects; None to use the link transform.
-        fit: Function from a joint's axis, relative to the previous axis, to the fields that place
-            it. It returns None if the convention has no values for the axis.
+        numbers: Function that returns, for a joint's kind, the product of elementary motions in the
+            values that a calibration corrects; None selects the link transform.
+        fit: Function that returns the fields for a joint's axis relative to the previous axis. The
+            function returns None if the convention cannot represent the axis.
     """
 
     name: str
@@ -171,7 +172,7 @@ class Convention:
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
         """Columns of a printed table: the field, the scalar's name, and its LaTeX or ''.
 
-        The columns follow the order of the link transform, else the order of the fields.
+        The columns have the order of the link transform, or of the fields if there is no transform.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))
@@ -199,12 +200,12 @@ def of_transform(
     sliding: str = "",
     fit: Callable[[AxisLine], Fitted | None] | None = None,
 ) -> Convention:
-    """Returns a convention with a link transform of elementary motions in its fields.
+    """Returns a convention whose link transform is a product of elementary motions in its fields.
 
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product, in symbols named like the fields.
+        transform: The product, with symbols that have the names of the fields.
         source: Publication that defines the convention.
         words: Its name in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
@@ -228,8 +229,8 @@ def of_transform(
 def motions_before(transform: Placement, variable: str) -> int:
     """Returns the number of motions in a link transform before the joint's own motion.
 
-    The joint moves right after the factor with its variable, and after adjacent rotations about z
-    and translations along z, which commute with it.
+    The joint motion follows the factor with the joint variable, and adjacent rotations about z and
+    translations along z, which commute with the motion.
     """
     held = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not held or not _is_along_z(transform[held[0]], variable):

@@ -1,4 +1,4 @@
-"""The errors of the compiler."""
+"""The exceptions that the compiler raises."""
 
 from chasles.contract.errors import (
     ChaslesError,

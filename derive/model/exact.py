@@ -1,7 +1,8 @@
-"""Exact numbers: text from a file becomes a SymPy expression and is never executed.
+"""Exact numbers: text from a file is converted to a SymPy expression and never executed.
 
 The reader traverses the Python syntax tree of the text. It accepts numbers, ``pi``, parameters, the
-four operations, small powers and a few functions. An error message names anything else.
+four operations, small powers and a few functions. Any other syntax is an error whose message quotes
+it.
 """
 
 import ast
@@ -55,7 +56,7 @@ RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
 class NotExact(DescriptionError):
-    """Text or a value that is not an exact real number; the caller adds file and line."""
+    """Error for text or a value that is not an exact real number; the caller adds file and line."""
 
 
 def read(
@@ -75,7 +76,7 @@ def read(
         A SymPy expression of Rationals, pi and the named symbols.
 
     Raises:
-        NotExact: The value has another type, or is not finite, not real, too large, or not
+        NotExact: The value has a wrong type, or is not finite, not real, too large, or not
             understood.
     """
     if isinstance(value, bool):
@@ -97,7 +98,7 @@ def exact(value: object) -> sp.Expr:
     """Converts a Python value (expression, int, Fraction, Decimal or text) to an exact number.
 
     Raises:
-        NotExact: The value is a float or has another type.
+        NotExact: The value is a float or has a wrong type.
     """
     if isinstance(value, sp.Expr) and not value.has(sp.Float):
         return checked(value)
@@ -128,7 +129,7 @@ def snap_angle(value: sp.Expr) -> sp.Expr:
 
 
 def is_zero(expression: sp.Expr) -> bool:
-    """Whether a constant without parameters is zero to 40 digits.
+    """Whether a constant without parameters is zero at 40-digit precision.
 
     An expression with parameters counts as zero only if SymPy has reduced it to 0.
     """
@@ -138,7 +139,7 @@ def is_zero(expression: sp.Expr) -> bool:
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """Returns the expression if it is finite, real and, without parameters, not too large.
+    """Returns the expression if it is finite and real and, as a constant, not too large.
 
     Raises:
         NotExact: The expression is infinite, complex or too large.
@@ -224,7 +225,7 @@ class _Reader:
         raise NotExact(f"{written!r} is not understood; expected {KNOWN}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
-        # Uses the digits as written, because Python rounds the constant to a float.
+        # Reads the digits from the text, because Python would round the constant to a float.
         written = ast.get_source_segment(self.text, node) or ""
         if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
             raise NotExact(f"{written!r} is not a decimal number")

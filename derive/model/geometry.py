@@ -5,18 +5,18 @@ The pose of the tool is a product of elementary motions in the coordinates q and
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
 The parameters of a joint are the fields of its own convention, except directions, and the
-corrections of its axis. These are two tilts and, for a revolute joint, two shifts. B and E correct
-the frames at both ends. Corrections are 0 in the nominal robot. The axis and tool corrections are a
-complete and minimal model of any chain: 4 parameters per revolute joint, 2 per prismatic joint, and
-6 for the tool. The value of a joint is
+corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
+and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
+axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
+joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
 The sine and cosine waves model eccentric encoders and gears; prismatic joints have none. If the
 robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,
-and the joint deflects like a spring. The change of the torque caused by the deflection is a product
-of two small values and is neglected. Fixed joints keep their values, because the next joint, or the
-tool, has parameters at the same place.
+and the joint deflects like a spring. The deflection changes the torque by a product of two small
+values, which is neglected. The values of fixed joints are not parameters, because the parameters of
+the next joint, or of the tool, have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -63,7 +63,8 @@ class GeometryParameter:
     """A geometric parameter, an input of the parametric functions.
 
     Attributes:
-        name: Unique name: a joint, "base" or "tool", and the quantity, such as ``elbow_alpha``.
+        name: Unique name, which joins a joint, "base" or "tool" with the quantity, such as
+            ``elbow_alpha``.
         symbol: The symbol in the equations.
         value: The nominal value (metre, radian or 1).
         unit: "m", "rad", or "1" for a gain.
@@ -99,7 +100,7 @@ class Geometry:
 
 
 def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
-    """Returns the geometry of a serial robot, its named parameters replaced by their values.
+    """Returns the geometry of a serial robot, with values in place of named parameters.
 
     Args:
         robot: The description.
@@ -130,7 +131,7 @@ class Parameters:
         """Starts without parameters.
 
         Args:
-            robot: The description, whose named parameters keep their values.
+            robot: The description, whose named parameters have constant values.
         """
         self.parameters: list[GeometryParameter] = []
         self._named = {parameter.symbol: parameter.value for parameter in robot.parameters}
@@ -175,7 +176,7 @@ class Parameters:
         )
 
     def placed(self, joint: Joint, tilts: str = "xy") -> Placements:
-        """Returns the placements of a moving joint with a symbol for each of its values.
+        """Returns the placements of a moving joint, with a symbol for each value of the joint.
 
         Args:
             joint: The joint.
@@ -226,7 +227,7 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """Returns the value of each moving joint in q and p; mimic joints follow their leader."""
+    """Returns each moving joint's value in terms of q and p; mimic joints follow their leader."""
     leaders = {
         joint.name: driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
@@ -245,7 +246,7 @@ def _values(
 
 
 def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
-    """Returns the drive's output for a joint or motor, before direction and offset."""
+    """Returns the drive's output for a joint or motor, without direction and offset."""
     value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         amplitude = made.new(joint.name, name, "rad", words, sp.S.Zero, _DRIVE)

@@ -1,8 +1,9 @@
 """A robot with loops as plain data: a tree of joints, closures, struts and drives.
 
 Bodies are named by the joints that carry them; the base is a body too. The joints form a tree.
-Every closure and every strut between two bodies closes a loop. The main chain is the path of joints
-from the base to the tool body. It is a serial robot whose coordinates the loops determine.
+Every closure and every strut connects two bodies and thus closes a loop. The main chain is the path
+of joints from the base to the tool body. The main chain is a serial robot whose coordinates the
+loops determine.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -84,7 +85,7 @@ class Strut:
         length: Length of a rod, or of a cylinder at coordinate zero (metre).
         is_cylinder: Whether the length is a coordinate.
         ends: Whether the ends are pins or balls.
-        swing: Name of the passive angle, measured on the body at the first end.
+        swing: Name of the strut's passive angle, measured on the body at the first end.
         limits: Lowest and highest value of a cylinder's coordinate (metre).
         assumed: Fields that the source of the description does not state: ``length`` or ``limits``.
     """
@@ -116,13 +117,13 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    A drive that is not actuated follows its joint, and its motor angle is a passive coordinate. An
-    example is the second of two motors on one slide.
+    If a drive is not actuated, the joint moves the motor, and the motor angle is a passive
+    coordinate. An example is the second of two motors on one slide.
 
     Attributes:
         name: Name of the motor's coordinate.
         joint: The joint or cylinder that the motor moves.
-        ratio: Advance of the joint per radian of the motor: a radius (metre) or a ratio (1).
+        ratio: Displacement of the joint per radian of the motor: a radius (metre) or a ratio (1).
         kind: The transmission between motor and joint.
         assumed: Whether the source of the description does not state the ratio.
     """
@@ -148,7 +149,7 @@ class Coordinate:
         kind: ``revolute`` or ``prismatic``.
         limits: Lowest and highest value (radian or metre), None if unbounded.
         moves: The joint or cylinder that the coordinate moves.
-        ratio: Advance of the joint or cylinder per unit of the coordinate.
+        ratio: Displacement of the joint or cylinder per unit of the coordinate.
         assumed: Whether the limits are assumed because the source does not state them.
     """
 
@@ -177,7 +178,7 @@ class Mechanism:
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: The robot's name for readers.
+        title: The robot's name in texts.
         source: Source of the dimensions.
         base: The base body's frame in the base frame.
         tool: The tool frame in its body's frame.
@@ -187,13 +188,14 @@ class Mechanism:
         reference: Coordinate and joint values of the configuration that selects the branch. The
             default is the middle of the limits for a cylinder, or for a joint whose limits exclude
             zero, else zero. Values of passive joints may be approximate.
-        notes: Changes and assumptions made by the reader.
+        notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        closure: Whether loops with slightly misaligned pins are closed in least squares.
+        closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
         nominal: The robot as designed, with the same members, if this robot is as built; else None.
-        springs: Passive joints with springs in the description. They count as free joints.
-        cleaning: The values of the description that were replaced by exact values. Bounds of their
-            effect follow when the loops are solved.
+        springs: Passive joints with springs in the description. The mobility analysis treats them
+            as free joints.
+        cleaning: The values of the description that were replaced by exact values. Bounds of the
+            effect are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
 
     Raises:
@@ -272,7 +274,7 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Moving joints and cylinders by name, which a coordinate may move."""
+        """Moving joints and cylinders by name; a coordinate may move any of these."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
@@ -323,7 +325,7 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swings that are neither actuated nor in the main chain.
 
-        Following drives come last.
+        Drives that are not actuated are last.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -370,7 +372,7 @@ class Mechanism:
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields default reference values at the middle of the limits.
 
-        This applies to cylinders, and to joints whose limits exclude zero.
+        Only cylinders, and joints whose limits exclude zero, have such a default.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}
@@ -430,7 +432,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
-    """Returns a member's kind and bodies, without its dimensions."""
+    """Returns a member's kind and bodies, but no dimensions."""
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):

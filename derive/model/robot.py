@@ -75,7 +75,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Mimic:
-    """The law of a mimic joint: its value is ``multiplier * leader + offset``."""
+    """The equation of a mimic joint: the joint value is ``multiplier * leader + offset``."""
 
     leader: str
     multiplier: sp.Expr = sp.S.One
@@ -99,10 +99,10 @@ class Joint:
         parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
             robot.
         limits: Lowest and highest value of the coordinate (radian or metre); None if unbounded.
-        pitch: Advance of a helical joint per radian (metre).
+        pitch: Translation of a helical joint per radian (metre).
         direction: 1, or -1 if the joint moves against its coordinate.
-        mimic: The law by which the joint follows another; None where it has its own coordinate.
-        convention: The convention of the description; None for plain placements.
+        mimic: The mimic equation; None if the joint has its own coordinate.
+        convention: The convention of the description; None if the description has plain placements.
         given: Values of the convention's fields as described, vectors by component, for the printed
             table.
         assumed: Names of the fields that the source of the description does not state.
@@ -143,7 +143,7 @@ class PointMass:
     Attributes:
         link: Name of the link.
         mass: The mass (kilogram).
-        at: Its position in the link's frame (metre).
+        at: Position of the mass in the link's frame (metre).
     """
 
     link: str
@@ -157,7 +157,7 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Load:
-    """The weights that deflect a robot's joints.
+    """The masses whose weight deflects a robot's joints.
 
     Attributes:
         masses: The masses of the links, including a payload.
@@ -187,7 +187,7 @@ class Transmission:
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
-        DescriptionError: The waves are so large that q may not be monotonic in r.
+        DescriptionError: The waves are so large that q may not be monotonic as a function of r.
     """
 
     of: str
@@ -208,7 +208,7 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Spring:
-    """The compliance of a coordinate's joint, and the link weight that deflects it.
+    """The compliance of a coordinate's joint, and the link mass whose weight deflects the joint.
 
     Joint axis and link refer to the nominal arm at zero coordinates, in the base frame.
 
@@ -243,7 +243,7 @@ class Springs:
 
         compliance_k tau_k(r).
 
-    Here tau is the gravity torque on the chain of the springs' own axes and links.
+    Here tau_k is the gravity torque on joint k, computed for the axes and links of the springs.
 
     Attributes:
         rows: One spring per coordinate, in coordinate order.
@@ -265,16 +265,16 @@ class SerialRobot:
         name: A C identifier; the prefix of all generated names.
         joints: In order from the base.
         title: The robot's name for readers.
-        source: Publication or data sheet with the dimensions.
+        source: Publication or data sheet that states the dimensions.
         base: The chain's first frame in the base frame.
         tool: The tool frame in the last link's frame.
         base_frame: Name of the base frame in ``T_<base>_<tool>``.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        notes: Changes and assumptions made by the reader, such as snapped angles.
+        notes: Changes and assumptions made when the description was read, such as snapped angles.
         cleaning: The values that were replaced by exact values; they do not affect equality of
             robots.
-        load: The weights that deflect its joints; None for rigid joints.
+        load: The masses whose weight deflects the joints; None for rigid joints.
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates; None for rigid
             joints.
@@ -368,7 +368,7 @@ class SerialRobot:
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Name of each joint's link; ``link1`` and so on by default."""
+        """Name of each joint's link; the default names are ``link1`` and so on."""
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:

@@ -1,7 +1,7 @@
-"""Roots and angles of numbers: exact for short numbers, decimals for long numbers.
+"""Roots and angles of numbers: exact for short numbers, decimal for long numbers.
 
-A long decimal was rounded when it was written, so an exact root of it is no better than a decimal
-root. SymPy would factor the number, which may take long or fail.
+A long decimal number is itself rounded, so its exact root is no better than a decimal root. SymPy
+would factor the number, which may take long or fail.
 """
 
 from collections.abc import Mapping
@@ -56,8 +56,8 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
     """Returns atan2(y, x), as a decimal if the square of an argument is not short.
 
-    It is also a decimal if SymPy would need long for the signs of sines and cosines, or would
-    return a complex logarithm.
+    The result is also a decimal if SymPy would need long to find the signs of sines and cosines, or
+    would return a complex logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
     if y.free_symbols | x.free_symbols or y == 0 or x == 0:
@@ -69,7 +69,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Substitutes numbers for symbols; roots and angles follow the rules of this module.
+    """Substitutes numbers for symbols, and evaluates roots and angles as in this module.
 
     Raises:
         NoValue: A root of a long number is not real.

@@ -1,4 +1,4 @@
-"""Sizes of expressions, counted without writing them out."""
+"""Sizes of expressions, counted without expansion of the expressions."""
 
 import math
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
-"""Every tolerance of the compiler with name, value, unit and reason, grouped by folder.
+"""All tolerances of the compiler with name, value, unit and reason, grouped by folder.
 
 Lengths are relative to the robot's characteristic length unless a unit is given. Constants with
-other purposes (a step count, a page size) are not tolerances and stay where they are used.
+different purposes (a step count, a page size) are defined in the modules that use them.
 """
 
 import sympy as sp

@@ -1,7 +1,8 @@
-"""Values of constant expressions to 60 digits, each operation evaluated once.
+"""Values of constant expressions at 60-digit precision, with one evaluation per operation.
 
-SymPy's own evaluation increases its precision until a difference has nonzero digits, which is slow
-for an exact zero. Here a sum that loses nearly all digits to cancellation is zero.
+SymPy's own evaluation increases the precision until a difference has nonzero digits, which is slow
+for an exact zero. In this module, a sum counts as zero if it loses nearly all digits to
+cancellation.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +21,7 @@ measured values have hundreds."""
 
 
 class NoValue(DescriptionError):
-    """An expression without a finite real value: division by zero or an even root below 0."""
+    """Error for an expression without a finite real value, such as a division by zero."""
 
 
 class Values:
@@ -74,7 +75,7 @@ class Values:
         return rule(*(self._of(argument) for argument in expression.args))
 
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
-        """Returns the value of the first condition that holds; other values may be undefined."""
+        """Returns the value for the first condition that holds; other values may be undefined."""
         for value, condition in expression.args:
             if self._holds(condition):
                 return self._of(value)
@@ -103,9 +104,9 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """Evaluates a number with many operations to 40 digits; keeps a short number.
+    """Evaluates a number with many operations at 40-digit precision; keeps a short number.
 
-    Products of measured rotations are the longest numbers and have no useful exact form.
+    Products of measured rotations have the longest exact forms, which are of no use.
 
     Args:
         expression: Any expression; an expression with symbols is returned unchanged.
@@ -116,7 +117,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:
-    """Converts a value to a 40-digit SymPy number; 0 becomes the integer."""
+    """Converts a value to a SymPy number with 40-digit precision, and 0 to the integer 0."""
     return sp.Float(value, EVALUATION_DIGITS) if value else sp.Integer(0)
 
 

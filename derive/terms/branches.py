@@ -1,4 +1,4 @@
-"""Branches of a function: the sign patterns, and a single branch as a function of its signs."""
+"""Branches of a function: the sign patterns, and a single branch as a function of the signs."""
 
 import itertools
 from collections.abc import Iterator

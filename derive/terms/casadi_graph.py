@@ -1,8 +1,8 @@
 """Lowers SymPy terms of a derivation to a shared CasADi graph, split into functions.
 
 The visitor supports +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max
-and Piecewise with comparisons. Parameters are replaced by their default values, and exact numbers
-by floats, evaluated at 40 digits and rounded once.
+and Piecewise with comparisons. Parameters are replaced by default values. Exact numbers are
+evaluated at 40-digit precision and rounded once to floats.
 """
 
 import operator
@@ -24,7 +24,7 @@ from .terms import Terms
 
 
 class LoweringError(DescriptionError):
-    """No rule lowers a part of an expression; the message quotes this part."""
+    """Error for an expression with a part that no rule lowers; the message quotes this part."""
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
@@ -86,7 +86,7 @@ def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
 
 
 class _Visitor:
-    """Builds the CasADi graph of shared terms; visits every expression once."""
+    """Builds the CasADi graph of shared terms, and visits every expression once."""
 
     def __init__(self, terms: Terms, signs: Iterable[sp.Symbol] = ()) -> None:
         self.terms = terms

@@ -5,9 +5,9 @@ Conventions. A twist is the column (v, omega), linear part first, as in Murray, 
 angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
 Exactness. Exact numbers give exact results, symbols give expressions, and no result is simplified.
-A single `Float` converts every number of its matrix to `Float`, at the highest precision present.
-SymPy must be able to decide whether an exact number is zero; otherwise a ValueError names the
-number.
+If a matrix contains a `Float`, all its numbers are converted to `Float`, at the highest precision
+present. SymPy must be able to decide whether an exact number is zero; otherwise a ValueError names
+the number.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -63,7 +63,7 @@ def hat_so3(omega: Matrix) -> Matrix:
 def swap_twist_order(twists: Matrix) -> Matrix:
     """Converts twists (v, omega) to (omega, v), or back: the permutation is its own inverse.
 
-    For an operator on twists, such as `adjoint(T)`, both sides change:
+    For an operator on twists, such as `adjoint(T)`, rows and columns are exchanged:
     `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
@@ -170,7 +170,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     Args:
         direction: (3, 1) unit vector along the axis; symbols are assumed to have unit length.
         point: (3, 1) any point of the axis, metre, in the same frame.
-        pitch: Advance per angle, metre per radian: 0 for a revolute joint, `sympy.oo` for a
+        pitch: Translation per angle, metre per radian: 0 for a revolute joint, `sympy.oo` for a
             prismatic joint, whose twist is (direction, 0).
 
     Returns:
@@ -196,7 +196,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 def norm(a: Matrix) -> Expr:
     """Returns the length of a vector; for a length |e| with symbolic e, returns e itself.
 
-    Only even functions of lengths occur here, so omitting the Abs is safe.
+    Only even functions of lengths occur in this module, so the sign of e has no effect.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)
@@ -205,7 +205,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is exactly zero; False for a symbol that SymPy cannot decide."""
+    """Whether a number is exactly zero; False for symbols about which SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:
@@ -240,7 +240,7 @@ def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
 
 
 def twist(v: Matrix, omega: Matrix) -> Matrix:
-    """Returns the stacked columns (v, omega)."""
+    """Returns the twist column (v, omega)."""
     return Matrix.vstack(Matrix(v), Matrix(omega))
 
 

@@ -17,7 +17,7 @@ class Role(contract.Role):
 
     @property
     def is_start(self) -> bool:
-        """Whether the function computes start configurations for another function, pose by pose."""
+        """Whether the function computes a start configuration per pose for a different function."""
         return self.name == "nominal inverse"
 
 
@@ -28,11 +28,11 @@ def branch_label(choices: Sequence[tuple[str, str]]) -> str:
     """Returns the label of a branch, such as "coupler_1 left, coupler_2 right".
 
     Args:
-        choices: For each choice between two solutions, the mirrored parts and the side.
+        choices: The mirrored parts and the side, for each choice between two solutions.
     """
     return ", ".join(f"{part} {side}" for part, side in choices) or "the only one"
 
 
 def side_of(sign: int) -> str:
-    """Returns the name of a side by its sign, if it has no better name."""
+    """Returns the default name of a side, given its sign."""
     return "+" if sign > 0 else "-"

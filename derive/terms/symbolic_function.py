@@ -1,4 +1,4 @@
-"""A named function of a robot, the source of its LaTeX and C."""
+"""A named function of a robot, from which LaTeX and C are generated."""
 
 import math
 from collections.abc import Iterable
@@ -30,8 +30,8 @@ class Argument:
 class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
-    A function with branches lists the entries of a single branch, in terms of the signs. The shape
-    covers all branches in its first dimension.
+    The entries of a function with branches are for a single branch, in terms of the signs. The
+    shape covers all branches in its first dimension.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Signature:
 
     Attributes:
         name: The function's name without the robot's prefix.
-        summary: One line on the computed quantity.
+        summary: One line that states the computed quantity.
         identity: One line with the identity that the function satisfies.
         inputs: The arguments in order.
         outputs: The results in order.
@@ -73,11 +73,11 @@ Table = float | tuple["Table", ...]
 
 @dataclass(frozen=True)
 class WrittenFunction(Signature):
-    """A function with a handwritten solver and numerical tables; its results have no entries.
+    """A function with a handwritten solver and numerical tables, and without result entries.
 
     Attributes:
         solver: Name of the solver, equal for all robots; each language has its own files.
-        tables: The robot's values, in the order that the solver expects.
+        tables: The values for this robot, in the order that the solver expects.
         calls: Names of the functions that the solver calls, in the expected order.
         branches: Number of output slots.
         operations: Approximate operation count, used to divide a batch over threads.
@@ -115,11 +115,11 @@ class Call:
 
 @dataclass(frozen=True)
 class SymbolicFunction(Signature):
-    """A function over shared terms, in which the entries of its results are written.
+    """A function whose result entries are expressions in shared terms.
 
     Attributes:
         terms: The terms and constants on which the entries depend.
-        margin: Name of the function that returns the distance of its loops from dead points; empty
+        margin: Name of the function that returns the distance of the loops from dead points; empty
             without loops.
         steps: Names of the loops, one per entry, if the function returns margins.
         signs: Symbols that are 1 or -1, one per two-way choice of a function with branches. In
@@ -150,9 +150,9 @@ class SymbolicFunction(Signature):
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]
 
     def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Returns each output's entries without shared terms, in inputs, parameters and numbers.
+        """Returns each output's entries expressed in inputs, parameters and numbers only.
 
-        The size of the result grows exponentially with the chain length.
+        The size of the expressions grows exponentially with the chain length.
         """
         definitions: dict[sp.Symbol, sp.Expr] = {}
         for symbol, constant in self.terms.constants.items():

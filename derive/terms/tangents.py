@@ -1,9 +1,9 @@
 """Derivatives of named terms along given coordinate rates.
 
 A :class:`Tangent` propagates coordinate rates through named terms by the chain rule, one term at a
-time. For a solved angle of a loop, it differentiates the loop's equation instead of the solution:
-this equation is linear in the angle's rate (implicit function theorem). The cosine and sine terms
-of such an angle use the derivatives of cosine and sine.
+time. For a solved angle of a loop, the loop equation is differentiated instead of the solution. The
+differentiated equation is linear in the time derivative of the angle (implicit function theorem).
+The terms for cosine and sine of such an angle are differentiated as cosine and sine.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,7 +30,7 @@ class Tangent:
 
         Args:
             terms: Names of all terms.
-            rates: Rate of each coordinate; other symbols without a definition are constant.
+            rates: Rate of each coordinate; all other symbols without a definition are constant.
             loops: Solution of the loop's rate equation, by solved angle.
         """
         self.terms = terms
@@ -63,8 +63,8 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A quantity in a loop's equation may be the cosine or sine of the angle solved by the
-        # equation.
+        # A quantity in a loop equation may be the cosine or sine of the angle that the equation
+        # solves.
         if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)

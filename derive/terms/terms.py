@@ -54,9 +54,9 @@ class Terms:
         """Returns the name of an expression, up to sign; short fractions and symbols stay unnamed.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
-        or -1 to 32 digits becomes that integer, which reveals the structure of the chain. A
-        constant that depends on a parameter stays a constant. A long fraction also becomes a
-        constant, so that products of products do not grow.
+        or -1 at 32-digit precision becomes that integer, so that further terms vanish. A constant
+        that depends on a parameter is never replaced by a number. A long fraction also becomes a
+        constant, so that repeated products do not grow.
 
         Raises:
             NoValue: A constant is not finite or not real.
@@ -85,10 +85,10 @@ class Terms:
         return self._partials[key]
 
     def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
-        """Caches a result over these terms that is needed repeatedly, such as a body's pose.
+        """Caches a result that is expressed in these terms and needed repeatedly, such as a pose.
 
         Args:
-            key: Everything that the result depends on.
+            key: All values on which the result depends.
             made: Computes the result.
         """
         if key not in self._made:
@@ -96,7 +96,7 @@ class Terms:
         return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the 40-digit value of an expression of parameters (at defaults) and constants.
+        """Returns the 40-digit value of an expression in parameters (at defaults) and constants.
 
         Raises:
             NoValue: The value is not finite or not real, or the expression contains other symbols.
@@ -116,14 +116,14 @@ class Terms:
         return self.is_constant(expression) and self.value(expression) != 0
 
     def is_noise(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a nonzero constant whose square counts as 0."""
+        """Whether an expression is a constant so small that its square counts as 0."""
         return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Returns named cosine and sine of an angle; right angles in a sum are handled exactly.
 
-        For a sum with solved angles, they follow from the addition theorem, without a trigonometric
-        function.
+        For a sum with solved angles, both follow from the addition theorem, without calls of
+        trigonometric functions.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -134,7 +134,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of an angle with known cosine and sine; its value needs one atan2."""
+        """Returns the name of an angle with known cosine and sine; its value costs one atan2."""
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
@@ -143,7 +143,7 @@ class Terms:
         return angle
 
     def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of a sum of solved angles, wrapped to one turn without an atan2.
+        """Returns the name of a sum of solved angles, wrapped to one full turn without an atan2.
 
         Args:
             angle: The sum, between -3 pi and 3 pi.
@@ -158,7 +158,7 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records cosine and sine of a sum of angles that is solved before its terms."""
+        """Records cosine and sine of a sum of angles that is solved before the single angles."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
@@ -201,7 +201,7 @@ class Terms:
         return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Returns cosine and sine of a sum from a known sum, up to a constant or a sign."""
+        """Returns cosine and sine of a sum that differs from a known sum by a constant or sign."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -235,7 +235,7 @@ class Terms:
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # The cosine of a link of length 1 may itself be a coordinate with a given rate.
+            # For a link of length 1, the cosine may be a coordinate itself, with a given rate.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -280,7 +280,7 @@ def _below(
 
 
 def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Returns the derivative of a summand; avoids SymPy's general method for products."""
+    """Returns the derivative of a summand, without SymPy's slower general method for products."""
     if symbol not in addend.free_symbols:
         return sp.S.Zero
     others = [factor for factor in sp.Mul.make_args(addend) if factor != symbol]

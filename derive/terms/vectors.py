@@ -1,6 +1,6 @@
 """Vectors and axes of frames whose components are named terms.
 
-Structural zeros stay zero and need no operation in the generated C.
+Components that are always zero stay 0 and need no operation in the generated C.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ IDENTITY: Basis = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 def named(terms: Terms, components: Iterable[sp.Expr]) -> Vector:
-    """Returns the vector of three components as named terms."""
+    """Returns the vector whose components are the names of three expressions."""
     x, y, z = (terms.let(component) for component in components)
     return x, y, z
 

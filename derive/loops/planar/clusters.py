@@ -52,7 +52,8 @@ class PlanarStep(LoopStep):
         Args:
             clusters: The partially solved linkage.
 
-        Returns: False if the step applies to no clusters.
+        Returns:
+            False if the step applies to no clusters.
 
         Raises:
             DescriptionError: The loop does not close at the reference, or its branch is ambiguous

@@ -188,7 +188,7 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """Returns the sign of the smaller distance from the reference, or the requested sign.
+        """Returns the requested sign, or the sign with the smaller distance from the reference.
 
         Args:
             distances: Distance by sign (radian, or relative to the mechanism size); NaN if the loop
