@@ -23,11 +23,11 @@ class Shape:
 
     Attributes:
         kind: "link" (a line through points) or "plate" (the hull of points). Joint symbols at one
-            point are "revolute", "helical", "universal" and "ball"; a joint that closes a loop is
-            "pin", "ball" or "weld". A prismatic joint has a "guide" (end to end) with a "carriage",
-            or a "sleeve" with a "ram" (to its end). A strut has "barrel", "piston" or "rod" (end to
-            end).
-        name: The joint, closure or strut; for a link or plate, the body.
+            point are "revolute", "helical", "universal" and "ball". For a joint that closes a loop,
+            the symbol is "pin", "ball" or "weld". A prismatic joint has a "guide" (from end to end)
+            with a "carriage", or a "sleeve" with a "ram" (up to the ram's end). A strut has
+            "barrel", "piston" or "rod" (end to end).
+        name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame; () if there is none.
         ends: "pin" or "ball" for the ends of a strut, else "".
@@ -53,7 +53,7 @@ class BodyJoint:
             for a fixed joint.
         ratio: Value of the joint per unit of the coordinate.
         offset: Value of the joint at coordinate 0 [rad or m].
-        advance: Advance of a helical joint along its axis [m/rad].
+        advance: Translation of a helical joint along its axis [m/rad].
     """
 
     name: str
@@ -74,8 +74,8 @@ class Span:
         name: Name of the strut.
         bodies: Indices of the bodies at the first and the second end.
         ends: The end points in the frames of these bodies [m].
-        across: A direction in the frame of the first body. Its component normal to the strut is the
-            strut's y axis.
+        across: A direction in the frame of the first body. The component of this direction normal
+            to the strut is the strut's y axis.
         from_end: Whether the body's frame is at the second end instead of the first.
     """
 
@@ -115,8 +115,8 @@ class Body:
         placement: The first three rows of the pose in the parent, at joint value 0.
         joint: The joint that carries the body; None for the ground and for struts.
         span: The end points of a strut; None for other bodies.
-        shapes: The shapes in the body's own frame. Among bodies fixed to each other, the first has
-            all shapes.
+        shapes: The shapes in the body's own frame. Among bodies fixed to each other, the first body
+            has all shapes.
     """
 
     name: str
@@ -129,7 +129,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class PlacedTip:
-    """The frame of the tip: its body, and its pose in that body's frame."""
+    """The tip frame: the body that carries it, and the pose in that body's frame."""
 
     body: int
     placement: PoseRows
@@ -137,7 +137,7 @@ class PlacedTip:
 
 @dataclass(frozen=True, slots=True)
 class SkeletonFacts:
-    """The bodies: the ground in the base frame first, and parents before children.
+    """The bodies of a robot: first the ground in the base frame, and parents before children.
 
     Attributes:
         size: The diagonal of the robot's bounding box at the reference [m].

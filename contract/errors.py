@@ -6,11 +6,11 @@ class ChaslesError(Exception):
 
 
 class InputError(ChaslesError):
-    """An argument cannot be used; root of `InputTypeError` and `InputValueError`."""
+    """An argument cannot be used; base class of `InputTypeError` and `InputValueError`."""
 
 
 class InputTypeError(InputError, TypeError):
-    """An argument is missing, does not hold real numbers, or cannot be written to."""
+    """An argument is missing, does not contain real numbers, or cannot be written to."""
 
 
 class InputValueError(InputError, ValueError):
@@ -24,7 +24,7 @@ class ShapeError(InputValueError):
 class DescriptionError(ChaslesError, ValueError):
     """A robot description is invalid or cannot be compiled.
 
-    A description built in Python has no file, and its error may lack the other fields too.
+    A description built in Python has no file, and the remaining attributes may also be empty.
 
     Attributes:
         file: Name of the file as passed by the caller; empty without a file.
@@ -56,8 +56,8 @@ class LoopError(DescriptionError):
     Attributes:
         gap: Smallest distance between the frames of the open loop, or between the length of a strut
             and the distance of its ends (metre); None if no distance was found.
-        remedies: The lengths, angles and coordinates that alone close the loop, each with the
-            interval that closes it; smallest change first.
+        remedies: The lengths, angles and coordinates that each close the loop on their own, with
+            the interval of closing values; smallest change first.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class LoopError(DescriptionError):
 
 
 class DerivationError(ChaslesError):
-    """The compiler could not derive a robot, or is not installed; holds the compiler's output."""
+    """The compiler is not installed or could not derive a robot; contains the compiler's output."""
 
 
 class OutOfReachError(ChaslesError, ValueError):
@@ -76,7 +76,7 @@ class OutOfReachError(ChaslesError, ValueError):
 
 
 class SingularityError(OutOfReachError):
-    """The pose exists, but the result is not defined there, such as rates at a dead point."""
+    """The result is not defined at a pose that exists, such as rates at a dead point."""
 
 
 class UnknownRobotError(ChaslesError, LookupError):
@@ -84,15 +84,15 @@ class UnknownRobotError(ChaslesError, LookupError):
 
 
 class MissingFunctionError(ChaslesError, AttributeError):
-    """The robot lacks a function or method; states the reason and names substitutes."""
+    """The robot lacks a function or method; the message states the reason and names substitutes."""
 
 
 class NotInstalledError(ChaslesError, ImportError):
-    """An optional package is not installed; the message has the command that installs it."""
+    """An optional package is not installed; the message contains the command that installs it."""
 
 
 class KernelError(ChaslesError):
-    """The compiled functions of a robot cannot be made, found or opened; root of five errors."""
+    """A robot's compiled functions cannot be built, found or opened; base of five errors."""
 
 
 class CompilerNotFoundError(KernelError):
@@ -100,7 +100,7 @@ class CompilerNotFoundError(KernelError):
 
 
 class CompileError(KernelError):
-    """The C compiler refused the generated C; holds the compiler's output."""
+    """The C compiler rejected the generated C; contains the compiler's output."""
 
 
 class CacheError(KernelError, OSError):

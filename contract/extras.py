@@ -1,4 +1,4 @@
-"""Optional packages: imports that name the command which installs them."""
+"""Optional packages: if an import fails, the error names the command that installs the package."""
 
 import shlex
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ def requires(distribution: str) -> Iterator[None]:
 
     Raises:
         NotInstalledError: The package is not installed. A missing module of chasles itself is a
-            fault of chasles and stays a ModuleNotFoundError.
+            defect of chasles and raises ModuleNotFoundError.
     """
     try:
         yield

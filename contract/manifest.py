@@ -45,7 +45,7 @@ class Coordinate:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A passive joint or an entry of z: its name and unit."""
+    """The name and unit of a passive joint or of an entry of z."""
 
     name: str
     unit: str
@@ -102,7 +102,8 @@ class GeometryParameter:
     """An element of the vector p of parametric functions.
 
     Attributes:
-        name: A joint, closure or strut, "base" or "tool", and the quantity, such as "elbow_alpha".
+        name: Name that joins a joint, closure or strut, "base" or "tool" with the quantity, such as
+            "elbow_alpha".
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch, "rad/(N m)" or "m/N" for a compliance, or "1" for a
             gain.
@@ -139,14 +140,15 @@ class FunctionInfo:
     Attributes:
         name: Name in Python.
         symbol: Name in C.
-        summary: One line on the result.
+        summary: One line that describes the result.
         identity: The identity that the function satisfies; "" if none is stated.
         role: The role of the function.
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function, which has the same first input and returns the distance
-            of each loop from not closing; "" if every loop always closes.
+        margin: Name of the margin function, which has the same first input and returns, for each
+            loop, the distance from the configurations at which the loop does not close; "" if every
+            loop always closes.
         steps: The loop of each entry of a margin function's result.
     """
 
@@ -169,7 +171,7 @@ class InverseFacts:
     Attributes:
         tier: "exact" for a closed form. "snapped" for iteration from the closed form of a nearby
             nominal arm. "general" for the roots of a determinant. "none" if there is no inverse.
-        missing: Why there is no inverse; "" if there is one or no reason is stated.
+        missing: The reason why there is no inverse; "" if there is an inverse or no stated reason.
     """
 
     tier: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -218,7 +220,7 @@ class LoopFacts:
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
         passive: The joints that are neither actuated nor in the main chain.
-        configuration: All variables of the loops, the vector `z`.
+        configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
         reference: The reference configuration; None if the manifest states none.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
@@ -239,7 +241,7 @@ class ContractTolerances:
     """Tolerances that belong to the generated code.
 
     Attributes:
-        dead_point: Margin up to which a loop counts as at its dead point.
+        dead_point: The largest margin for which a loop counts as being at a dead point.
     """
 
     dead_point: float
@@ -251,7 +253,7 @@ class Manifest:
 
     Attributes:
         name: The robot's name, a C and Python identifier.
-        title: The robot's name for readers.
+        title: The robot's name in texts.
         kind: One of :data:`chasles.contract.KINDS`.
         source: The source of the description.
         coordinates: The actuated coordinates, in the order of `q`.
@@ -265,16 +267,18 @@ class Manifest:
         notes: Remarks, such as snapped values.
         cleaning: The values of the description that were replaced by exact values, and their
             effect.
-        geometry: The vector p of its parametric functions; () without them.
-        robot_file: For a robot with loops, a robot file template for other geometries. For an arm
-            with masses, the springs section of that file. Otherwise "".
+        geometry: The elements of the vector p of the parametric functions; () without such
+            functions.
+        robot_file: For a robot with loops, a robot file template for different geometries. For an
+            arm with masses, the springs section of that file. Otherwise "".
         inverse: The tier of the inverse, or the reason why there is none.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
         languages: The generated files by language.
-        versions: The versions of the libraries that derived it.
-        folder: The folder of the manifest; not stored.
-        digest: SHA-256 of the manifest, which covers the hashes of all files; not stored.
+        versions: The versions of the libraries with which the robot was derived.
+        folder: The folder of the manifest; not stored in the manifest.
+        digest: SHA-256 of the manifest, which covers the hashes of all files; not stored in the
+            manifest.
     """
 
     format: int = field(metadata={"key": "chasles"})
@@ -329,7 +333,7 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        This is false for geared motors and for motors that drive a spindle.
+        The value is false for geared motors and for motors that drive a spindle.
         """
         ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
         return tuple(

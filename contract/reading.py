@@ -1,6 +1,6 @@
 """Reads, checks and writes `manifest.json`, the contract between compiler and runtime.
 
-Reading includes all checks, so that the runtime can rely on a manifest.
+Reading includes all checks, so that the runtime can use a manifest without further checks.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def read_manifest(folder: Path) -> Manifest:
 
     Raises:
         UnknownRobotError: The folder has no manifest.
-        ManifestError: The manifest has a form that this version does not support.
+        ManifestError: This version of chasles does not support the form of the manifest.
     """
     file = folder / "manifest.json"
     try:
@@ -123,7 +123,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks the slots of inverses and branches, which Solutions reads by order and shape."""
+    """Checks order and shape of the results with slots, which Solutions reads by position."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

@@ -1,4 +1,4 @@
-"""Records: frozen dataclasses that are converted from and to JSON objects.
+"""Records: frozen dataclasses that can be converted from and to JSON objects.
 
 The annotations of a dataclass are its schema: `str`, `bool`, `float`, `int` (a count or an index),
 tuples, mappings, other records and unions with None. `Annotated[kind, Check(...)]` adds a
@@ -38,20 +38,20 @@ NOT_STORED = MappingProxyType({"stored": False})
 
 @dataclass(frozen=True)
 class Check:
-    """A condition on a value: its description, and a test."""
+    """A condition on a value: a description and a test."""
 
     expected: str
     passes: Callable[[Any], bool]
 
 
 def one_of(choices: Collection[str]) -> Check:
-    """Returns the check that a text is one of several choices."""
+    """Returns the check that a text is among the allowed choices."""
     return Check(" or ".join(f'"{choice}"' for choice in choices), lambda text: text in choices)
 
 
 @dataclass(frozen=True)
 class Place:
-    """The location of a value: a file, and a field in it."""
+    """The location of a value: a file and a field."""
 
     file: Path
     field: str = ""
@@ -156,7 +156,7 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """A value of the wrong form; each enclosing level adds its key."""
+    """Error for a value of the wrong form; each enclosing level adds its key."""
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -168,7 +168,7 @@ class _MismatchError(Exception):
 
 
 class _AbsentError(_MismatchError):
-    """A required key is missing."""
+    """Error for a missing required key."""
 
     def __init__(self, key: str) -> None:
         super().__init__(key, "a value")
@@ -179,7 +179,7 @@ Reader = Callable[[Any], Any]
 
 @functools.cache
 def _reader(kind: Any) -> Reader:
-    """Returns the reader of a type, created once."""
+    """Returns the reader of a type, which is created once and cached."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         assert isinstance(kind, type)

@@ -1,7 +1,7 @@
 """Definitions of robot kinds, function roles, vectors and task components.
 
-A role states what a function computes. Neither the compiler nor the runtime infers this from the
-function's name.
+A role states what a function computes. Neither the compiler nor the runtime infers the role from
+the function's name.
 """
 
 from __future__ import annotations
@@ -104,16 +104,17 @@ class Role:
         name: One of :data:`ROLES`.
         domain: The vector of its first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
-        given: Indices in q of the coordinates that the other inputs of an inverse determine. They
-            keep their values during refinement.
+        given: Indices in q of the coordinates that all inputs of an inverse after the first
+            determine. These coordinates are constant during refinement.
         labels: The branch label of each slot, for an inverse or for branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
             velocity relation.
         aims: The task components that the first input of an inverse prescribes, in the order of its
             entries, each one of :data:`AIMS`; () for a full pose.
         held: Indices in q of the coordinates that an inverse sets to 0.
-        searches: Whether the closed form misses poses with joints at right angles. The runtime then
-            searches from the least-squares solutions.
+        searches: Whether the closed form can miss poses at which joints are at right angles. If
+            true, the runtime also searches for solutions, starting from the least-squares
+            solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})
@@ -128,17 +129,17 @@ class Role:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Name, domain and codomain, the key by which the runtime finds a function."""
+        """Name, domain and codomain, which form the key with which the runtime finds a function."""
         return self.name, self.domain, self.codomain
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether methods of a robot call the function, which is no attribute of it."""
+        """Whether only methods call the function, which is not an attribute of the robot."""
         return self.name in INTERMEDIATE
 
     @property
     def is_inverse(self) -> bool:
-        """Whether the function returns solutions in slots with residual and margin."""
+        """Whether the function returns solutions in slots, with residual and margin per slot."""
         return self.name == "inverse"
 
     @property

@@ -1,1 +1,1 @@
-"""Jobs from robot files to generated folders, with freshness checks."""
+"""Jobs that derive generated folders from robot files, and checks of freshness."""

@@ -20,10 +20,11 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
             :func:`~chasles.derive.read` supports, or a description. Deriving a file or a
             description takes seconds.
         name: A function of positions, such as ``"fk"`` or ``"chain"``.
-            Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
+            ``casadi.jacobian`` and ``casadi.jtimes`` compute Jacobians and rates from the function.
 
     Returns:
-        A function with one matrix output and only the required arguments, for example q.
+        A function with one matrix output and only the arguments on which the output depends, for
+        example q.
 
     Raises:
         FileNotFoundError: The folder has no ``.casadi`` file.
@@ -44,7 +45,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
 
 
 def _folder(robot: str | Path | Described) -> Path | None:
-    """The generated folder of a robot; None for a description or its file."""
+    """The generated folder of a robot; None for a description or a description file."""
     if not isinstance(robot, str | Path):
         return None
     is_name = isinstance(robot, str) and os.sep not in robot

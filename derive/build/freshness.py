@@ -1,7 +1,7 @@
-"""Checks whether a robot's generated folder is up to date, without SymPy, in milliseconds.
+"""Checks in milliseconds, without SymPy, whether a robot's generated folder is up to date.
 
-A stamp file in the folder, never committed, contains a hash of all sources and of the generated
-files.
+A stamp file in the folder contains a hash of all sources and of the generated files. The stamp file
+is never committed.
 """
 
 import hashlib
@@ -35,9 +35,9 @@ class Job:
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
         suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
-        exact: Whether values keep exactly the digits written in the file.
+        exact: Whether values are used exactly as written in the file.
         fixed: Names of the joints with fixed values in ``ik``; empty for the default choice.
-        parametric: Whether the parametric functions are derived too.
+        parametric: Whether the parametric functions are also derived.
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
         languages: The languages to write; empty for the default languages.
@@ -101,11 +101,11 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """Returns the bytes of a description, including its extended, included and nominal files."""
+    """Returns the bytes of a description, with its extended, included and nominal files."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
-        # Conditions and arguments decide which files are included.
+        # The included files depend on conditions and arguments in the file.
         from ..description.importers.xacro_file import expanded  # noqa: PLC0415
 
         try:
@@ -119,7 +119,7 @@ def _description(job: Job) -> list[bytes]:
 
 
 def source_files(job: Job) -> list[Path]:
-    """Returns the files that describe a job's robot: its own, and extended, included, nominal ones.
+    """Returns the files that describe a job's robot, with extended, included and nominal files.
 
     Raises:
         DescriptionError: The description is a xacro file that cannot be expanded.
@@ -137,7 +137,7 @@ def source_files(job: Job) -> list[Path]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Writes the digests and paths of the source files, by which the runtime keeps the robot."""
+    """Writes digests and paths of the source files, with which the runtime caches the robot."""
     folder = job.file.parent.resolve()
     lines = [
         f"{hashlib.sha256(file.read_bytes()).hexdigest()} {os.path.relpath(file, folder)}\n"
@@ -178,7 +178,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Returns the hash of the compiler: its code, and the versions of its libraries."""
+    """Returns the hash of the compiler's code and of the versions of its libraries."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
         digest.update(path.read_bytes() + b"\0")

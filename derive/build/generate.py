@@ -30,7 +30,7 @@ def files(
     parametric: bool = False,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> dict[str, bytes]:
-    """Every generated file of a robot: its path inside the robot's folder, and its content.
+    """Returns all generated files of a robot: the content by path inside the robot's folder.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
@@ -70,7 +70,7 @@ def without_search_for_cycles() -> Iterator[None]:
     """Disables Python's cyclic garbage collector.
 
     A derivation creates millions of objects that live until its end. Repeated garbage collection
-    takes a sixth of the time and frees nothing.
+    would take a sixth of the derivation time and free nothing.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -108,7 +108,8 @@ def write(
 ) -> list[Path]:
     """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
 
-    Files that only an earlier run generated are removed; other files stay.
+    Files that only an earlier run generated are removed; all files that chasles did not generate
+    are kept.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
@@ -117,7 +118,7 @@ def write(
         fixed: The joints with fixed values in ``ik``; () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
-            :class:`~chasles.derive.emit.emitter.Emitter`. Python calls the C.
+            :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.
 
     Returns:
         The files written.
@@ -137,7 +138,8 @@ def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list
     Args:
         texts: The texts of the generated files by path.
         folder: The robot's own folder.
-        shares: Whether support headers go to a folder shared by neighboring robots.
+        shares: Whether support headers are written to a folder that the robots in one parent folder
+            share.
     """
     paths = paths_of(texts, folder, shares=shares)
     for name in sorted(_listed(folder) | texts.keys()):
@@ -160,7 +162,7 @@ def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, P
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns files with a generated file's suffix that are not among the given files."""
+    """Returns the files that have a generated file's suffix but are not among the given files."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

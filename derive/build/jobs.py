@@ -35,7 +35,7 @@ from .time_limit import at_most
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a job: success, a line for the user, and an optional warning."""
+    """The outcome of a job: success, a line of text for the user, and an optional warning."""
 
     good: bool
     line: str
@@ -68,7 +68,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
     Args:
         job: The job for the file.
-        tips: Tip links; if empty, the groups or the file's tree decide.
+        tips: Tip links; if empty, the groups or the link tree of the file determine the tips.
         groups: Names of SRDF groups.
         srdf: The SRDF file; None uses the SRDF next to the file.
 
@@ -87,7 +87,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """Returns the errors of all descriptions, before any is derived."""
+    """Returns the errors of all descriptions, before any robot is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -115,12 +115,12 @@ def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Explains each robot's inverse kinematics, after the reader's notes."""
+    """Explains each robot's inverse kinematics, after the notes from reading the description."""
     return (_attempt(_explain, job) for job in jobs)
 
 
 def judged(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Evaluates each robot's model for calibration, after the reader's notes."""
+    """Evaluates each robot's model for calibration, after the notes from reading it."""
     return (_attempt(_judge, job) for job in jobs)
 
 
@@ -133,7 +133,7 @@ def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
 
 
 def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    # Forking gives the workers SymPy and CasADi already loaded.
+    # Forked workers start with SymPy and CasADi already loaded.
     context = get_context("fork")
     with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
         for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):
@@ -146,7 +146,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
             return work(job)
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
-    except Exception:  # A compiler defect ends the derivation of one robot, not of all.
+    except Exception:  # A compiler defect ends the derivation of one robot, but not of all robots.
         told = "chasles fails on this file; please report the file with these lines"
         return Report(False, f"{job.file}: {told}\n{traceback.format_exc()}")
 
@@ -210,7 +210,7 @@ def _compare(job: Job) -> Report:
 
 
 def _shares(job: Job) -> bool:
-    """Whether the robots in the target folder share their support headers."""
+    """Whether the robots in the target folder share the support headers."""
     return job.to.resolve() == GENERATED.resolve()
 
 

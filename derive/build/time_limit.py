@@ -1,4 +1,4 @@
-"""A time limit for a derivation, with a report of where the time ran out."""
+"""A time limit for a derivation, with a report that names the interrupted function."""
 
 import signal
 from collections.abc import Iterator
@@ -18,11 +18,11 @@ class OutOfTime(DerivationError):
 
 
 class _Alarm(BaseException):
-    """The timer signal, which libraries do not catch because it is not an Exception."""
+    """The timer signal as an exception that libraries do not catch (not an ``Exception``)."""
 
 
 class at_most:  # noqa: N801
-    """Interrupts its body when the time limit is reached.
+    """Interrupts the body of the ``with`` statement when the time limit is reached.
 
     Args:
         seconds: The limit; 0 is no limit.
@@ -30,7 +30,7 @@ class at_most:  # noqa: N801
     Raises:
         OutOfTime: The body exceeded the limit.
 
-    It works in the main thread of a process, on systems that have an interval timer.
+    The limit works in the main thread of a process, on systems with an interval timer.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -60,7 +60,7 @@ class at_most:  # noqa: N801
 
 
 def _frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """Yields a stack frame and its callers, innermost first."""
+    """Yields a stack frame and all of its callers, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back

@@ -125,7 +125,7 @@ def decimal_places(value: sp.Expr) -> int | None:
 
 
 def written(value: sp.Expr) -> str:
-    """Formats a number as in files: decimals in full, rational multiples of a degree in degrees."""
+    """Formats a number as in files: all decimal places, or a rational number of degrees."""
     places = decimal_places(value)
     if places is not None:
         digits = str(value.p * 10**places // value.q)

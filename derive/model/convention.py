@@ -84,7 +84,7 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Fitted:
-    """An axis in a convention: Rz(turn) Tz(shift) along the previous axis, then the fields.
+    """An axis as fields of a convention, after Rz(turn) Tz(shift) along the previous axis.
 
     Attributes:
         turn: Rotation about the previous axis (radian).
@@ -135,7 +135,7 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name, because a robot's repr is hashed and function reprs are not stable."""
+        """Returns the name, because a robot's repr is hashed and function reprs vary."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:

@@ -17,7 +17,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Operations:
-    """Operation counts of a function, as in the generated C."""
+    """Operation counts of a function in the generated C."""
 
     multiply: int = 0
     add: int = 0
@@ -27,7 +27,7 @@ class Operations:
 
     @property
     def total(self) -> int:
-        """The sum of all kinds."""
+        """The sum of the counts of all kinds."""
         return self.multiply + self.add + self.negate + self.trig + self.other
 
     def as_dict(self) -> dict[str, int]:
@@ -36,6 +36,6 @@ class Operations:
 
 
 def count_operations(program: Program) -> Operations:
-    """Counts a program's operations by kind; loads, stores and constants are free."""
+    """Counts a program's operations by kind; loads, stores and constants do not count."""
     kinds = (_KINDS.get(statement.operation, "other") for statement in program.computed)
     return Operations(**Counter(kinds))

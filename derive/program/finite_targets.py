@@ -1,7 +1,7 @@
-"""Makes the residual of an inverse non-finite if its target is not finite.
+"""Makes the residual of an inverse non-finite if the target pose is not finite.
 
 The residual of a slide along a base axis is x - x, which simplifies to 0 for every x. Without this
-step, a target with x = NaN would count as solved.
+change, a target with x = NaN would count as solved.
 """
 
 import itertools
@@ -16,13 +16,13 @@ COORDINATES, RESIDUAL = 0, 1
 
 
 def seeing_its_inputs(program: Program) -> Program:
-    """Makes the residual non-finite if an input of the coordinates is not finite.
+    """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
     Args:
         program: The program of an inverse, for all slots or for a single slot.
 
     Returns:
-        The program, with a residual that depends on every input of the coordinates.
+        The program, with a residual that depends on every input on which the coordinates depend.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

@@ -1,7 +1,7 @@
-"""The typed program of a function: inputs, and statements that compute or store one value each.
+"""The typed program of a function: inputs, and statements that each compute or store a value.
 
 A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
-use. Statements are independent of any language; a printer converts them to text.
+use. Statements are independent of the output language; a printer converts statements to text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 
 class Operation(Enum):
-    """An operation on operands. A condition is 1 or 0 in scalar code, and a mask in lanes."""
+    """An operation on operands. A condition is 1 or 0 in scalar code, and a mask in vector code."""
 
     ADD = auto()
     SUBTRACT = auto()
@@ -145,16 +145,16 @@ class Program:
 
     @property
     def computed(self) -> list[Compute]:
-        """The computing statements."""
+        """The statements that compute a value."""
         return [statement for statement in self.statements if isinstance(statement, Compute)]
 
     @property
     def stored(self) -> list[Store]:
-        """The storing statements."""
+        """The statements that store a value."""
         return [statement for statement in self.statements if isinstance(statement, Store)]
 
     def has(self, operation: Operation) -> bool:
-        """Whether an operation occurs in the program."""
+        """Whether the program contains an operation."""
         return any(statement.operation is operation for statement in self.computed)
 
 

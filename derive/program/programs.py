@@ -17,8 +17,8 @@ class Programs:
     """The programs of a robot's functions.
 
     Attributes:
-        whole: The program of each function by name. For a function with branches, it computes all
-            branches in order.
+        whole: The program of each function by name. The program of a function with branches
+            computes all branches in order.
         branch: The single-branch program of each function with branches; its last argument
             ``choice`` contains the signs.
     """
@@ -43,7 +43,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
         prefix: The robot's name, the prefix of the program names.
 
     Raises:
-        LoweringError: An expression or an operation has no rule.
+        LoweringError: No rule converts an expression or an operation.
     """
     read = [
         seeing_its_inputs(program) if f.role.finds_coordinates else program

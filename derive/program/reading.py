@@ -1,8 +1,8 @@
-"""Converts C from CasADi's code generator to typed programs; no other file parses C.
+"""Converts C from CasADi's code generator to typed programs; only this module parses C.
 
-The arithmetic of CasADi's C is preserved operation by operation. Its sparsity exports, work vectors
-and memory are dropped, because dense stateless functions do not need them. An unknown line or
-expression raises an error that quotes it.
+The arithmetic of CasADi's C is preserved operation by operation. Sparsity exports, work vectors and
+memory management are dropped, because dense stateless functions need none of these. An unknown line
+or expression raises an error that quotes the text.
 """
 
 import itertools
@@ -87,7 +87,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
 
 
 def _program(function: ca.Function, text: str) -> Program:
-    """Returns the program of a function, with joined selections and calls first."""
+    """Returns the program of a function, with joined selections and with library calls first."""
     reader = _Reader(function.name())
     for line in text.splitlines():
         reader.read(line)
@@ -116,7 +116,7 @@ class _Reader:
         self._numbers = itertools.count(1)
 
     def read(self, line: str) -> None:
-        """Parses one line."""
+        """Parses a line of C."""
         if load := _LOAD.fullmatch(line):
             entry = Input(int(load[2]), int(load[3]))
             self.inputs.add(entry)
@@ -155,11 +155,11 @@ class _Reader:
 
 
 def _with_choices(statements: Sequence[Statement]) -> list[Statement]:
-    """Joins CasADi's (c ? x : 0) + (!c ? y : 0) to one selection, which keeps the sign of -0."""
+    """Replaces CasADi's (c ? x : 0) + (!c ? y : 0) by one selection, which keeps the sign of -0."""
     computed: dict[Operand, Compute] = {s.result: s for s in statements if isinstance(s, Compute)}
 
     def half(operand: Operand) -> Compute | None:
-        """Returns the statement of an operand if it selects between a value and 0."""
+        """Returns the statement that computes an operand, if it selects between a value and 0."""
         statement = computed.get(operand)
         if statement is None or statement.operation is not Operation.SELECT:
             return None

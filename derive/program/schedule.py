@@ -9,14 +9,15 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 def by_depth(program: Program) -> Program:
     """Reorders a program so that each statement is as early as its operands allow.
 
-    CasADi finishes one sum before it starts the next. In a long chain these sums are too far apart
-    for a processor's look-ahead, so it would wait for one product after another.
+    CasADi completes a sum before it starts the next sum. For a long chain, independent sums are
+    then too far apart for out-of-order execution, so the processor would wait for one product after
+    another.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """Returns the statements by depth, the length of the longest dependency chain before each."""
+    """Returns the statements by depth, the length of the longest dependency chain before them."""
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:
@@ -28,7 +29,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements with unused results; variables keep their numbers."""
+    """Drops statements with unused results; the variables keep the same numbers."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):
@@ -39,7 +40,7 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves library calls, and the statements that they need, to the front.
+    """Moves library calls, and the statements on which these depend, to the front.
 
     A call invalidates the vector registers, so the arithmetic is best kept together after the
     calls.
@@ -56,7 +57,7 @@ def calls_first(program: Program) -> Program:
 
 
 def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
-    """Returns a program of these statements, with variables renumbered in order."""
+    """Returns a program of the given statements, with variables renumbered in order."""
     names: dict[Variable, Variable] = {}
 
     def renamed(operand: Operand) -> Operand:

@@ -1,7 +1,7 @@
 """Strength reduction: replaces expensive operations by cheap vector operations.
 
-Square roots, divisions and arc tangents dominate the cost of an inverse. The results differ from
-the original results by rounding.
+Square roots, divisions and arc tangents dominate the cost of an inverse. The results equal the
+original results up to rounding error.
 """
 
 import itertools
@@ -26,14 +26,15 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
     """Replaces expensive operations of a program.
 
     Square roots that are only divisors become reciprocal square roots. Points that are equal up to
-    sign share an arc tangent. Angles are computed from points before normalization, so they do not
-    wait for lengths.
+    sign share an arc tangent. Angles are computed from points before normalization, so the
+    computation does not wait for the lengths.
 
     Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input that is 1 or -1; the result minimizes the number of angles that depend on it.
+        sign: An input that is 1 or -1; the returned program has the fewest angles that depend on
+            this input.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))
@@ -110,7 +111,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes the angle of a point with a sign factor from the angle without the sign."""
+    """Computes the angle of a point with a sign factor from the angle of the point without it."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -123,7 +124,7 @@ def _angles_before_sign(program: Program, sign: Input) -> Program:
 def _before_sign(
     rewriting: "_Rewriting", angle: Compute, sign: Input
 ) -> tuple[Operation, tuple[Operand, ...]]:
-    """Returns operation and operands of an angle whose point may have a sign factor."""
+    """Returns operation and operands for an angle of a point that may have a sign factor."""
     y, x = angle.operands
     bare_y, bare_x = rewriting.without(y, sign), rewriting.without(x, sign)
     point = (bare_y or y, bare_x or x)
@@ -147,7 +148,7 @@ class _Rewriting:
         self.statements: list[Statement] = []
 
     def program(self) -> Program:
-        """Returns the program of the statements written so far."""
+        """Returns the program that contains the statements written so far."""
         return replace(self._program, statements=tuple(self.statements))
 
     def named(self, operation: Operation, operands: tuple[Operand, ...]) -> Variable:
@@ -157,7 +158,7 @@ class _Rewriting:
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """Returns a product without a factor; None if the factor is not in it."""
+        """Returns a product without a factor; None if the product does not contain the factor."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None

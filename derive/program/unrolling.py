@@ -1,8 +1,8 @@
 """Unrolls a single-branch program over all signs, computing shared terms once.
 
 The signs of each branch are substituted and propagated, so that a value and its negative share a
-variable. Every step is exact in floating point: (-a) b = -(a b), a + (-b) = a - b, atan2(-y, x) =
--atan2(y, x).
+variable. Every rewriting rule is exact in floating point: (-a) b = -(a b), a + (-b) = a - b,
+atan2(-y, x) = -atan2(y, x).
 """
 
 import itertools
@@ -103,14 +103,14 @@ class _Signed:
 
 
 def _number(value: _Signed) -> float | None:
-    """Returns the number of a constant value; None for other values."""
+    """Returns the number of a constant value; None for values that are not constant."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value
 
 
 def _turned_over(a: _Signed, b: _Signed) -> tuple[_Signed, _Signed]:
-    """Negates and exchanges the sides of a comparison: -a < -b becomes b < a."""
+    """Exchanges the sides of a comparison of negated values: -a < -b becomes b < a."""
     return b.times(True), a.times(True)
 
 
@@ -119,7 +119,7 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes each statement once, also up to sign."""
+    """Writes a statement only if no earlier statement has the same value up to sign."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -161,7 +161,7 @@ class _Writer:
         return _Signed(self._named(operation, *map(self.plain, operands)), False)
 
     def plain(self, value: _Signed) -> Operand:
-        """Returns the operand of a value, negated if needed."""
+        """Returns an operand for a value; writes a negation if the value needs one."""
         if not value.negative:
             return value.operand
         if isinstance(value.operand, Constant):
@@ -198,7 +198,7 @@ class _Writer:
         )
 
     def _opposite(self, value: _Signed) -> _Signed:
-        """Returns the negative of a value; differences in a sum change their order."""
+        """Returns the negative of a value; differences in a sum are reversed."""
         opposite = None if value.negative else self._turned(value.operand)
         if opposite is None or opposite in self._opposites:
             return value.times(True)
@@ -223,7 +223,7 @@ class _Writer:
         return None
 
     def _kept(self, value: _Signed) -> _Signed:
-        """Expresses a value by the variable of its negative, if :meth:`_opposite` made one."""
+        """Expresses a value by the variable that :meth:`_opposite` created for its negative."""
         opposite = self._opposites.get(value.operand)
         return value if opposite is None else _Signed(opposite, not value.negative)
 

@@ -1,8 +1,7 @@
-"""Symbolic det(D^T D) of a convention's link, which vanishes where the model is discontinuous.
+"""Symbolic det(D^T D) of a convention's link, which is zero at discontinuities of the model.
 
-D is the derivative of the link's homogeneous matrix with respect to its parameters. In D^T D, a
-metre of translation has weight 1 and a radian of rotation has weight 2, from the squared matrix
-entries.
+D is the derivative of the link's homogeneous matrix with respect to its parameters. The sums of
+squared matrix entries in D^T D weight a metre of translation by 1 and a radian of rotation by 2.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
@@ -30,7 +29,7 @@ _Pair = tuple[sp.Symbol, sp.Symbol]
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the convention's own parameters (power of metre)."""
+    """Returns det(D^T D) for the convention's own parameters; the unit is a power of metre."""
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 
@@ -39,16 +38,16 @@ def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     """Returns det(D^T D) for the parameters that extend the link to a full pose.
 
-    These are the convention's parameters, with rotations about and translations along the axes at
-    both ends, which belong to the neighboring joints. For a prismatic joint only the orientation
-    counts, because its position moves. The result is 0 if parameters beyond the six of a pose are
-    redundant.
+    The parameters are those of the convention, and the rotations about and translations along the
+    axes at both ends, which belong to the adjacent joints. For a prismatic joint only the
+    orientation counts, because the position varies with the coordinate. The result is 0 if
+    parameters beyond the six of a pose are redundant.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":
         return _simplified(_gram(_turns(found)))
     if found.columns.shape[1] == POSE:
-        # The square of a square matrix' determinant is much shorter than the Gram determinant.
+        # For a square matrix, the squared determinant is much shorter than the Gram determinant.
         return _simplified(found.columns, squared=True)
     return _simplified(_gram(found.columns))
 
@@ -72,7 +71,7 @@ def _gram(columns: sp.Matrix) -> sp.Matrix:
 def _simplified(matrix: sp.Matrix, *, squared: bool = False) -> sp.Expr:
     """Returns a determinant of cosines and sines in its shortest factored form.
 
-    Cosines and sines become unknowns, so that each step only handles polynomials.
+    Cosines and sines are replaced by unknowns, so that only polynomials are factored.
     """
     angles = sorted({f.args[0] for f in matrix.atoms(sp.sin, sp.cos)}, key=str)
     pairs = [sp.symbols(f"c_{k} s_{k}") for k in range(len(angles))]
@@ -95,7 +94,7 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 
 
 def _reduced(polynomial: sp.Expr, pairs: Sequence[_Pair], away: Sequence[sp.Symbol]) -> sp.Expr:
-    """Reduces a polynomial so that the cosine or the sine of each angle has no square."""
+    """Reduces a polynomial until the cosine or the sine of each angle has no power above 1."""
     for (c, s), letter in zip(pairs, away, strict=True):
         circle = c**2 + s**2 - 1
         polynomial = sp.rem(polynomial, circle, letter)

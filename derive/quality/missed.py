@@ -14,7 +14,7 @@ def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]
 
     Args:
         rows: (d, k) displacements for each of k parameters.
-        words: Name of each row.
+        words: The name of each row.
     """
     U, values, _ = np.linalg.svd(rows, full_matrices=True)
     rank = int(np.sum(values > ZERO_SINGULAR_VALUE))
@@ -22,7 +22,7 @@ def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]
 
 
 def _sparse(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns a basis of the same space with as many zeros as possible (reduced rows)."""
+    """Returns a basis of the same space with many zeros (reduced row echelon form)."""
     found = directions.copy()
     taken: list[int] = []
     for k in range(len(found)):

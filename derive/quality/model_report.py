@@ -1,8 +1,8 @@
 """Quality of a robot's model for calibration: complete, continuous, minimal.
 
-A model is complete if its parameters can displace every axis in every direction. It is continuous
-if small displacements need only small parameter changes. It is minimal if no parameter is
-redundant.
+A model is complete if the parameters can displace every axis in every direction. A model is
+continuous if small axis displacements need only small parameter changes. A model is minimal if no
+parameter is redundant.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -49,11 +49,11 @@ def model_report(
     Args:
         description: A serial robot, or a robot with loops, whose main chain is evaluated.
         conventions: The conventions to compare; conventions that cannot place an axis are omitted.
-        rng: Random numbers for the configurations of the rank: a seed, a generator, or None for
-            fresh entropy.
+        rng: Random numbers for the configurations at which the rank is computed: a seed, a
+            generator, or None for fresh entropy.
 
     Raises:
-        DescriptionError: Legs carry the tool instead of a chain of joints.
+        DescriptionError: Legs support the tool, so that no chain of joints can be evaluated.
     """
     chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
@@ -131,7 +131,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
 
 
 def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[int, int]:
-    """Returns the number of parameters of the robot's own model, and their rank."""
+    """Returns the number of parameters in the robot's own model, and the rank."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
     own = [
@@ -149,7 +149,7 @@ def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[in
 
 def _rank_of(J: NDArray[np.float64]) -> int:
     size = np.linalg.norm(J, axis=0)
-    # A parameter without effect may still show rounding.
+    # Rounding errors can give a parameter without effect a nonzero column.
     moving = size > ZERO_SINGULAR_VALUE * size.max()
     values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))

@@ -1,4 +1,4 @@
-"""The robot's own parameters between two axes, as in its file."""
+"""The parameters between two consecutive axes in the robot's own file."""
 
 import numpy as np
 import sympy as sp
@@ -14,15 +14,15 @@ _Numbers = dict[sp.Symbol, sp.Expr]
 
 
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
-    """Returns the displacements (d, k) of a joint's axis per parameter between both axes.
+    """Returns a joint axis's displacements (d, k), one column per parameter between both axes.
 
-    The parameters are the fields of the previous joint that act after its motion or commute with
-    it, its coordinate offset, and the fields of this joint before its motion. The position of a
-    previous prismatic joint is free.
+    The parameters are the previous joint's fields that act after its motion or commute with it, the
+    previous joint's coordinate offset, and the fields of this joint that act before the joint's
+    motion. The position of a previous prismatic joint is arbitrary.
 
     Args:
         robot: The robot.
-        pair: The joint and its predecessor.
+        pair: The joint and the previous joint.
     """
     numbers: _Numbers = {parameter.symbol: parameter.value for parameter in robot.parameters}
     offset = sp.Symbol("_offset", real=True)
@@ -32,7 +32,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
-        # The axis is expressed in the joint's frame, which follows these motions.
+        # The axis is expressed in the joint's frame, which is after these motions.
         nominal = tuple(_at(motion, named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]

@@ -1,4 +1,4 @@
-"""Report on the quality of a robot's model: findings and text."""
+"""Report on the quality of a robot's kinematic model, as data and as text."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ class ConventionQuality:
         needed: Number of parameters that the axis needs: 4 for a line, 2 for a direction.
         determinant: det(D^T D) of the convention's own parameters.
         completed: det(D^T D) of the full-pose parameters, with rotations about and translations
-            along the neighboring axes. It vanishes where the model is discontinuous.
+            along the adjacent axes. The determinant is zero at discontinuities of the model.
         value: Value of ``completed`` for the robot (lengths in metres); None if the convention
             cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1; lengths are relative to the
-            arm's.
+            arm's size.
         misses: The axis displacements that the parameters cannot represent.
     """
 
@@ -47,19 +47,19 @@ class ConventionQuality:
 
     @property
     def is_continuous(self) -> bool:
-        """Whether no parameter changes much more than the axis, and the determinant is nonzero."""
+        """Whether small axis changes need only small parameter changes."""
         if not self.is_complete or self.value is None:
             return False
         return self.least > CONTINUOUS_MODEL and self.value > ZERO_SINGULAR_VALUE
 
     @property
     def is_minimal(self) -> bool:
-        """Whether it is complete with the minimum number of parameters."""
+        """Whether the model is complete with the minimum number of parameters."""
         return self.is_complete and len(self.numbers) == self.needed
 
     @property
     def verdict(self) -> str:
-        """Its qualities, or the displacements that it cannot represent, as text."""
+        """The convention's properties, or the displacements it cannot represent, as text."""
         if self.value is None:
             return "cannot represent this axis"
         if not self.is_complete:
@@ -78,7 +78,7 @@ class JointQuality:
         before: Name of the previous joint.
         angle: Angle between both axes (radian).
         distance: Distance between both axes (metre); 0 if one axis has only a direction.
-        own: Names of the conventions of the robot's own description between both axes.
+        own: Names of the conventions that the robot's own description uses between both axes.
         misses: The axis displacements that the robot's own parameters cannot represent.
         conventions: The quality of every convention.
         suitable: The convention that suits the joint.
@@ -105,10 +105,12 @@ class ModelReport:
         revolute: r, the number of revolute joints, including helical joints.
         prismatic: t, the number of prismatic joints.
         helical: Number of helical joints, each with a pitch.
-        numbers: Number of parameters of the robot's own conventions, the base and the tool.
-        rank: Rank of the tool poses with respect to these parameters, over random configurations.
+        numbers: Number of parameters in the robot's own conventions, including base and tool.
+        rank: Rank of the Jacobian of the tool poses with respect to these parameters, over random
+            configurations.
         suitable_numbers: Number of parameters in the conventions that suit the joints.
-        suitable_rank: Rank of the tool poses with respect to the suitable parameters.
+        suitable_rank: Rank of the Jacobian of the tool poses with respect to the suitable
+            parameters.
     """
 
     robot: str
@@ -123,7 +125,7 @@ class ModelReport:
 
     @property
     def identifiable(self) -> int:
-        """4 r + 2 t + 6, plus the pitches of helical joints: the identifiable parameters."""
+        """The number of identifiable parameters: 4 r + 2 t + 6, plus 1 per helical joint."""
         return 4 * self.revolute + 2 * self.prismatic + 6 + self.helical
 
     @property
@@ -141,7 +143,7 @@ class ModelReport:
         return "\n".join(_lines(self))
 
     def conventions_of(self, *, slides: bool) -> tuple[ConventionQuality, ...]:
-        """Returns the conventions at revolute or prismatic joints; () if there are none."""
+        """Returns the conventions that suit revolute or prismatic joints; () if there are none."""
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())
 
@@ -152,7 +154,7 @@ def plain(expression: sp.Expr) -> str:
 
 
 def ranked(model: str, numbers: int, rank: int, identifiable: int) -> str:
-    """Returns a sentence on the number of parameters and their rank."""
+    """Returns a sentence that states the number of parameters and the rank."""
     found = "complete"
     if rank < identifiable:
         found = f"misses {identifiable - rank} of {identifiable} displacements"

@@ -116,7 +116,7 @@ class Terms:
         return self.is_constant(expression) and self.value(expression) != 0
 
     def is_noise(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a constant so small that its square counts as 0."""
+        """Whether an expression is a nonzero constant so small that its square counts as 0."""
         return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
