@@ -23,7 +23,7 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     release this lock.
 
     Args:
-        work: Computes the result, which is plain data.
+        work: Function that computes the result, which is plain data.
 
     Yields:
         A function that waits for the result, or raises the error that the work raised. The process

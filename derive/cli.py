@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from .build.jobs import Report
 
 LIMIT = 300.0
-"""Time limit per robot in seconds, about sixty times the time of a six-axis arm on one core."""
+"""Time limit per robot in seconds, about sixty times the derivation time of a six-axis arm on one
+core."""
 
 
 class Detail(StrEnum):

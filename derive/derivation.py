@@ -1,4 +1,4 @@
-"""Derives all functions of a robot in one pass over shared terms."""
+"""Derives all functions of a robot together, so that the functions share terms."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -51,7 +51,8 @@ class Derivation:
         written: Functions with handwritten C that reads tables of the robot.
         families: The families of inverses that were tried.
         closure: The equations of loops without a closed form; None for other robots.
-        geometry: The geometry as variables; None if no parametric function was requested.
+        geometry: The functions with geometry as input; None if no parametric function was
+            requested.
         parametric_loops: The closure equations with geometry as input; None likewise.
     """
 
@@ -120,7 +121,7 @@ def derive(
 
     Raises:
         InputValueError: A function name is unknown, or the fixed joints leave no closed form.
-        LoopError: A loop does not close at the reference.
+        LoopError: A loop is open at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
     if isinstance(description, Mechanism):

@@ -149,7 +149,7 @@ def load(
     Raises:
         UnknownRobotError: If there is no such robot.
         DerivationError: If the compiler is not installed or rejects the description.
-        ChaslesError: If the robot cannot be read, compiled or opened, for the stated reason.
+        ChaslesError: If the robot cannot be read, compiled or opened; states the reason.
     """
     options = options_of(exact, parametric, base=base, tip=tip, group=group, name=name)
     return Robot(read_manifest(find_folder(robot, (*arguments, *options))))

@@ -20,7 +20,7 @@ from .tolerances import AT_LIMIT, LEAST_SIZE
 _SAMPLES = 256
 """Number of sampled configurations; more samples change a length by about 1 %."""
 _CLOSED, _HALVINGS = 32, 6
-"""Required samples with closed loops, and how often the sampling range is halved to find them."""
+"""Required number of samples with closed loops, and maximum halvings of the sampling range."""
 
 
 def ranges(

@@ -91,7 +91,7 @@ CLOSED = 1e-12
 TURNS = 1e-6
 """Minimum rate ratio at the tip [rad/m] of a coordinate that rotates the tool."""
 RANK = 1e-9
-"""Singular values below this fraction of the largest are zero."""
+"""Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6
 """Maximum singular value of J_x or J_q at a parallel singularity: a rounded pose at a type-1
 singularity has the square root of 1e-13."""

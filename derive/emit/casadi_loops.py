@@ -14,7 +14,7 @@ from ..terms.casadi_graph import lower, whole
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Points on the straight line from the reference; each is the start of the next. This count keeps
+"""Number of points on the line from the reference; each solution starts the next. It keeps
 every robot on its branch within its limits."""
 OPTIONS = {
     "error_on_fail": False,

@@ -50,7 +50,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Heading and writer of each fragment, in reading order."""
+"""Heading of each fragment, and the function that writes it, in reading order."""
 _DRAWING = "drawing"
 """Name of the figure's fragment."""
 _WORKSPACE = "workspace"
@@ -59,7 +59,7 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Picture of a serial robot after a fragment: name and heading."""
+"""Pictures of a serial robot by the preceding fragment: name and heading of each picture."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the fragment for parametric functions."""
 
@@ -99,7 +99,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading and writer of each fragment for robots with loops or geared motors."""
+"""Heading of each fragment, and the function that writes it, for loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
 """Name of the last fragment, the cited works."""

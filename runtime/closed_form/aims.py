@@ -106,7 +106,7 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
     error = np.arctan2(sine, cosine) - np.arctan2(rise, level)
-    # A vertical axis has no heading; an arbitrary one keeps the rate nonzero.
+    # For a vertical axis any heading is correct; the assumed heading keeps the rate nonzero.
     upright = level == 0
     c = np.where(upright, pose[:, 0, 0], x / np.where(upright, 1.0, level))
     s = np.where(upright, pose[:, 1, 0], y / np.where(upright, 1.0, level))

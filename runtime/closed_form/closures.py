@@ -24,7 +24,7 @@ class ChainBranches(NamedTuple):
 
     Attributes:
         theta: (..., k, n_theta) main-chain joints [rad or m], NaN for an open branch.
-        valid: (..., k) whether the branch closes.
+        valid: (..., k) whether the loops are closed on this branch.
         margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
     """
 
@@ -38,7 +38,7 @@ class ActuatorBranches(NamedTuple):
 
     Attributes:
         q: (..., k, n) actuated coordinates [rad or m], NaN for an open branch.
-        valid: (..., k) whether the branch closes.
+        valid: (..., k) whether the loops are closed on this branch.
         margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
     """
 
@@ -76,7 +76,7 @@ class LoopMethods(NewtonMethods):
 
     @needs(when=_can_check_actuators)
     def loops_close(self, q: ArrayLike) -> BoolArray:
-        """Test (...,) whether the loops can be closed at q (..., n) [rad or m] or at a dead point.
+        """Test (...,) whether the loops can be closed at q (..., n) [rad or m]; dead points count.
 
         Limits are ignored. Loops without a dead point, such as parallelograms, can be closed
         everywhere. For loops without a closed form, Newton's iteration must reach q from the
@@ -157,8 +157,8 @@ class LoopMethods(NewtonMethods):
         """Return all actuated coordinates of a planar platform at x, y [m], phi [rad] (..., 3).
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
-        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if all legs reach, else
-        infinite; it does not depend on `fk(q)`, which follows one of several assembly modes.
+        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if all legs reach the
+        platform, else infinite; it does not depend on the assembly mode of `fk(q)`.
         """
         if "actuators_all" in self.functions:
             q, closes, margin = self.actuator_branches(x)

@@ -196,7 +196,7 @@ def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class PerturbedInverse:
-    """An inverse for fixed joints that also solves degenerate structures of the other joints.
+    """An inverse for fixed joints, also if the structure of the other joints is degenerate.
 
     If a fixed joint is at a right angle, its adjacent axes may be parallel, and formulas for
     oblique axes miss solutions. Newton's method finds these solutions from the solutions at a

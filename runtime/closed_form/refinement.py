@@ -27,12 +27,12 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
 _SEARCH = 12
-"""Steps from a distant slot; only slots near the target continue. At a double solution, a step
-divides the error by 4."""
+"""Maximum steps from a distant slot; then only slots near the target continue. At a double
+solution, a step divides the error by 4."""
 _ROUNDED_STEPS = 8
-"""Steps to a least-squares solution for a rounded pose; each step divides the error by 100."""
+"""Number of steps to a least-squares solution of a rounded pose; each divides the error by 100."""
 _GROWTH = 10.0
-"""Maximum amplification of pose rounding by a closed form."""
+"""Maximum factor by which a closed form amplifies the rounding error of a pose."""
 _ASIDE = 0.25
 """Maximum fraction of the squared error in singular directions; at the workspace boundary it is
 1."""

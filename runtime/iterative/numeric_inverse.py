@@ -36,7 +36,7 @@ _TOOL = ("fk_jacobian_mixed", "hessian_mixed")
 """The generated functions that a solver for the tool calls."""
 _STARTS = 256
 _FEWEST = 32
-"""Minimum number of starts with closed loops; sampling continues until they are found."""
+"""Minimum number of start configurations with closed loops; sampling continues until then."""
 _MAX_SOLVERS = 64
 """Maximum number of cached solvers of a robot; the cache is cleared when it is full."""
 _MAX_EVALUATIONS = 2**31 - 1
@@ -54,7 +54,7 @@ class NumericSolution(NamedTuple):
             half a unit of the last decimal of the rotation if that is larger.
         ending: (...,) reason for termination, as an index into `REASONS`; see `reason`.
         iterations: (...,) number of forward kinematics evaluations.
-        restarts: (...,) number of starts after the first.
+        restarts: (...,) number of start configurations after the first.
     """
 
     q: FloatArray
@@ -117,10 +117,10 @@ class NumericMethods(RobotFacts):
     ) -> NumericSolution:
         """Solve inverse kinematics by iteration within the limits.
 
-        Levenberg-Marquardt with lambda proportional to the squared error. The factor decreases
-        after successful steps and increases after failed steps; no step exceeds a limit. If the
-        iteration ends at a different pose, it restarts from other configurations. For a pose out of
-        reach, the result is the minimum residual found, with `valid` False.
+        Levenberg-Marquardt steps with lambda proportional to the squared error. The factor
+        decreases after successful steps and increases after failed steps; no step exceeds a limit.
+        If the iteration ends at a different pose, it restarts from other configurations. For a pose
+        out of reach, the result is the minimum residual found, with `valid` False.
 
         Args:
             T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations

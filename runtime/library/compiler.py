@@ -138,10 +138,10 @@ def describe_machine() -> str:
 def _describe_processor() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            # Only the first processor: the kernel generates this file while it is read.
+            # Read the first processor only, as the kernel generates this file during reading.
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Other systems have no such file; their machines seldom share a cache.
+        # Other systems have no such file, and their machines seldom share a cache folder.
         return platform.version()
     return "".join(lines)

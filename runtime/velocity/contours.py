@@ -18,7 +18,7 @@ HALVINGS = 48
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
     """Return the zero curves of a function on a grid with at most one zero on each cell edge.
 
-    Zeros on edges are found by bisection to rounding errors, and connected by straight segments. A
+    Zeros on edges are bisected to double precision and connected by straight segments. A
     sign change at a pole is not a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
@@ -80,7 +80,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # Four zeros on one cell: the value at the cell centre selects the pairs.
+            # Four zeros on the edges of a cell: the value at the cell centre selects the pairs.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found

@@ -82,7 +82,7 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Manipulability:
         """Return Yoshikawa's measure, the singular values and the condition number.
 
-        They belong to the dimensionless Jacobian J'. For a planar two-link arm,
+        These values are computed from the dimensionless Jacobian J'. For a planar two-link arm,
         `components="linear"` and `characteristic_length=1`, the measure is a1 a2 |sin q2|.
         Directions in which the tool can never move, such as out of the plane, do not count.
 

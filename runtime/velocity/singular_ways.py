@@ -85,7 +85,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         """Return the distances to the first singularities along a line theta + s direction.
 
         The range 0 < s <= 1 is sampled in 512 intervals. The first interval in which a determinant
-        changes sign or a leg loses reach is bisected to rounding errors. Two singularities in one
+        changes sign or a leg loses reach is bisected to double precision. Two singularities in one
         interval are missed. The legs stay on their branches.
 
         Args:

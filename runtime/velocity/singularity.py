@@ -14,7 +14,7 @@ from .characteristic_length import LengthMethods
 
 
 class Singularity(NamedTuple):
-    """Distances from three types of singularity: 0 at a singularity, of order 1 far away.
+    """Distances from three types of singularity: 0 at a singularity, about 1 far away.
 
     Attributes:
         type_1: (...,) smallest singular value of J_q: at 0 the platform loses a degree of freedom

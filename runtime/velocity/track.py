@@ -31,14 +31,14 @@ class Track:
             the rate limits.
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose,
-            dimensionless: 0 at a singularity, of order 1 far from singularities.
+            dimensionless: 0 at a singularity, about 1 far from singularities.
         max_distance, max_distance_index: The largest distance [m] and its pose index.
         max_angle, max_angle_index: The largest angle [rad] and its pose index.
         min_singular_value, min_singular_value_index: The smallest singular value, its pose index.
         at_rate_limit: For each coordinate name, the steps with an active rate limit, if any; fixed
             coordinates are not listed.
         at_limit: For each coordinate name, the steps with an active position limit, if any.
-        shortened_steps: The steps that were shortened because a loop is open at their ends.
+        shortened_steps: Steps that were shortened because a loop would be open at the end.
     """
 
     q: FloatArray

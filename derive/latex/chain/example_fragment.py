@@ -149,7 +149,7 @@ def solutions_of_pose(
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
-    """Prints the pose of a main chain, and the actuated coordinates that a function finds for it.
+    """Prints the pose of a main chain, and the actuated coordinates for this pose.
 
     Args:
         fk: The forward kinematics of the main chain.

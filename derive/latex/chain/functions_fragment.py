@@ -64,7 +64,7 @@ def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
 
 
 def _is_short(page: Page, entry: sp.Expr) -> bool:
-    """Whether an entry needs no name: a short product of defined symbols."""
+    """Whether an entry is a short product of defined symbols and needs no name."""
     order = page.equations.notation.order
     known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
     return known and not entry.is_Add and width(page.tex(entry)) < SHORT

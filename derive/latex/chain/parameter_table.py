@@ -39,7 +39,7 @@ def _order(
 
 
 def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Prints the symbols of a row; of a run, only the first and the last."""
+    """Prints the symbols of a row; a run of symbols is shortened to the first and the last."""
     tex = [printer.tex(item.symbol) for item in row]
     indices = [int(item.symbol.name[1:]) for item in row]
     if len(row) > _FEW and indices == list(range(indices[0], indices[-1] + 1)):
@@ -48,6 +48,6 @@ def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
 
 
 def _number(item: GeometryParameter) -> str:
-    """Prints the name of a parameter in its group, with its value unless zero."""
+    """Prints the name of a parameter in its group, with the value unless the value is zero."""
     name = names.parameter(item.name.removeprefix(f"{item.joint}_"))
     return f"${name}$" if item.value == 0 else f"${name} = {number(item.value)}$"

@@ -27,11 +27,11 @@ BARREL = 0.55
 FORESHORTENED = 0.35
 """A direction counts as end-on if its projection is shorter than this fraction."""
 GUIDE, RAIL = 45, 110
-"""Length of a guide beyond its slider, and of an unlimited guide on the ground."""
+"""Length of a guide beyond its slider, and length of a guide without limits on the ground."""
 HATCH = 11
 """Distance between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
-"""Height of a pin's stand, and half width of its ground."""
+"""Height of the stand under a pin, and half width of the ground symbol under the stand."""
 AXIS = 80
 """Length of the tool frame's arrows."""
 

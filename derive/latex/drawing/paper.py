@@ -10,7 +10,7 @@ from ...chain.rigid_bodies import Array
 from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 
 Point = tuple[int, int]
-"""To the right and up, in tenths of a millimetre."""
+"""Distances to the right and upwards, in tenths of a millimetre."""
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150

@@ -34,7 +34,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A pin, ball or weld at a point.
+    """A joint that is drawn at a point, as a pin, ball or weld.
 
     Attributes:
         name: Name of the joint, closure or strut.
@@ -59,7 +59,7 @@ class Hinge:
 
 @dataclass(frozen=True)
 class DrawnSlide:
-    """A slider on its guide, or a telescope.
+    """A prismatic joint that is drawn as a slider on a guide, or as a telescope.
 
     Attributes:
         name: Name of the joint or closure.

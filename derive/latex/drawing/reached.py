@@ -20,7 +20,7 @@ _FIRST = 30_000
 _MORE = 12_000
 """Number of configurations near the boundary, in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Their maximum offset relative to the coordinate ranges, in each round."""
+"""Maximum offset of these configurations relative to the coordinate ranges, in each round."""
 _LEVEL = 5.9
 """The outline connects points around which this many of the nine nearest cells are reached. It
 passes through the middle of the outermost cells: on average, the region covers half of such a
@@ -297,7 +297,7 @@ class _Cells:
         self.postures = np.zeros((*shape, n))
 
     def add(self, q: Array, points: Array) -> None:
-        """Counts configurations (m, n) with their points (m, 2), except points outside."""
+        """Marks the cells of points (m, 2) as reached at configurations (m, n)."""
         cell = np.floor((points - self.corner) / self.side).astype(int)
         inside = ((cell >= 0) & (cell < self.shape)).all(1)
         flat, first = np.unique(

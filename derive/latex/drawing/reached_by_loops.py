@@ -25,8 +25,8 @@ def reached_by_loops(
 ) -> ToolRegion | None:
     """Returns the region that the tool of a robot with loops reaches within its actuator limits.
 
-    Like :func:`~chasles.derive.latex.drawing.reached.reached`, without configurations that do not
-    close a loop.
+    Like :func:`~chasles.derive.latex.drawing.reached.reached`, without configurations at which a
+    loop is open.
 
     Args:
         mechanism: The description.

@@ -265,7 +265,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns the number of first steps that equal an earlier task's steps except for term names.
+    """Returns how many first steps equal the steps of an earlier task, except for term names.
 
     None if a later step uses a term of these steps.
     """

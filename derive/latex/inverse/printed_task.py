@@ -1,7 +1,8 @@
 """Converts the steps of an inverse to printed symbols, in terms of earlier results.
 
-A step contains its equation. Here the equation's coefficients become printed symbols; long ones get
-the names A, B, C with the step's number. Relation and solution come from the equation.
+A step contains its equation. Here the equation's coefficients become printed symbols; long
+coefficients get the names A, B, C with the step's number. Relation and solution come from the
+equation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,8 +50,8 @@ class PrintedInverseStep:
         name: The coordinate, or a name for the sum.
         sense: -1 if the unknown is opposite to the rotation about the step's axis.
         equation: The step's equation, with named or explicit coefficients.
-        solution: Terms with the unknown as sum; none if the equation has several unknowns, which a
-            quartic solves.
+        solution: Terms whose sum is the unknown; none if a quartic solves the equation for several
+            unknowns.
     """
 
     step: InverseStep

@@ -33,7 +33,7 @@ class PrintedLegs:
         terms: Its terms in coordinates and parameters only.
         phi: The platform's angle.
         letters: Letters of the polynomial's symbols.
-        legs: Circles and lines (metre).
+        legs: The circle or line of each leg (metre).
         equations: The elimination of the platform's position.
     """
 

@@ -37,7 +37,7 @@ class LoopPage:
         letters: The symbols of intermediate results.
         inverse: The inverse of the robot; None if not derived.
         functions: The functions derived in closed form.
-        geometry: The geometry as variables; None without parametric functions.
+        geometry: The functions with geometry as input; None without parametric functions.
     """
 
     mechanism: Mechanism

@@ -33,7 +33,7 @@ class Page:
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics over the terms of the equations.
         singular: The singular configurations, in short symbols.
-        geometry: The geometry as variables; None without parametric functions.
+        geometry: The functions with geometry as input; None without parametric functions.
     """
 
     robot: SerialRobot

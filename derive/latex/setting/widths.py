@@ -40,7 +40,7 @@ def width(tex: str) -> float:
 
 
 class _Measure:
-    """Walks the tokens of one formula."""
+    """Iterates over the tokens of one formula."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position = tokens, 0

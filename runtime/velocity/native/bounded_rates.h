@@ -23,7 +23,7 @@ typedef struct {
     double *y;                   /* (n,) the result */
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
     char *limited;               /* (n,) whether a bound determines the rate of the joint */
-    char *locked;                /* (n,) joints that do not move and do not count as joints */
+    char *locked;                /* (n,) joints with zero bounds, excluded from the problem */
     char *held;                  /* (n,) joints held at a bound; the SVD leaves out their columns */
     Svd svd;
     double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of the joints held */
