@@ -84,8 +84,8 @@ def optimal_design(
         robot: A robot with parametric functions.
         candidates: (M, n) coordinates [rad or m]; candidates beyond the limits are ignored.
         count: Number of configurations to select.
-        targets: (m, 3) targets on the tool whose positions are measured [m]; None: poses are
-            measured.
+        targets: (m, 3) targets on the tool whose positions are measured [m], or None if poses
+            are measured.
         sigma: Standard deviation of each measured position coordinate [m]; for poses, the pair
             of this value and the standard deviation of the orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.

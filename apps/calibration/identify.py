@@ -52,7 +52,7 @@ def identify(
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
-        T_W_base: (4, 4) the base frame in the device frame W; None: it is identified.
+        T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
         robust: Whether outliers are excluded. The result lists these parameters.
         weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
 
@@ -83,7 +83,7 @@ def located(
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        T_W_base: (4, 4) the base frame in the device frame W; None: it is estimated.
+        T_W_base: (4, 4) the base frame in the device frame W, or None to estimate this frame.
 
     Raises:
         ShapeError: The shape of q does not match the robot.

@@ -217,7 +217,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield the best pairs of mistakes; the first mistake of a pair alone is a good correction."""
+    """Yield the best pairs of mistakes; correcting the first one alone reduces the misfit."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

@@ -87,7 +87,7 @@ class Calibration(StudyResult):
     )
 
     def __repr__(self) -> str:
-        """A short summary with the main figures."""
+        """A short summary with the main values."""
         return summary_repr(
             self,
             self.robot.name,
@@ -166,7 +166,7 @@ class Calibration(StudyResult):
         """Plot the errors before and after the calibration against the configurations [mm].
 
         Args:
-            ax: matplotlib axes; None: a new figure 8 cm wide.
+            ax: matplotlib axes, or None for a new figure 8 cm wide.
 
         Returns:
             The axes.
@@ -180,7 +180,7 @@ class Calibration(StudyResult):
         """Plot the most significant parameter changes with their 95 % intervals [mm, mrad].
 
         Args:
-            ax: matplotlib axes; None: a new figure 8 cm wide.
+            ax: matplotlib axes, or None for a new figure 8 cm wide.
 
         Returns:
             The axes.
@@ -205,10 +205,10 @@ class Calibration(StudyResult):
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
-            name: Name of the calibrated robot in a .toml; None: the stem of the path.
+            name: Name of the calibrated robot in a .toml; None means the stem of the path.
             source: Origin of the values in a .toml; "": the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml. The inverse of a robot with loops
-                refines the nominal solutions. None: the compiler rounds lengths instead.
+                refines the nominal solutions. With None, the compiler rounds lengths instead.
 
         Raises:
             InputValueError: The suffix is not supported, or a coordinate moves several joints,
@@ -261,7 +261,7 @@ class Calibration(StudyResult):
 
         Args:
             path: The .npz file.
-            robot: The nominal robot with parametric functions; None: it is loaded by its name.
+            robot: The nominal robot with parametric functions, or None to load the robot by name.
 
         Raises:
             InputValueError: The suffix is not .npz, or the file contains no calibration, or a

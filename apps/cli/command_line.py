@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Args:
-        arguments: The arguments after the program name; None: the arguments of the process.
+        arguments: The arguments after the program name, or None for the arguments of the process.
 
     Returns:
         The exit status: 0 for success, 1 after an error, 2 without a command.

@@ -87,8 +87,8 @@ def draw(
             `Solutions` for one pose; or (g, n) coordinates.
         path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
-        ax: matplotlib axes for a single view; None: a new figure. With axes, the default view is
-            "plane" for planar robots, else "axonometric".
+        ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
+            is "plane" for planar robots, else "axonometric".
         file: The file to write: .pdf, .svg or .png.
 
     Returns:
@@ -228,7 +228,7 @@ def figure_of(
         shown: The scenes.
         labels: Names of the ghosts, for the legend.
         has_path: Whether the legend lists the tool path.
-        boxes: Lower and upper corner of each view; None: the bounding box of each scene.
+        boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
     """
     with requires("chasles[draw]"):
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415

@@ -44,7 +44,7 @@ class Mark:
         points: (k, 2) points of the line or outline [m].
         depth: Drawing order; a mark with a larger depth is drawn later.
         name: Name of the body, joint or strut.
-        is_area: Whether the mark is filled.
+        is_area: Whether the area is filled.
     """
 
     style: str

@@ -79,7 +79,7 @@ class Skeleton:
         Args:
             q: (..., n) actuated coordinates [rad or m].
             z_seed: (..., n_z) nearby configurations that select the branch of loops solved by
-                iteration; None: the branch of the reference configuration.
+                iteration; None selects the branch of the reference configuration.
 
         Returns:
             (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN if

@@ -24,7 +24,7 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
     Args:
         name: Names of the function and the argument, for error messages.
         values: The numbers.
-        shape: The expected shape; None: any.
+        shape: The expected shape; None accepts any shape.
 
     Raises:
         ShapeError: The array has the wrong shape.

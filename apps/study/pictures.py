@@ -80,7 +80,7 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `Trajectory`.
-        ax: Three matplotlib axes; None: a new figure.
+        ax: Three matplotlib axes, or None for a new figure.
 
     Returns:
         The three axes.
@@ -114,7 +114,7 @@ def plot_success(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `SuccessStudy`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -146,7 +146,7 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `Plan`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -174,7 +174,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
 
     Args:
         found: The `PlanarRegion`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
         singular: `SingularityCurves` whose type 2 curves are drawn, or None.
 
     Returns:
@@ -208,7 +208,7 @@ def plot_section(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `ExactWorkspace`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -234,7 +234,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `ReachablePositions`.
-        ax: Two matplotlib axes; None: a new figure.
+        ax: Two matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -271,7 +271,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `Reach` of cells.
-        ax: Three matplotlib axes; None: a new figure.
+        ax: Three matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -314,7 +314,7 @@ def plot_orientations(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `OrientationGrid`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.
@@ -341,7 +341,7 @@ def plot_total(found: Any, ax: Any = None) -> Any:
 
     Args:
         found: The `OrientationRangeWorkspace`.
-        ax: matplotlib axes; None: a new figure.
+        ax: matplotlib axes, or None for a new figure.
 
     Returns:
         The axes.

@@ -17,7 +17,8 @@ def progress_of(
     Args:
         name: Name of the task.
         total: Number of work items.
-        shown: Whether to show the bar; None: if standard error is a terminal and rich is installed.
+        shown: Whether to show the bar; None shows it if standard error is a terminal and rich is
+            installed.
 
     Yields:
         A function to call with the number of items completed since its last call.

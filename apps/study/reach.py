@@ -1,8 +1,8 @@
 """Reach: the poses with solutions within limits, and the limits that exclude other poses.
 
 The inverse returns the solutions for each pose on all branches. The solutions are compared with the
-limits, each revolute joint at every full turn. Base placement is the same test for several base
-poses.
+limits, each revolute joint at all positions that differ by full turns. Base placement is the same
+test for several base poses.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Reach(StudyResult):
     grid: Grid | None = None
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         m, k = self.n_solutions.shape
         counts = ", ".join(f"{name} ({n:,})" for name, n in self.limit_counts().items())
         return summary_repr(
@@ -140,7 +140,7 @@ def reach(
             within its limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a bar; None: on a terminal.
+        progress: Whether to draw a progress bar; None draws it on a terminal only.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -179,7 +179,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a bar; None: on a terminal.
+        progress: Whether to draw a progress bar; None draws it on a terminal only.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

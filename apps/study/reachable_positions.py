@@ -55,7 +55,7 @@ class ReachablePositions(StudyResult):
     inside: BoolArray
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         return summary_repr(
             self,
             self.robot,
@@ -85,7 +85,7 @@ class ReachablePositions(StudyResult):
         """Plot the extent of the positions along z and along y.
 
         Args:
-            ax: Two matplotlib axes; None: a new figure.
+            ax: Two matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.
@@ -106,7 +106,7 @@ def reachable_positions(
 
     Args:
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
-        R_0_ee: (3, 3) the orientation; None: the orientation at q_seed.
+        R_0_ee: (3, 3) the orientation; None means the orientation at q_seed.
         resolution: Number of cells along each side of the box, 32 times a power of two.
         q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None: the
             reference configuration.

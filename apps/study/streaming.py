@@ -65,8 +65,9 @@ def tallied(
         work: The function to apply to each piece.
         pieces: Number of pieces.
         threads: Threads of this process, or of each worker; "all": one per core.
-        client: A `dask.distributed.Client`, whose workers share the pieces; None: this process.
-        progress: Whether to show a bar; None: if standard error is a terminal.
+        client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
+            process.
+        progress: Whether to show a progress bar; None shows it if standard error is a terminal.
         name: The name of the progress bar.
 
     Raises:

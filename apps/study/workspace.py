@@ -69,7 +69,7 @@ class Workspace(StudyResult):
     rng: int
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         shape = " x ".join(map(str, self.grid.shape))
         qualities = [name for name in get_args(Quality) if getattr(self, name) is not None]
         return summary_repr(
@@ -158,9 +158,9 @@ def workspace(
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same int gives
             identical results for any number of threads and workers.
         threads: Threads here, or in each worker; "all": one per core.
-        client: A `dask.distributed.Client`, whose workers share the configurations; None: this
-            process.
-        progress: Whether to draw a bar; None: on a terminal.
+        client: A `dask.distributed.Client`, whose workers share the configurations, or None for
+            this process.
+        progress: Whether to draw a progress bar; None draws it on a terminal only.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops close at no configuration,

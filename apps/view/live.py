@@ -74,7 +74,7 @@ class LiveView:
 
         Args:
             robot: The robot.
-            port: The port to listen on; None: any free port.
+            port: The port to listen on, or None for any free port.
             urdf: The URDF file of the robot, for its meshes.
             trajectory: A trajectory to play.
 

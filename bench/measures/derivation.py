@@ -94,7 +94,7 @@ def _make(robots: tuple[str, ...], folder: str, environment: dict[str, str]) -> 
 
 
 def chain(kind: str, joints: int) -> dict[str, object]:
-    """Time and size of the derivation of a chain of revolute joints."""
+    """Derivation time and file sizes for a chain of revolute joints."""
     robot = _chain(kind, joints)
     made: dict[str, bytes] = {}
     taken = seconds(lambda: made.update(files(robot, functions=("fk", "jacobian_mixed"))))

@@ -22,7 +22,7 @@ SINGLES, BATCH = 1000, 10_000
 ROUNDS = 3
 MICRO = 1e6
 MAX_P99 = 50.0
-"""Limit of the 99th percentile of the call time of arms with errors [us]."""
+"""Limit of the 99th percentile of the call time, for arms with errors [us]."""
 COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar", "")
 
 

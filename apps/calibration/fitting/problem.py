@@ -99,7 +99,7 @@ def problem_at(
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        p: The geometry, for unidentifiable parameters too; None: nominal.
+        p: The geometry, also for unidentifiable parameters; None means nominal.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
@@ -335,7 +335,7 @@ class Problem:
         """Return the calibration.
 
         Args:
-            x: Start of the iteration.
+            x: Start values of the iteration.
             robust: Whether outliers are excluded.
 
         Raises:
@@ -349,7 +349,7 @@ class Problem:
         """Alternate solving and updating outliers and noise until all are consistent.
 
         Args:
-            fit: Start of the iteration.
+            fit: Start values of the iteration.
             robust: Whether outliers are excluded.
 
         Raises:

@@ -168,7 +168,7 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 
 
 def _heading(cell: str, number: int) -> _Heading | None:
-    """Return the heading in a cell; None for columns of errors, velocities and the like."""
+    """Return the heading in a cell; None for columns of errors, velocities and so on."""
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
         if not _is_named(inside):

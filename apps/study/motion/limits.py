@@ -53,8 +53,9 @@ def limit_violations(
     Args:
         robot: The robot; its coordinate limits are always checked.
         trajectory: A trajectory of the robot.
-        rate_limits: () or (n,) maximum rates [rad/s or m/s]; None: not checked.
-        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2]; None: not checked.
+        rate_limits: () or (n,) maximum rates [rad/s or m/s]; None means no check.
+        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2]; None means no
+            check.
 
     Raises:
         ShapeError: The limits do not have n values.

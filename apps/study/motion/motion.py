@@ -67,7 +67,7 @@ class Motion:
     redundancy: Redundancy = "fixed"
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         curve = f"{type(self.curve).__name__} of length {self.curve.length:.6g}"
         facts = (curve, f"{self.duration:.6g} s")
         return summary_repr(self, self.robot.name, *facts, methods="sample(frequency), at(t)")
@@ -112,7 +112,7 @@ class Motion:
         """Sample the motion at times (m,) in ascending order [s].
 
         Raises:
-            InputValueError: There are no times, or the times are not ascending.
+            InputValueError: The array of times is empty, or the times are not ascending.
             OutOfReachError: As for `sample`.
         """
         times = np.atleast_1d(finite("Motion.at: t", t))

@@ -55,7 +55,7 @@ class Stage:
     name: str
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         return summary_repr(self, "", self.name, f"{self.motion.duration:.6g} s")
 
 
@@ -73,7 +73,7 @@ class MotionSequence:
     _stages: tuple[Stage, ...] = ()
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         names = ", ".join(stage.name for stage in self._stages)
         return summary_repr(
             self,

@@ -54,7 +54,7 @@ class TimeScaling:
     length: float
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         pieces = f"{len(self.coefficients)} polynomials"
         return summary_repr(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
 
@@ -134,7 +134,7 @@ def time_scaling(
     Args:
         profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
         length: The length, at least 0, in the unit of the path.
-        duration: The time [s]; None: the shortest duration within the limits.
+        duration: The time [s]; None means the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
         jerk: The maximum jerk, per second cubed; "cubic" and "trapezoidal" ignore it.

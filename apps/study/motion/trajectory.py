@@ -52,7 +52,7 @@ class Trajectory(StudyResult):
     stage: NDArray[np.intp]
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         stages = f"{self.stage[-1] + 1} stages" if self.stage[-1] else ""
         return summary_repr(
             self,
@@ -83,7 +83,7 @@ class Trajectory(StudyResult):
         """Plot coordinates, rates and accelerations over time.
 
         Args:
-            ax: Three matplotlib axes; None: a new figure.
+            ax: Three matplotlib axes, or None for a new figure.
 
         Returns:
             The three axes.

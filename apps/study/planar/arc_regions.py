@@ -46,7 +46,7 @@ class ArcRegion:
     solid: bool = True
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         corners = [f"({a:.4g}, {b:.4g})" for a, b in self.bounds] if self.arcs else []
         where = f"from {' to '.join(corners)} m" if corners else ""
         facts = (f"{len(self.arcs)} arcs", f"area {self.area:.12g} m^2", where)

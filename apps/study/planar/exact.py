@@ -66,7 +66,7 @@ class ExactWorkspace(StudyResult):
     height: FloatArray
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         return summary_repr(
             self,
             self.robot,
@@ -123,7 +123,7 @@ class ExactWorkspace(StudyResult):
         """Draw the border of the section.
 
         Args:
-            ax: The matplotlib axes; None: a new figure.
+            ax: The matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.

@@ -58,7 +58,7 @@ class Meridian:
     offset: float
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         return summary_repr(
             self,
             "",

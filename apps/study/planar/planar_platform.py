@@ -50,7 +50,7 @@ class PlanarRegion(StudyResult):
     pieces: tuple[tuple[Annulus, ...], ...]
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         arcs = f"{len(self.arcs)} arcs"
         facts = (self.name, f"area {self.area:.12g} m^2", arcs)
         return summary_repr(
@@ -76,7 +76,7 @@ class PlanarRegion(StudyResult):
         """Plot the region, the circles of the legs and singularity curves.
 
         Args:
-            ax: The matplotlib axes; None: a new figure.
+            ax: The matplotlib axes, or None for a new figure.
             singular: Singularity curves, from `robot.singularity_curves`.
 
         Returns:
@@ -152,7 +152,7 @@ class OrientationGrid(StudyResult):
     possible: NDArray[np.bool_]
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         low, high = np.degrees([self.angles.min(), self.angles.max()])
         return summary_repr(
             self,
@@ -181,7 +181,7 @@ class OrientationGrid(StudyResult):
         """Plot the fraction of the angles that are possible in each cell.
 
         Args:
-            ax: The matplotlib axes; None: a new figure.
+            ax: The matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.

@@ -57,7 +57,7 @@ class OrientationRangeWorkspace(StudyResult):
     inclusive: SizeEstimate
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         low, high = np.degrees(self.angles)
         return summary_repr(
             self,
@@ -72,7 +72,7 @@ class OrientationRangeWorkspace(StudyResult):
         """Plot the border of the region in which every angle is possible.
 
         Args:
-            ax: The matplotlib axes; None: a new figure.
+            ax: The matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.
@@ -209,7 +209,7 @@ def _judged(
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return whether points (m, 2) lie in all annuli, widened by a slack, at some angle.
+    """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
 
     The angle intervals in which a leg reaches a point end at the border of the leg's annulus or
     of the range, so it is sufficient to test these angles.

@@ -69,7 +69,7 @@ class ConfigurationSpace:
     bounds: LoopBounds | None
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         among = ", ".join(obstacle.name for obstacle in self.obstacles)
         return summary_repr(
             self,

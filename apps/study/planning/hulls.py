@@ -70,7 +70,7 @@ class Hulls:
     hulls: tuple[Hull, ...]
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         return summary_repr(
             self, self.robot.name, f"{len(self.hulls)} shapes on {', '.join(self.parts)}"
         )

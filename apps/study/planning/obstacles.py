@@ -41,7 +41,7 @@ class Obstacle:
     name: str
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         x, y, z = self.T_0_shape[:3, 3]
         return summary_repr(
             self, "", self.name, f"{type(self.shape).__name__} at ({x:.4g}, {y:.4g}, {z:.4g}) m"

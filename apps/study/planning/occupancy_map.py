@@ -32,7 +32,7 @@ class OccupancyMap:
     origin: FloatArray
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         cells = f"{' x '.join(map(str, self.occupied.shape))} cells of {self.cell_size:.4g} m"
         return summary_repr(self, "", cells, f"{self.occupied.mean():.1%} occupied")
 

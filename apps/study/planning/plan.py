@@ -58,7 +58,7 @@ class Plan(StudyResult):
     n_checked: int
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         if not self.found:
             return summary_repr(self, "", f"no path: {self.reason}")
         corners = f"a path through {len(self.q)} points, length {self.length:.6g}"
@@ -77,7 +77,7 @@ class Plan(StudyResult):
             s: (m,) fractions of the path length, from 0 to 1.
 
         Raises:
-            InputValueError: There is no path.
+            InputValueError: The plan has no path.
         """
         fraction = np.asarray(s, dtype=np.float64)
         corners = self._corner_fractions
@@ -88,7 +88,7 @@ class Plan(StudyResult):
         """Return the fraction of the path length at each corner (m,), from 0 to 1.
 
         Raises:
-            InputValueError: There is no path.
+            InputValueError: The plan has no path.
         """
         if not self.found:
             raise InputValueError(f"Plan: there is no path: {self.reason}")
@@ -99,13 +99,13 @@ class Plan(StudyResult):
         """Plot the coordinates over the fraction of the path; for two coordinates, the path itself.
 
         Args:
-            ax: matplotlib axes; None: a new figure.
+            ax: matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.
 
         Raises:
-            InputValueError: There is no path.
+            InputValueError: The plan has no path.
         """
         from ..pictures import plot_plan  # noqa: PLC0415
 

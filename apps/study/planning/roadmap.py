@@ -50,7 +50,7 @@ class Roadmap:
     neighbors: int
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         count, n = self.q.shape
         facts = (f"{count:,} points in {n} coordinates", f"{len(self.edges):,} edges")
         return summary_repr(self, "", *facts, methods="plan(q_start, q_goal)")
@@ -61,8 +61,8 @@ class Roadmap:
         """Return the shortest path on the roadmap.
 
         Args:
-            q_start: (n,) the start.
-            q_goal: (n,) the goal.
+            q_start: (n,) the start point.
+            q_goal: (n,) the goal point.
             algorithm: "astar", or "dijkstra", which finds the same length but visits more points.
 
         Returns:

@@ -35,8 +35,8 @@ def rrt_connect(
 
     Args:
         space: The space.
-        q_start: (n,) the start.
-        q_goal: (n,) the goal.
+        q_start: (n,) the start point.
+        q_goal: (n,) the goal point.
         time_limit: Time after which the search ends [s].
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first call of a
             process has an effect; ompl ignores later seeds.

@@ -60,7 +60,7 @@ class SuccessStudy(StudyResult):
     rows: tuple[Trial, ...]
 
     def __repr__(self) -> str:
-        """Summary with the main figures."""
+        """Short summary with the main values."""
         rates = [row.rate for row in self.rows]
         found = f"rates from {min(rates):.3g} to {max(rates):.3g}" if rates else ""
         facts = (f"{len(self.rows)} rows", found)
@@ -75,7 +75,7 @@ class SuccessStudy(StudyResult):
         """Plot the success rate over the samples, one line per maximum step, with 95 % intervals.
 
         Args:
-            ax: matplotlib axes; None: a new figure.
+            ax: matplotlib axes, or None for a new figure.
 
         Returns:
             The axes.
@@ -100,8 +100,8 @@ def success_study(
 
     Args:
         space: The space.
-        q_start: (n,) the start.
-        q_goal: (n,) the goal.
+        q_start: (n,) the start point.
+        q_goal: (n,) the goal point.
         samples: Numbers of points.
         max_steps: Maximum edge lengths.
         runs: Number of roadmaps per pair of sample count and maximum step, each with different
