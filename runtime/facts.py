@@ -224,8 +224,8 @@ class RobotFacts(GeneratedFunctions):
     ) -> FloatArray:
         """Return random configurations within the limits, at which the loops can be closed.
 
-        Samples are uniform in each coordinate; without limits, within pi or 1 m of the reference.
-        If the loops cannot be closed at a sample, a new sample closer to `q_reference` replaces it.
+        Samples are uniform in each coordinate; the default range is pi or 1 m on each side of
+        the reference. Samples with open loops are replaced by samples closer to `q_reference`.
 
         Args:
             size: The leading dimensions.
@@ -247,7 +247,7 @@ class RobotFacts(GeneratedFunctions):
         return q.reshape(*shape, self.n)
 
     def _is_usable(self, q: FloatArray) -> BoolArray:
-        """Test whether configurations (N, n) are within all limits and close the loops."""
+        """Test whether configurations (N, n) are within all limits, with closed loops."""
         usable = self.is_within_limits(q)
         if self.loops and "fk" in self.functions:
             usable = usable & np.isfinite(self.fk(q)).all((-2, -1))

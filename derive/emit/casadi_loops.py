@@ -14,8 +14,8 @@ from ..terms.casadi_graph import lower, whole
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference; each solution starts the next. It keeps
-every robot on its branch within its limits."""
+"""Number of points on the line from the reference; each solution starts the next. This number keeps
+each robot on its branch within its limits."""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,
@@ -32,7 +32,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
     Args:
         derivation: The robot.
-        kept: Its position functions, in derivation order.
+        kept: The position functions of the robot, in derivation order.
 
     Returns:
         A function with one output per position function.

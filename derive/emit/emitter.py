@@ -15,7 +15,7 @@ class Emitter:
     """An output language.
 
     Attributes:
-        language: Its name, the key of its files in the manifest.
+        language: The name of the language, the key of its files in the manifest.
         files: Returns the files for a derivation and its programs. The same derivation gives the
             same texts on any machine.
         prints_equations: Whether the language prints the equations and does not need the typed

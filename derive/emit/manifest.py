@@ -151,7 +151,7 @@ def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
 
 
 def _robot_file(derivation: Derivation) -> str:
-    """Returns the robot file with placeholders for another geometry."""
+    """Returns the robot file with placeholders for a different geometry."""
     if derivation.geometry is None:
         return ""
     loops = derivation.parametric_loops
@@ -225,7 +225,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: WrittenFunction) -> FunctionInfo:
-    """Returns the entry of a handwritten function. Its operation kinds depend on the pose."""
+    """Returns the entry of a handwritten function. Operation kinds vary with the pose."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 

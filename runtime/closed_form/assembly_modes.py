@@ -34,7 +34,7 @@ class AssemblyModes(NamedTuple):
         theta: (..., k, n_theta) joints of the main chain [rad or m].
         valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.
-        margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 where the
+        margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 if the
             platform is singular and two modes meet.
         complete: (...,) whether all modes were found, as all complex solutions are known.
     """

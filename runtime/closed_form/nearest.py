@@ -146,7 +146,7 @@ class NearestMethods(RobotFacts):
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
             InputTypeError: If an argument has the wrong type.
             InputValueError: If a value is out of range, or a matrix is far from rigid.
-            DerivationError: If fixed joints leave no closed form.
+            DerivationError: If there is no closed form with these fixed joints.
         """
         label = f"{self.name}.ik_nearest"
         check_redundancy(label, redundancy)

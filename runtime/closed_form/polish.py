@@ -29,7 +29,7 @@ STEPS = 40
 """Maximum number of steps. An initial error of 5 mm needs three or four steps; where branches meet,
 a step divides the error by at most 4."""
 _LESS, _MORE = 0.1, 100.0
-"""Factors on the damping after a step that reduced the error, and after a failed step."""
+"""Factors that change the damping after a step that reduced the error, and after a failed step."""
 _MANY = 64
 """Minimum number of rows for which array operations are faster than LAPACK on each row."""
 BLOCK = 4096

@@ -105,7 +105,7 @@ class _Search:
         return np.take_along_axis(centers, top[:, None, None], 1)[:, 0]
 
     def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the parameters at the seeds (N, p), and their lower and upper bounds (N, p)."""
+        """Return the parameters at the seeds (N, p), and lower and upper bounds of each (N, p)."""
         robot, moves = self.robot, self.make(self.seeds, {}).moves
         own = {item.name: item for item in robot.redundancy}
         start = np.stack([values_at(robot, name, self.seeds) for name in free], -1)

@@ -1,7 +1,7 @@
 """Iterative inverse kinematics for every robot, within its limits, for weighted poses.
 
 The iteration in C (_numeric.c) calls the compiled robot functions. It starts from a table of
-configurations within the limits, in the order of their distance from the pose.
+configurations within the limits, sorted by distance from the pose.
 
 Source:
     Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
@@ -298,7 +298,7 @@ def _entries(T: FloatArray) -> FloatArray:
 
 
 def starts(robot: RobotFacts, start_set: int) -> FloatArray:
-    """Return coordinates (m, n) with closed loops that fill the limits, for a seed."""
+    """Return coordinates (m, n) with closed loops, spread over the limits, for a random seed."""
     lower, upper = ranges(robot.coordinates, robot.reference)
     first = np.random.default_rng(start_set).random(robot.n)
     found = np.empty((0, robot.n))

@@ -33,7 +33,7 @@ def header(
     Args:
         robot: The robot; its name is the prefix.
         functions: The functions, with documented arguments and results.
-        programs: Their programs, for the operation counts.
+        programs: The programs of the functions, for the operation counts.
         further: Commented declarations of functions that call these functions.
     """
     # A robot may be called hexapod or lanes; this prefix avoids the guards of chasles' own headers.

@@ -220,7 +220,7 @@ def _wrapped(line: str) -> list[str]:
 class _Parts:
     """A program split at the cosines and sines that are computed together.
 
-    These cosines and sines depend on no other cosine or sine.
+    None of these cosines and sines depends on another cosine or sine.
 
     Attributes:
         before: Statements before these cosines and sines.

@@ -182,7 +182,7 @@ def _within(coordinate: Joint | Coordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """Rounds to a short decimal, in degrees or metres."""
+    """Rounds a value to few decimals, in degrees or metres."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 

@@ -68,7 +68,7 @@ def drawing(
 
     Args:
         mechanism: The description.
-        terms: Its parameters at their defaults.
+        terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
         reference: The drawn configuration z (radian or metre).
 

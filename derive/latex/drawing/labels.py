@@ -74,7 +74,7 @@ class Label:
 
     Attributes:
         text: The text in LaTeX.
-        letters: Its approximate width in letters.
+        letters: Approximate width of the text in letters.
         point: The labelled point.
         radius: Radius of the symbol at the point.
         style: The TikZ style of its node.

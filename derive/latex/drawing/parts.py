@@ -23,7 +23,7 @@ class Solid:
         points: The corners of a line, or the points of the drawn hull.
         is_main: Whether the main chain contains these bodies.
         is_base: Whether the base is among these bodies.
-        is_line: Whether they are drawn as a line through the points in order, not as a hull.
+        is_line: Whether the bodies are drawn as a line through the points in order, not as a hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -151,7 +151,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
     """Returns the drawn parts of a robot in a configuration.
 
     Args:
-        skeleton: Its bodies with their shapes.
+        skeleton: The bodies of the mechanism, with drawn shapes.
         values: The coordinates of the bodies: z, or q of a serial robot (radian or metre).
         members: Its members.
     """

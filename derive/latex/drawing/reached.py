@@ -59,7 +59,7 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n); nan rows if loops do not close.
+        at: Positions (m, 3) at configurations (m, n); a row is nan if a loop is open.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (metre).

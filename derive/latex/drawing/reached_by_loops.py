@@ -30,9 +30,9 @@ def reached_by_loops(
 
     Args:
         mechanism: The description.
-        terms: Its parameters at their defaults.
+        terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
-        functions: Its functions, with ``fk`` and ``margin``.
+        functions: The functions of the robot, with ``fk`` and ``margin``.
 
     Returns:
         The region; also None without a closed-form ``fk``.

@@ -52,7 +52,7 @@ def workspace_of_loops(
 
     Args:
         mechanism: The description.
-        terms: Its parameters at their defaults.
+        terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
         functions: Its functions.
         names: The actuated coordinates in LaTeX.

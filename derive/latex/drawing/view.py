@@ -25,7 +25,7 @@ def view(
 
     Args:
         mechanism: The description.
-        terms: Its parameters at their defaults.
+        terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
         values: The configuration z (radian or metre).
 

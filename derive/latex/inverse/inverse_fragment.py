@@ -251,7 +251,7 @@ def _speaking(page: Page, task: PrintedTask, after: int) -> str:
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
-    """Prints a step with one unknown."""
+    """Prints a solution step with one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     unknown = f"${name}$"

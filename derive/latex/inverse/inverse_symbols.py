@@ -74,12 +74,12 @@ class InverseSymbols:
         return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
 
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
-        """Returns the coefficient A, B or C of a step."""
+        """Returns the coefficient A, B or C of a solution step."""
         tex = f"{self.letters.of(letter)}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
-        """Returns the angle sum that a step finds."""
+        """Returns the symbol of the angle sum that a solution step finds."""
         tex = f"{self.letters.of('sum')}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 

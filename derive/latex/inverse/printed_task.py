@@ -1,6 +1,6 @@
 """Converts the steps of an inverse to printed symbols, in terms of earlier results.
 
-A step contains its equation. Here the equation's coefficients become printed symbols; long
+Each solution step has an equation. This module prints the equation's coefficients; long
 coefficients get the names A, B, C with the step's number. Relation and solution come from the
 equation.
 """
@@ -43,8 +43,8 @@ class PrintedInverseStep:
     """One step of an inverse in printed symbols.
 
     Attributes:
-        step: The step itself.
-        number: Its number in the article.
+        step: The solution step that is printed.
+        number: Number of the step in the article.
         definitions: Shared terms and coefficients, each in terms of earlier ones.
         unknown: The coordinate or coordinate sum that the step finds.
         name: The coordinate, or a name for the sum.
@@ -66,12 +66,12 @@ class PrintedInverseStep:
 
 @dataclass(frozen=True)
 class PrintedVector:
-    """A vector in the steps.
+    """A vector that solution steps use.
 
     Attributes:
         vector: The vector itself.
         letter: LaTeX of its letter.
-        shown: Its components, with names for sums; none if the vector depends on steps.
+        shown: Components of the vector, with names for sums; none if the vector depends on steps.
     """
 
     vector: NamedVector
@@ -87,7 +87,7 @@ class PrintedTask:
         solved: The task.
         inputs: The symbols of each input.
         signs: The symbols of the signs.
-        vectors: The vectors in the steps.
+        vectors: The vectors that the steps use.
         definitions: Components of vectors that depend on no step.
         steps: The steps.
         rest: Coordinates that follow from a sum, with their values.
@@ -118,10 +118,11 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: Its short symbols; receives new symbols and continues the count of shared terms.
+        notation: The robot's short symbols; receives new symbols and continues the count of shared
+            terms.
         lines: Its axes.
         solved: The task.
-        first: Number of the first step.
+        first: Number of the first printed step.
         actuators: Printed symbols of actuated coordinates that steps may find, by name.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)

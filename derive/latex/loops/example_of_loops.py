@@ -14,8 +14,8 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference as fractions of the coordinate ranges; the first offset that closes is
-used. The reference itself has round values, which may hide a wrong sign."""
+"""Offsets from the reference as fractions of the coordinate ranges; the first offset with closed
+loops is used. The reference itself has round values, which may hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 
@@ -75,7 +75,7 @@ def _is_within(page: LoopPage, q: NDArray[np.float64]) -> bool:
 
 
 def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
-    """Returns coordinates near the reference that close the loops, or the reference coordinates."""
+    """Returns coordinates near the reference with closed loops, or the reference coordinates."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:
         q = np.array([_near(c, r, part) for c, r in zip(coordinates, reference, strict=True)])

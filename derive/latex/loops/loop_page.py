@@ -30,7 +30,7 @@ class LoopPage:
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
-        skeleton: Its bodies with drawn shapes.
+        skeleton: The bodies of the robot, with drawn shapes.
         chain: The printed expressions of its main chain; coordinates have the joint symbols of
             `members`.
         members: The symbols of its joints.

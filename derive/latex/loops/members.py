@@ -1,7 +1,7 @@
 """Names the joints of a robot with loops, in formulas and in sentences.
 
 Main-chain joints are theta, actuated coordinates q, other joints psi, each with its index. A joint
-name that already is a symbol, such as ``theta8`` or ``l_HI``, stays.
+name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed unchanged.
 """
 
 from collections.abc import Iterable, Mapping

@@ -38,7 +38,7 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters of the polynomial in order of preference; letters of the robot are avoided."""
+"""Letters of the polynomial in order of preference; letters that the robot uses are skipped."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -47,8 +47,8 @@ class PrintedRod:
     """One rod in printed symbols (metre).
 
     Attributes:
-        a: Its end on an actuated body or the base, in the base frame.
-        b: Its end on the platform, in the base frame.
+        a: The rod's end on an actuated body or the base, in the base frame.
+        b: The rod's end on the platform, in the base frame.
         pin: The end on the platform, in the tool frame.
         length: Its length.
     """
@@ -64,8 +64,8 @@ class PrintedPlatform:
 
     Attributes:
         page: The robot.
-        terms: Its terms in coordinates and parameters only.
-        rods: Its rods in the order of the description.
+        terms: The terms of the robot, expressed in coordinates and parameters only.
+        rods: The rods of the platform, in the order of the description.
         axes: The base axes with nonzero rod components.
         free: The components of the tool's twist in base axes that the main chain can move.
     """

@@ -1,9 +1,9 @@
 """Converts the steps of a closed-form solution to printed symbols.
 
-A step contains its equations in local quantities
-(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). Here each quantity receives a
-printed symbol, unless its value is short, and the equations are rewritten in these symbols. The
-code is the same for all kinds of steps.
+Each solution step has equations in local quantities
+(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). This module assigns a printed
+symbol to each quantity, unless its value is short, and the equations are rewritten in these
+symbols. The code is the same for all kinds of steps.
 """
 
 from collections.abc import Iterable, Mapping
@@ -68,8 +68,8 @@ class PrintedLoopStep:
     """One step of a solution in printed symbols.
 
     Attributes:
-        step: The step itself.
-        number: Its number in the article.
+        step: The solution step that is printed.
+        number: Number of the step in the article.
         unknown: The unknown side of the loop equation: angles and vectors.
         given: The known side of the loop equation.
         vectors: Components and lengths of the given vectors.
@@ -99,7 +99,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """Also prints scalar and vector products."""
+    """A printer that also prints scalar and vector products."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -131,7 +131,7 @@ def printed_steps(
         terms: The robot's terms in printed symbols; receives the unknowns.
         letters: Free letters for the unknowns.
         solution: The forward or backward solution.
-        first: Number of the first step.
+        first: Number of the first printed step.
         joints: Symbols of the joints, used for unknown joint values.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}

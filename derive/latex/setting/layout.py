@@ -35,7 +35,7 @@ SHORTEST_RUN = 4
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Aligns equations; short equations are set in pairs, read across.
+    """Aligns equations; short equations are set in pairs, read from left to right.
 
     Long right sides continue on an indented line; the list may break across pages.
     """
@@ -96,7 +96,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Wraps a display in its settings, without a trailing space that would start a line."""
+    """Puts a display between its settings, without a trailing space that could begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 

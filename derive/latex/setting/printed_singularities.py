@@ -66,7 +66,7 @@ def printed_singularities(
 
     Args:
         robot: A serial robot.
-        notation: Its short symbols.
+        notation: The short symbols of the robot.
         given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
             arm are long, the conditions for the joints that are not fixed are printed too.
     """

@@ -18,7 +18,7 @@ from .shorter import gathered
 SMALL = sp.Rational(1, 10**5)
 """Decimals below this magnitude are printed with a power of ten."""
 _BINARY = (2, 4, 8)
-"""Denominators of fractions that are also short decimals."""
+"""Denominators for which a fraction also is a decimal with few digits."""
 _EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 

@@ -233,7 +233,7 @@ def open_terms(
         known: The terms with a printed name.
         entries: Expressions in terms.
         definition: The printed definition of a term. Cosines and sines have separate names, so the
-            search does not enter them.
+            search skips the terms inside them.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]

@@ -38,7 +38,7 @@ def first_number(robot: SerialRobot) -> int:
 
 
 def transform(start: str, end: str) -> str:
-    """Returns the name of the pose of one frame in another."""
+    """Returns the name of the pose of one frame in a second frame."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 

@@ -96,7 +96,7 @@ static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(
     kept.blocks[kept.n++] = block;
     kept.bytes += block.size;
 #ifdef MADV_FREE
-    /* Allows the system to reclaim the pages, without their contents. */
+    /* Allows the system to reclaim the pages and drop the contents. */
     madvise(block.start, block.size, MADV_FREE);
 #endif
 }

@@ -14,8 +14,7 @@
 /* Prepares the memory handler; -1 with an error set. */
 int kept_blocks_init(void);
 
-/* Returns a new array of doubles in a block, or by another memory handler if the program has set
- * one. */
+/* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
 /* release_memory() of the module: returns all kept blocks to the system, and their size [B]. */
