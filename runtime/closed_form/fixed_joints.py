@@ -46,7 +46,7 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If the fixed joints allow no closed form; the message names alternatives.
+            DerivationError: If the fixed joints allow no closed form; the message lists others.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
