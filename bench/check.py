@@ -20,7 +20,7 @@ The margin is large because another process on the same core slows chasles, whic
 arithmetic units busy, more than its peers. Instruction counts (`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
-"""Allowed relative decrease of a ratio on another processor or with another compiler."""
+"""Allowed relative decrease of a ratio on a different processor or with a different compiler."""
 
 
 def run(write: bool) -> int:

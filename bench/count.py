@@ -169,7 +169,8 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Symbols are bound at program start, otherwise the first call of a library function costs more.
+    # Symbols must be bound at program start, otherwise the first call of a library function costs
+    # more.
     options = [
         f"-I{robot.folder}",
         f"-I{robot.folder.parent / SUPPORT}",

@@ -196,7 +196,7 @@ def _version(package: str) -> str:
 
 
 def text(cell: object) -> str:
-    """Format a table cell; numbers have three digits."""
+    """Format a table cell; numbers have three significant digits."""
     if isinstance(cell, float):
         return f"{cell:.0f}" if abs(cell) >= 100 else f"{cell:.3g}"
     return "" if cell is None else str(cell)

@@ -49,12 +49,12 @@ def animate(
         The path of the file.
 
     Raises:
-        InputValueError: If the suffix is not supported, or the trajectory belongs to a different
+        InputValueError: The suffix is not supported, or the trajectory belongs to a different
             robot.
-        NotInstalledError: If ffmpeg is needed but not installed.
-        ChaslesError: If ffmpeg fails.
-        OutOfReachError: If loops do not close at a configuration.
-        NotInstalledError: If matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
+        NotInstalledError: The program ffmpeg is needed but not installed.
+        ChaslesError: The program ffmpeg fails.
+        OutOfReachError: Loops do not close at a configuration.
+        NotInstalledError: Matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
     """
     target = Path(file)
     if target.suffix not in (".gif", ".mp4"):

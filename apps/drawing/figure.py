@@ -34,7 +34,8 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected ghosts; more would be unclear in a small figure."""
+"""Maximum number of automatically selected ghosts; more ghosts would be unclear in a small
+figure."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -95,12 +96,12 @@ def draw(
         The figure, or `ax` if axes are passed.
 
     Raises:
-        OutOfReachError: If loops do not close at q.
-        InputValueError: If a view is unknown, axes are passed for several views, or a motion
-            belongs to a different robot; if `ghosts` needs a closed-form inverse or assembly modes
+        OutOfReachError: Loops do not close at q.
+        InputValueError: A view is unknown, axes are passed for several views, or a motion
+            belongs to a different robot; or `ghosts` needs a closed-form inverse or assembly modes
             that the robot does not have.
-        ShapeError: If q, ghosts or path has a wrong number of coordinates.
-        NotInstalledError: If matplotlib is not installed: `pip install 'chasles[draw]'`.
+        ShapeError: The number of coordinates in q, ghosts or path is wrong.
+        NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
     bodies = skeleton(robot)
     chosen = bodies.posture if q is None else _row(robot, q)
@@ -134,8 +135,8 @@ def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
     """Return coordinates (k, n) of configurations, a plan, a trajectory or a motion.
 
     Raises:
-        ShapeError: If the shape of the configurations is not (k, n).
-        InputValueError: If the motion belongs to a different robot.
+        ShapeError: The shape of the configurations is not (k, n).
+        InputValueError: The motion belongs to a different robot.
     """
     sampled = postures.sample() if hasattr(postures, "sample") else postures
     if getattr(sampled, "robot", robot.name) != robot.name:

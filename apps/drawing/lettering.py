@@ -128,7 +128,7 @@ class Lettering:
         return text
 
     def _near(self, point: FloatArray, letters: str, colour: str) -> list[Any]:
-        """Place a letter at the free position nearest to a point, if there is one."""
+        """Place a letter at the free position nearest to a point, if a position is free."""
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
         for distance in (0.8, 1.4, 2.0, 2.8, 3.6):

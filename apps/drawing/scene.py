@@ -14,7 +14,7 @@ from .views import View
 FloatArray = NDArray[np.float64]
 
 UNIT = {"one": 0.016, "four": 0.022}
-"""Radius of a joint symbol relative to the widest view, for a single view and for four views."""
+"""Radius of a joint symbol relative to the width of the widest view, for one and for four views."""
 _ARROW = 6.0
 """Length of frame arrows in drawing units."""
 _LINES = ("link", "rod", "ram", "piston")

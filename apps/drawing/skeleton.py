@@ -26,7 +26,7 @@ def skeleton(robot: Robot) -> Skeleton:
         robot: The robot, as `load` returns it.
 
     Raises:
-        ManifestError: If the robot was derived by an earlier version, without bodies.
+        ManifestError: The robot was derived by an earlier version, without bodies.
     """
     facts: SkeletonFacts | None = robot.manifest.skeleton
     if facts is None:
@@ -86,7 +86,7 @@ class Skeleton:
             loops do not close.
 
         Raises:
-            OutOfReachError: If loops do not close at a single q.
+            OutOfReachError: Loops do not close at a single q.
         """
         if not self.robot.configuration_variables:
             return self.poses_from_configuration(q)

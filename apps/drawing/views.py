@@ -75,7 +75,7 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
             views.
 
     Raises:
-        InputValueError: If a name is unknown.
+        InputValueError: A name is unknown.
     """
     plane = plane_of(skeleton, poses)
     known = VIEWS | ({"plane": plane} if plane else {})

@@ -130,7 +130,7 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
     lower, upper = box_of(robot)
     if sampling == "grid":
         side = _side(count, robot.n)
-        if side < 2:  # noqa: PLR2004 - a grid has its two ends
+        if side < 2:  # noqa: PLR2004 - a grid has two ends
             raise InputValueError(
                 f"samples = {count}: a grid of {robot.n} coordinates has {2**robot.n} or more nodes"
             )

@@ -165,7 +165,7 @@ class Display:
         )
 
     def reaching(self, T: FloatArray, last: Posture) -> Posture:
-        """Return the configuration for a tool pose, on the branch nearest to the previous one.
+        """Return the configuration for a tool pose, on the branch nearest to the last one.
 
         Args:
             T: (4, 4) the pose in the base frame.
@@ -195,7 +195,7 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Put configurations (g, n_z) with their colors into a number of slots."""
+        """Return a number of ghost slots that hold configurations (g, n_z) with colors."""
         found, places, poses = (
             self.no_ghosts(count),
             slice(0, len(z)),
@@ -207,7 +207,7 @@ class Display:
         return found
 
     def no_ghosts(self, count: int) -> Ghosts:
-        """Return a number of empty slots."""
+        """Return a number of empty ghost slots."""
         bodies = len(self.skeleton.bodies)
         wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
@@ -261,7 +261,7 @@ class Display:
         return Posture(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
     def _followed(self, q: FloatArray, last: Posture) -> Posture:
-        """Return the configuration at the end of a straight path, in steps that keep the branch."""
+        """Return the configuration at the end of a straight path, by small steps on one branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
         way = last.q + parts * (q - last.q)

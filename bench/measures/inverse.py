@@ -185,7 +185,7 @@ def has_avx2() -> bool:
 
 
 def derived() -> Limit:
-    """Return the time from a description to the C and LaTeX of its inverse."""
+    """Return the time to derive the inverse of a description and to write its C and LaTeX."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
         taken = seconds(lambda: write(read(path), Path(folder), functions=("fk", "ik")))

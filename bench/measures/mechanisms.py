@@ -50,7 +50,7 @@ FOLLOWED = (
 FREE = 0.3
 """Range to both sides of the reference for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Distance of a seed from its pose [rad or m]: a step of a controller."""
+"""Distance between a seed and the solution [rad or m]: one step of a controller."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -60,7 +60,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
-    """Return random coordinates with closed loops, within limits or around the reference."""
+    """Return random coordinates with closed loops, within limits or near the reference."""
     reference = robot.reference.q
     lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.add(reference, FREE))

@@ -399,7 +399,7 @@ def parabola(poses: ArrayLike) -> Spline:
             orientation of the base.
 
     Raises:
-        ShapeError: There are not exactly three poses.
+        ShapeError: The number of poses is not three.
         InputValueError: Two consecutive poses have the same position.
     """
     with requires("chasles[study]"):

@@ -67,7 +67,7 @@ class Plan(StudyResult):
 
     @property
     def found(self) -> bool:
-        """Whether there is a path."""
+        """Whether the plan has a path."""
         return not self.reason
 
     def at(self, s: ArrayLike) -> FloatArray:
