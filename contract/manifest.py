@@ -203,8 +203,8 @@ class Cleaning:
         position: Upper bound of the distance (m) between the tool positions with written and used
             values, within the joint limits; 0.0 without cleaned values.
         orientation: Upper bound of the angle (rad) between the tool's orientations. For a robot
-            with loops, both bounds are maxima over random configurations; the notes state their
-            number.
+            with loops, both bounds are maxima over random configurations; the notes state the
+            number of configurations.
         numbers: The cleaned values, in order from the base.
     """
 

@@ -144,5 +144,5 @@ class Role:
 
     @property
     def has_slots(self) -> bool:
-        """Whether the first dimension of each result counts branches."""
+        """Whether the first dimension of each result is the number of branches."""
         return self.name in ("inverse", "branches")

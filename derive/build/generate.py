@@ -1,4 +1,4 @@
-"""Generates a robot's folder: creates all files in memory, then writes them together."""
+"""Generates a robot's folder: all files are created in memory, then written together."""
 
 import gc
 import json

@@ -105,7 +105,7 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and writes their folders; yields each report when it is complete."""
+    """Derives robots and writes the robots' folders; yields each report when it is complete."""
     return _each(_derive, jobs, workers)
 
 
@@ -125,7 +125,7 @@ def judged(jobs: Sequence[Job]) -> Iterator[Report]:
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Returns generated folders without a description."""
+    """Returns the generated folders for which no description exists."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names

@@ -14,7 +14,7 @@ REPEATED = 1.0
 
 
 class OutOfTime(DerivationError):
-    """A derivation exceeded its time limit; the message states where it was interrupted."""
+    """A derivation exceeded its time limit; the message names the interrupted function."""
 
 
 class _Alarm(BaseException):

@@ -1,7 +1,7 @@
 """Loop closure conditions on main-chain joints, for chains with more joints than freedoms.
 
-A solution from the main-chain joints may not use all of them. The unsolved loop equations check the
-unused joints.
+A solution from the main-chain joints may leave some of these joints unused. The unsolved loop
+equations check the unused joints.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ def _closes(solution: Solution) -> sp.Basic:
 def _unread(solution: Solution) -> set[str]:
     """Returns the closers that have only known joints and were not closed by a step with a margin.
 
-    Cylinders are excluded: their length adapts.
+    Cylinders are excluded, because a cylinder can have any length.
     """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {

@@ -249,7 +249,7 @@ class ClosedLoops:
         return z
 
     def continued(self, z: Vector, goal: Mapping[int, float]) -> Vector:
-        """Follows the closed configuration from z while the actuated entries move to their goal."""
+        """Continues the closed configuration from z to the goal of the actuated entries."""
         index = list(goal)
         start, end = z[index], np.array(list(goal.values()))
         done, step = 0.0, 1.0
@@ -305,7 +305,7 @@ class ClosedLoops:
         return tuple(z for rank, z in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
-        """Yields a closed configuration, then random closed configurations around it."""
+        """Yields a closed configuration, then random closed configurations near the first one."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)

@@ -64,7 +64,7 @@ class LoopEquations:
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
         facing: Named terms that are 1 if the loop is closed. If the residual is zero although a
-            frame is flipped, they are 0 or negative.
+            frame is flipped, these terms are 0 or negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
@@ -102,7 +102,8 @@ class LoopEquations:
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
     """Returns the entries of the full configuration z.
 
-    The order is that of the description: all moving tree joints, then the struts. A strut has a
+    All moving tree joints come first, then the struts, each in the order of the description. A
+        strut has a
     coordinate if it is a cylinder, and a swing if its ends are pins.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
@@ -396,7 +397,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """Equations of a spatial loop, from the poses of its two frames."""
+    """Equations of a spatial loop, from the poses of the closer's two frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]

@@ -57,7 +57,7 @@ def around(
         T_a = _short(terms, T_a * placement_matrix(closer.a.placement))
         T_b = _short(terms, T_b * placement_matrix(closer.b.placement))
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, a pin also joins frames with opposite z axes.
+            # In a planar loop, a pin may also connect frames with opposite z axes.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [

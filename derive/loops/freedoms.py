@@ -63,7 +63,7 @@ def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> boo
 
 
 def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
-    """Returns the axis directions of a run of joints at zero, as numerical values."""
+    """Returns the axis directions of consecutive joints at zero, as numerical values."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
@@ -86,7 +86,7 @@ class Counts:
         planar: The planar linkages.
         in_plane: Names of the closures and struts in planar loops.
         order: lambda: 3 if all bodies move in parallel planes, else 6.
-        virtual: The runs of virtual joints, which are excluded from the counts.
+        virtual: The sequences of virtual joints, which are excluded from the counts.
         loop_orders: lambda of each independent loop.
     """
 

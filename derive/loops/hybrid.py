@@ -251,8 +251,8 @@ class Hybrid:
         """Rejects a mechanism with open loops or undetermined motion.
 
         Raises:
-            DescriptionError: The loops do not close at the reference, freedoms remain without an
-                actuator, or actuators depend on each other.
+            DescriptionError: The loops do not close at the reference, some freedoms have no
+                actuator, or some actuators depend on each other.
         """
         check_actuation(self._loops_that_close())
         self.at_reference  # noqa: B018
@@ -291,7 +291,7 @@ class Hybrid:
         return Kinematics.of(self.robot, self.terms, found, motion, arguments)
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Returns the named tool functions; their results are NaN if a loop does not close."""
+        """Returns the named tool functions, whose results are NaN if a loop does not close."""
         found = self.kinematics.functions(names)
         return {name: self.of_closed_loops(function) for name, function in found.items()}
 
@@ -364,7 +364,7 @@ class Hybrid:
         return frozenset(own.union(*(known.get(s, ()) for s in own)))
 
     def where(self, condition: sp.Basic) -> sp.Expr:
-        """Returns 0 if a condition holds, else NaN."""
+        """Returns an expression that is 0 if a condition holds, otherwise NaN."""
         # With constants in both cases, automatic differentiation does not divide by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
@@ -407,7 +407,7 @@ class Hybrid:
         return self.driven(self.named(solution, [c.moves for c in self.mechanism.coordinates]))
 
     def driven(self, values: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the actuated coordinates from the values of the joints that they move."""
+        """Returns the actuated coordinates, computed from the values of the actuated joints."""
         return tuple(
             self.terms.let(value / c.ratio)
             for value, c in zip(values, self.mechanism.coordinates, strict=True)

@@ -64,7 +64,7 @@ class Joints:
     def function(
         self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
     ) -> SymbolicFunction:
-        """Builds a function of the coordinates and their time derivatives up to an order."""
+        """Builds a function of the coordinates and of time derivatives up to a given order."""
         inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
         made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
         return self.finished(made)
@@ -342,7 +342,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the branch label of each slot, by the names of its loops."""
+    """Returns the branch label of each slot, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]

@@ -19,7 +19,7 @@ class Mobility:
     """Degrees of freedom of a mechanism, computed in three ways.
 
     Attributes:
-        bodies: n, including the base. A rod counts as one body, a cylinder as two.
+        bodies: n, including the base. A rod counts as one body, and a cylinder as two bodies.
         joints: j, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of dimension ``order``.
         order: lambda: 3 if all bodies move in one plane, else 6.
@@ -104,7 +104,7 @@ class Mobility:
 
 
 def mobility(mechanism: Mechanism) -> Mobility:
-    """Returns the degrees of freedom of a mechanism: two counts, and the rank of its constraints.
+    """Returns a mechanism's degrees of freedom: two counts, and the rank of the constraints.
 
     Bodies connected by fixed joints count as one body. A rod is a body with two joints; a cylinder
     is two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as
@@ -119,7 +119,8 @@ def mobility(mechanism: Mechanism) -> Mobility:
         LoopError: The loops do not close from the reference.
 
     Source:
-        Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
+        Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and the limits of
+        counting.
     """
     return mobility_of(ClosedLoops(mechanism))
 
@@ -138,7 +139,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
             planar translations.
 
     Raises:
-        InputValueError: A count is impossible.
+        InputValueError: An argument is not a possible count.
     """
     if not 1 <= order <= SPATIAL:
         raise InputValueError(f"kutzbach: expected order from 1 to {SPATIAL}, found {order}")

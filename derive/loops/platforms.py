@@ -91,7 +91,7 @@ def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether struts alone support the tool body, which an unactuated main chain carries.
+    """Whether only struts support the tool body; the main chain must be unactuated.
 
     Each strut connects the tool body to the base or to an actuated body. Its length is constant or
     actuated.

@@ -233,7 +233,7 @@ def with_free_sides(
 def _on_planar_branches(
     loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
 ) -> tuple[list[Solution], bool]:
-    """Solves the planar linkages on up to ``most`` branches; also returns whether these are all."""
+    """Returns up to ``most`` solutions of the planar linkages, and whether these are all."""
     is_all = True
     for linkage in _left(loops, found[0]):
         # Linkages without a common joint are solved once, not once per branch of other linkages.
@@ -288,7 +288,7 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 
     Args:
         terms: Names of all terms.
-        solution: The solution that contains the value; receives the rate of the new name.
+        solution: The solution that contains the value; the rate of the new name is added to it.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing.
     """

@@ -41,7 +41,7 @@ class CleanedNumber:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """All cleaned values of a description, and their combined effect.
+    """All cleaned values of a description, and the combined effect on the tool pose.
 
     Attributes:
         numbers: The cleaned values in order from the base.

@@ -1,4 +1,4 @@
-"""Variable geometry of a serial robot: every value that a calibration may correct.
+"""Variable geometry of a serial robot: all values that a calibration may correct.
 
 The pose of the tool is a product of elementary motions in the coordinates q and the parameters p:
 
@@ -145,7 +145,7 @@ class Parameters:
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
     ) -> sp.Symbol:
-        """Creates a parameter of a joint or another part of the robot, and returns its symbol."""
+        """Creates a parameter of a joint, the base or the tool, and returns its symbol."""
         symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
         nominal = self.at_value(value)
         found = GeometryParameter(f"{joint}_{name}", symbol, nominal, unit, joint, part, meaning)
@@ -227,7 +227,7 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """Returns each moving joint's value in terms of q and p; mimic joints follow their leader."""
+    """Returns each moving joint's value in terms of q and p, mimic joints included."""
     leaders = {
         joint.name: driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)

@@ -1,9 +1,9 @@
 """A robot with loops as plain data: a tree of joints, closures, struts and drives.
 
-Bodies are named by the joints that carry them; the base is a body too. The joints form a tree.
-Every closure and every strut connects two bodies and thus closes a loop. The main chain is the path
-of joints from the base to the tool body. The main chain is a serial robot whose coordinates the
-loops determine.
+Each body has the name of the joint that carries it; the base is also a body. The joints form a
+tree. Every closure and every strut connects two bodies and thus closes a loop. The main chain is
+the path of joints from the base to the tool body. The main chain is a serial robot whose
+coordinates the loops determine.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -168,7 +168,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A robot with loops, or with motors behind gears.
+    """A robot with loops, or with motors that drive joints through gears.
 
     Attributes:
         name: A C identifier; the prefix of all generated names.
@@ -185,13 +185,14 @@ class Mechanism:
         base_frame: Name of the base frame, and of the base body.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        reference: Coordinate and joint values of the configuration that selects the branch. The
-            default is the middle of the limits for a cylinder, or for a joint whose limits exclude
-            zero, else zero. Values of passive joints may be approximate.
+        reference: Coordinate and joint values of the configuration that selects the branch. For a
+            cylinder, and for a joint whose limits exclude zero, the default is the middle of the
+            limits. For all other joints it is zero. Values of passive joints may be approximate.
         notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
-        nominal: The robot as designed, with the same members, if this robot is as built; else None.
+        nominal: For an as-built robot, the robot as designed, with the same members; otherwise
+            None.
         springs: Passive joints with springs in the description. The mobility analysis treats them
             as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the

@@ -188,7 +188,7 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
-        """Returns the angle of a point; it is odd in y, so one call serves both signs of y."""
+        """Returns the angle of a point, an odd function of y, by one call for both signs of y."""
         if y.as_coeff_Mul()[0].is_negative:
             return -self._angle(-y, x)
         factors = sp.Mul.make_args(self.terms.definitions.get(y, y))

@@ -99,7 +99,7 @@ class Call:
     """A call of an iterative solver before the statements of a function.
 
     Attributes:
-        system: Name of the solved equations, and of their C file.
+        system: Name of the solved equations, and of the C file that contains them.
         entry: Name of the solver's entry point.
         inputs: Names of function inputs, or of outputs of earlier calls.
         outputs: Arrays filled by the call. Their symbols are arguments of the statements.

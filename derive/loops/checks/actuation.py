@@ -57,7 +57,7 @@ def check_actuation(loops: ClosedLoops) -> None:
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
-    """Returns a basis of the feasible coordinate rates, one per column."""
+    """Returns a basis of the feasible coordinate rates, one basis vector per column."""
     _, J, _ = loops.evaluated(z)
     scale = np.where(loops.is_length, loops.size, 1.0)
     J = J * scale

@@ -74,7 +74,7 @@ class BodiesInNumbers:
 
     @property
     def constants(self) -> dict[str, float]:
-        """The constants by name; assign a new dictionary instead of changing it in place."""
+        """The constants by name; to change a constant, assign a new dictionary."""
         return self._constants
 
     @constants.setter
@@ -167,7 +167,7 @@ class BodiesInNumbers:
         return found
 
     def gaps(self, values: Mapping[str, float]) -> dict[str, Gap]:
-        """Returns the gap of each loop, by the name of its closure or strut."""
+        """Returns the gap of each loop, keyed by the name of the loop's closure or strut."""
         poses = self.poses(values)
         found = {}
         for closer in self.mechanism.closers:
@@ -231,7 +231,7 @@ class BodiesInNumbers:
         R = turned @ B[..., :3, :3]
         if closer.kind == "pin":
             z = R[..., :, 2]
-            # In a plane, a pin also joins frames with opposite z axes.
+            # In a planar loop, a pin may also connect frames with opposite z axes.
             opposed = (closer.name in self.normals) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
         if closer.kind == "slider":

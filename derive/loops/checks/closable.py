@@ -85,7 +85,8 @@ def limits_in_words(
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. Coordinates without limits stay there.
+        reference: The actuated coordinates of the reference. Coordinates without limits keep the
+            reference value.
         is_closed: Tests whether the loops close at given actuated coordinates.
         samples: Number of random configurations in the box.
         steps: Number of grid values between the limits of each coordinate.

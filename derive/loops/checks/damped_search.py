@@ -23,12 +23,12 @@ def least(
 ) -> Floats:
     """Minimizes the sum of squared residuals by the Levenberg-Marquardt method.
 
-    Damping follows the ratio of actual to predicted gain (Nielsen 1999). It falls to a third if the
-    linear model holds; otherwise it grows by increasing factors.
+    Damping follows the ratio of actual to predicted gain (Nielsen 1999). The damping falls to a
+    third if the linear model holds; otherwise it grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
-        x: The values (n,) to start from.
+        x: The start values (n,).
         apart: Mask (n,) of values that must be equal across one batch.
         worthwhile: Minimum relative decrease of the sum that counts as progress.
 
@@ -65,7 +65,7 @@ def least(
 def _linear(
     residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
 ) -> tuple[Floats, Floats]:
-    """Returns residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
+    """Returns residuals (m,) at x (n,), and the residual Jacobian (m, n) by forward differences.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).

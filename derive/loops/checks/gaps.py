@@ -84,7 +84,7 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
 
 
 def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
-    """Returns the error for loops that stay unsolved at the reference, with advice.
+    """Returns the error, with advice, for loops that the solver did not close at the reference.
 
     Args:
         mechanism: The description.
@@ -125,7 +125,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Returns the error for actuators that do not determine the motion of a mechanism, or None.
 
-    Loops with too many freedoms look like loops at a dead point.
+    In numbers, loops with too many freedoms look the same as loops at a dead point.
 
     Args:
         mechanism: The description.

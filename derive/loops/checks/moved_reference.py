@@ -12,8 +12,8 @@ def moved_reference(h: Hybrid) -> str:
     """States which described joint value is farthest from its value at the closed reference.
 
     The described values of dependent joints only select the branch. A large difference usually
-    means wrong actuated coordinates: an omitted cylinder starts in the middle of its limits. The
-    result is empty if all values agree closely, up to full turns.
+    means wrong actuated coordinates: the default for a cylinder without a stated value is the
+    middle of its limits. The result is empty if all values agree closely, up to full turns.
     """
     at, size = h.at_reference, longest_length(h.mechanism, h.terms)
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

@@ -89,7 +89,7 @@ def _tool(bodies: BodiesInNumbers, at: dict[str, float]) -> Floats:
 
 
 def _apart(one: Floats, other: Floats) -> tuple[float, float]:
-    """Returns the distance between the origins of two poses, and their rotation angle."""
+    """Returns the distance between two poses' origins, and the angle of the relative rotation."""
     half_chord = float(np.linalg.norm(one[:3, :3] - other[:3, :3])) / np.sqrt(8)
     angle = 2 * float(np.arcsin(min(1.0, half_chord)))
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), angle

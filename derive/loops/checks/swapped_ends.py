@@ -1,7 +1,7 @@
-"""Detects rods with swapped ends: exchanging them closes all loops near the reference.
+"""Detects rods with swapped ends: exchanging the ends closes all loops near the reference.
 
-Loops with swapped ends stay open or close in a different configuration. For example, four of six
-delta rods rotate the platform slightly.
+Loops with swapped rod ends do not close, or close at a different configuration. For example, four
+of six delta rods rotate the platform slightly.
 """
 
 import math
@@ -42,8 +42,8 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 def swapped_ends(mechanism: Mechanism) -> str:
     """States which rods seem to have swapped ends; empty if no exchange of ends closes the loops.
 
-    Each rod is tried alone, then all rods between the same two bodies, then all rods. The exchange
-    that closes all loops nearest to the reference is reported.
+    The ends are exchanged first for single rods, then for all rods between the same two bodies, and
+    then for all rods. The exchange that closes all loops nearest to the reference is reported.
 
     Args:
         mechanism: A description whose loops do not close at the reference.
@@ -57,7 +57,7 @@ def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     normals = BodiesInNumbers(mechanism).normals
     found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # An exchange may move the pins of a rod out of the plane of its loop.
+        # An exchange of ends may move the pins of a rod out of the loop's plane.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf

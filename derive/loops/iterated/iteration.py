@@ -1,7 +1,7 @@
 """Joint values of loops without a closed form, as results of an iterative solver.
 
-The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates
-them by the implicit function theorem. Its results, the variables w and their derivatives, are
+The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates the
+solution by the implicit function theorem. Its results, the variables w and their derivatives, are
 arguments in the statements of a function.
 """
 
@@ -126,7 +126,7 @@ class Iteration:
     def _moved(
         self, of: Argument, rates: Argument, given: Sequence[sp.Symbol]
     ) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the rate of each variable; inputs move in proportion to their coordinates."""
+        """Returns the rate of each variable, for an input in proportion to the coordinate."""
         found: dict[sp.Symbol, sp.Expr] = dict(zip(of.symbols, rates.symbols, strict=True))
         for i, (j, ratio) in self._ratios.items():
             found[of.symbols[i]] = self.hybrid.terms.let(ratio * given[j])

@@ -40,7 +40,7 @@ class LeftOpen:
     spare: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Returns text on the redundant constraints and their gaps."""
+        """Returns text that describes the redundant constraints and the gaps."""
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
         told = f"{many} redundant; smallest achievable gaps: {open_}"
@@ -87,7 +87,7 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Returns the number of joints around a loop, including its closer; their errors add up."""
+    """Returns the number of joints in a loop, including the closer; all joint errors add up."""
     one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
     return len(one ^ other) + 1
 

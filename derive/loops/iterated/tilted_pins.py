@@ -1,6 +1,7 @@
 """Pin-ended rods and cylinders whose pin axes are not parallel, as in an as-built robot.
 
-Pins keep a rod in a plane. If an axis of the loop is not exactly normal to that plane, the loop is
+Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, the
+loop is
 overconstrained: no configuration satisfies both the lengths and the pin directions. The constraint
 along the axes is redundant, because the rod closes the planar loop without this constraint. To
 first order, the least-squares solution keeps the lengths, and the pins absorb the tilt.
@@ -143,7 +144,7 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:
-    """Returns the mean direction of axes, regardless of their signs."""
+    """Returns the mean direction of axes, regardless of the sign of each axis."""
     total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
     return np.asarray(total / np.linalg.norm(total))
 

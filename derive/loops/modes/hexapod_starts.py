@@ -1,4 +1,4 @@
-"""All complex poses of a six-rod platform, for generic rods of its own family.
+"""All complex poses of a six-rod platform, for generic rods from the platform's own family.
 
 A generic platform has forty complex poses, listed in a table. Some paths from these poses reach all
 poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other paths
@@ -109,7 +109,7 @@ def _regular(rods: SixRods, x: Array) -> Array:
 
 
 def _exact(rods: SixRods, x: Array) -> Array:
-    """Refines the poses in high precision, and sorts them independently of rounding."""
+    """Refines the poses at high precision, and sorts them independently of rounding errors."""
     # Double precision would round differently on different machines.
     scale = generic(SOMA, 0)
     x = x / (x @ scale)[:, None]

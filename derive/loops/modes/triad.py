@@ -166,8 +166,8 @@ def triad_polynomial(
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
     the mean square of rods and platform sides, so that the coefficients have magnitude about 1.
-    With line legs, the squared distances between fixed points count too. The polynomial vanishes
-    identically if the three rods can stay parallel.
+    With line legs, the mean also includes the squared distances between fixed points. The
+    polynomial vanishes identically if the three rods can stay parallel.
 
     Args:
         terms: Names of all terms.
@@ -439,7 +439,7 @@ def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
             for order, (re, im) in pairs:
                 weight = HALF if len(pairs) > 1 else sp.S.One
                 sums[order][0] += weight * re
-                # Only the real part of the constant term counts.
+                # Only the real part of the constant term has an effect.
                 sums[order][1] += weight * im if order else ZERO
     return tuple((terms.let(re), terms.let(im)) for re, im in sums)
 

@@ -32,7 +32,7 @@ class Row:
     """An equation of a loop.
 
     Attributes:
-        residual: Zero where the loop is closed.
+        residual: The residual, zero if the loop is closed.
         unit: m or 1.
         powers: The power of the equation's wrench for each motion of both branches, negated on
             branch a.

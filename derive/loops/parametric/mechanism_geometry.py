@@ -1,4 +1,4 @@
-"""Variable geometry of a robot with loops: every value that a calibration may correct.
+"""Variable geometry of a robot with loops: all values that a calibration may correct.
 
 Joints, end frames and drives have the same parameters as in a serial robot
 (:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
@@ -31,7 +31,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent's frame to a body: before the joint, its own, and after it."""
+    """The motions from the parent's frame to a body: before, in and after the body's joint."""
 
     before: Placement
     motion: Placement
@@ -112,7 +112,7 @@ class _Numbered:
         return MechanismGeometry(parameters, values, steps, base, tool, ends, lengths, self.planar)
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
-        """Returns the values of the actuated members, with the corrections of their drives."""
+        """Returns the values of the actuated members, including the drive corrections."""
         found = {}
         for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
             member = self.mechanism.members[coordinate.moves]

@@ -63,7 +63,7 @@ def assemble(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> Assembly:
-    """Solves a linkage for given values of some of its joints.
+    """Solves a linkage, given the values of some joints.
 
     Args:
         terms: Names of all terms.
@@ -90,8 +90,8 @@ def assemblies(
 ) -> Iterator[Assembly]:
     """Yields the assemblies on all existing branches, the reference branch first.
 
-    Later steps change their branch first. Two branches share all steps before their first
-    difference.
+    The branch of the last step varies fastest. Two branches share all steps before the first step
+    at which they differ.
 
     Args:
         terms: Names of all terms.
@@ -130,6 +130,6 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether a branch, wherever it closes, satisfies redundant joints and has distinct pins."""
+    """Whether all closed configurations of a branch fit redundant joints and have distinct pins."""
     is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

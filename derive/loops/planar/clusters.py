@@ -190,7 +190,7 @@ class Clusters:
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """Returns the vector from one pin of a cluster to another."""
+        """Returns the vector from one pin of a cluster to a second pin."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
@@ -210,7 +210,7 @@ class Clusters:
     # --- joining clusters ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Joins a cluster at its pose in another cluster's axes."""
+        """Joins a cluster to a second cluster, given the pose of the first in the second's axes."""
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 
@@ -247,7 +247,7 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """Returns the name of a solved angle, and records its rate."""
+        """Returns the name of a solved angle, and records the rate of the angle."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
@@ -456,7 +456,7 @@ def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
 
 
 def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
-    """Returns the other body of a pin, the pin's position on it, and on this body."""
+    """Returns the second body of a pin, and the pin's positions on the second and on this body."""
     if turn.a == body:
         return turn.b, turn.at_b, turn.at_a
     return turn.a, turn.at_a, turn.at_b

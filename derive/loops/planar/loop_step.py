@@ -59,7 +59,7 @@ class Dot(sp.Function):  # type: ignore[misc]
 
 @dataclass(frozen=True)
 class AngleEquation:
-    """The angle that rotates a vector to another direction.
+    """The angle that rotates a vector to a target direction.
 
     Attributes:
         angle: The angle, a named term.
@@ -98,7 +98,7 @@ class StepEquations:
     Attributes:
         vectors: Named components of the given vectors, by letter.
         lengths: Letters of the vectors whose lengths appear in the equations.
-        scalars: Given scalars as named terms; they need no symbol in print.
+        scalars: Given scalars as named terms, which need no symbol of their own in print.
         unknowns: Travels and position components that the step solves, as named terms.
         results: Definitions in order; each uses only earlier quantities.
         angles: The angles that the step solves.

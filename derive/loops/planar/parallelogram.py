@@ -41,8 +41,8 @@ class Sides:
         dyad: The ring.
         first: The side that is parallel to V in the parallelogram.
         turns: The rotations of X and Y in the parallelogram.
-        crossed: The exact rotations in the crossed figure of a rhombus, where the two sides swap;
-            else None.
+        crossed: The exact rotations in the crossed figure of a rhombus, in which the two sides
+            swap; None for unequal sides.
         base: The sum of both sides.
     """
 
@@ -69,8 +69,8 @@ class Parallelogram(PlanarStep):
         """Joins the first ring of three pins that is a parallelogram, on either branch.
 
         Raises:
-            DescriptionError: The parallelogram is stretched at the reference, where both figures
-                meet.
+            DescriptionError: The parallelogram is stretched at the reference, so that both figures
+                coincide.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))

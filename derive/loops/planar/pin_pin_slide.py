@@ -36,7 +36,7 @@ TRAVELS = {1: "far", -1: "near"}
 
 @dataclass(frozen=True)
 class CircleAndLine:
-    """A point on a line at a given distance from another point.
+    """A point on a line at a given distance from a second point.
 
     Attributes:
         offset: From one pin to the other at zero travel, in the line's axes.
@@ -116,8 +116,8 @@ class TwoPinsAndSlide(PlanarStep):
 
     Attributes:
         line: The slide's line and the circle of the third body.
-        is_length: Whether the travel is a cylinder length between known points, which has no mirror
-            image.
+        is_length: Whether the travel is a cylinder length between known points; such a length has
+            one value.
     """
 
     line: CircleAndLine
@@ -220,7 +220,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def is_choice(self) -> bool:
-        """Whether another branch has the other travel."""
+        """Whether a second branch with a different travel exists."""
         return not self.is_length
 
     @property

@@ -72,7 +72,7 @@ class SlideEdge:
 
 @dataclass(frozen=True)
 class WeldEdge:
-    """Two bodies of a linkage that are fixed to each other: b's axes and origin in a's axes."""
+    """Two bodies of a linkage fixed to each other: axes and origin of b in the axes of a."""
 
     name: str
     a: str
@@ -114,7 +114,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A closer, the body where its two branches meet, and the joints of both branches."""
+    """A closer, the body at which the loop's two branches meet, and the joints of both branches."""
 
     closer: Closure | Strut
     meeting: str

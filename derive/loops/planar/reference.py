@@ -124,7 +124,8 @@ class AtReference:
 
     Attributes:
         size: The longest length of the mechanism (metre); lengths are compared relative to it.
-        sides: The sign of each step with two branches, by the edges or struts that it joins.
+        sides: The sign of each step with two branches, keyed by the edges or struts that the step
+            joins.
     """
 
     def __init__(
@@ -160,7 +161,7 @@ class AtReference:
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the given values of joints near the reference, else the assumed values."""
+        """Returns the given values of joints near the reference, or assumed values."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:

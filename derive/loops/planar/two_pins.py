@@ -27,7 +27,7 @@ from .planes import PinEdge, SlideEdge
 
 @dataclass(frozen=True, kw_only=True)
 class TwoPins(PlanarStep):
-    """The rotation from one vector between two pins to the other.
+    """The rotation of a body that aligns its vector between two pins with the base's vector.
 
     Attributes:
         vectors: Components of the vectors on the base (C) and on the other body (A), by letter;
@@ -79,7 +79,7 @@ class TwoPins(PlanarStep):
 
 
 def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> StepEquations:
-    """Returns the equations for the rotation of a vector A to another vector C.
+    """Returns the equations for the rotation from a vector A to a vector C.
 
     Args:
         angle: The rotation angle.
@@ -127,7 +127,7 @@ def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndSlide(PlanarStep):
-    """The travel that moves a pin of a sliding body to its position on the base.
+    """The slide travel that moves a pin of a sliding body to the pin's position on the base.
 
     Attributes:
         offset: From the pin at zero travel to its position on the base.

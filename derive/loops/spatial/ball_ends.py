@@ -32,7 +32,7 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if they have these kinds, else none."""
+        """Returns the indices of the last unknown joints if these have the given kinds, or ()."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.way[k].kind for k in places) == kinds else []
 

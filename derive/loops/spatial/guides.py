@@ -1,11 +1,12 @@
 """A body on several guides, such as a bridge on two rails, whose bearings do not rotate.
 
-A closure connects both branches of the loop. With all rotations at the reference, the closure's
-frames have the same orientation. If the unknown rotations have independent axes, each keeps its
-reference value. The slide travels then follow from the closure's points by a linear equation.
+A closure connects both branches of the loop. If all rotations have the reference values, the
+closure's frames have the same orientation. If the unknown rotations have independent axes, each
+rotation keeps its reference value. The slide travels then follow from the closure's points by a
+linear equation.
 
-The bearings' other assembly mode, with three axes flipped by half a turn, is omitted, because no
-bearing is mounted this way.
+A second assembly mode, with three bearing axes rotated by half a turn, is omitted, because bearings
+are not mounted this way.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.

@@ -2,10 +2,11 @@
 
 A strut on balls keeps two points at a distance. If both points are known, the distance is a
 cylinder's length. If a single joint moves one of the points, the strut determines that joint (a
-circle or a line intersects a sphere). Three struts give the position of a platform with constant
-orientation (three spheres intersect); pairs of equal, parallel rods keep the orientation. A rod
-between a ball and a hinge or universal joint acts like such a strut, and also gives the joint's
-angles. A closure between guided bodies gives their slide travels.
+circle or a line intersects a sphere). Three struts determine the position of a platform with
+constant orientation (three spheres intersect); pairs of equal, parallel rods keep the orientation
+constant. A rod between a ball and a hinge or universal joint acts like a ball-ended strut, and also
+determines the joint's angles. A closure between guided bodies determines the slide travels of these
+bodies.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.

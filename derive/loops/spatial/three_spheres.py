@@ -35,7 +35,7 @@ CENTRES = "ABC"
 
 @dataclass(frozen=True)
 class Sphere:
-    """The sphere on which a strut keeps the platform's origin.
+    """The sphere to which a strut constrains the platform's origin.
 
     Attributes:
         centre: The sphere's center in the base frame (metre).
@@ -175,7 +175,7 @@ def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
 
 
 def _sphere(legs: Legs, strut: Strut, way: Sequence[Joint], still: Mapping[str, sp.Expr]) -> Sphere:
-    """Returns the sphere on which a strut keeps the platform's origin."""
+    """Returns the sphere to which a strut constrains the platform's origin."""
     on_a = way[0] in legs.mechanism.way(strut.a.body)
     moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
     _, offset = pose_of(legs.mechanism, legs.terms, moved, still)

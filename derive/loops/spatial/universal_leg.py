@@ -2,8 +2,8 @@
 
 The axes of the last two joints before a ball meet in a point, the joint's center. The ball has a
 constant distance from the center. A ball-ended leg between center and ball therefore determines a
-joint that moves one of them. If both points are known, the rod's direction gives both angles on two
-branches. On the second branch, the fork is rotated by half a turn, and the rod has the
+joint that moves either point. If both points are known, the rod's direction gives both angles on
+two branches. On the second branch, the fork is rotated by half a turn, and the rod has the
 supplementary angle.
 
 Source:
@@ -244,7 +244,7 @@ class _Aim:
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """Returns the first and the second angle, with their rates."""
+        """Returns the first and the second angle, and records the rates of both."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
