@@ -43,7 +43,7 @@ _NEXT = 10
 
 @dataclass(frozen=True, eq=False)
 class Design(StudyResult):
-    """Selected configurations and how well they determine the parameters.
+    """Selected configurations, and the accuracy of the parameters that they determine.
 
     Attributes:
         indices: Indices of the configurations among the candidates.

@@ -156,7 +156,8 @@ def check_input(
         stated: The misfit without corrections [m].
 
     Raises:
-        InputValueError: A correction reduces the misfit tenfold; the message states the mistake.
+        InputValueError: A correction reduces the misfit by a factor of ten; the message states the
+            mistake.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < LEAST_SPREAD or stated <= DOUBTFUL * moved:
@@ -177,7 +178,8 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         vary: The varied parameters.
 
     Raises:
-        InputValueError: A correction reduces the misfit threefold; the message states the mistake.
+        InputValueError: A correction reduces the misfit by a factor of three; the message states
+            the mistake.
     """
     if not is_unexplained(found):
         return

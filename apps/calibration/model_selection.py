@@ -1,8 +1,8 @@
 """Model selection by cross-validation: which parameters to identify.
 
-More parameters fit the measurements better, but may predict other measurements worse. Each model is
-identified several times, each time without one fold of the configurations. The models are
-compared by the errors on the omitted folds.
+More parameters fit the measurements better, but may predict other measurements less accurately.
+Each model is identified several times, each time without one fold of the configurations. The models
+are compared by the errors on the omitted folds.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for

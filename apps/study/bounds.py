@@ -36,7 +36,7 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
         (2, 3) smallest and largest x, y, z [m].
 
     Raises:
-        InputValueError: The loops close at no sample.
+        InputValueError: The loops do not close at any sample.
     """
     q = np.concatenate([block.copy() for block in points.blocks(0)])
     p = robot.fk(q)[:, :3, 3]

@@ -163,8 +163,8 @@ def workspace(
         progress: Whether to draw a progress bar; None draws it on a terminal only.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the loops close at no configuration,
-            or an argument has an unsupported value.
+        InputValueError: A prismatic coordinate has no limits, the loops do not close at any
+            configuration, or an argument has an unsupported value.
     """
     unknown = set(quality) - set(get_args(Quality))
     if unknown or resolution < 2:  # noqa: PLR2004 - a side has two ends

@@ -238,7 +238,7 @@ class LiveView:
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
         # Not a coroutine: viser would wake its event loop for each value that the view itself sets.
-        # Values that the view sets have no client.
+        # Events for values that the view sets have no client.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.posture.q.copy()

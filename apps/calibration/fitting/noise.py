@@ -112,7 +112,7 @@ class Linearized:
         """Return (M,) whether each error is an outlier relative to the errors in use.
 
         Args:
-            every: The linearized errors of all rows, M in number.
+            every: The linearized errors of all M rows.
             used: (M,) whether each error is in use.
             noise: The previous estimate of the noise.
         """

@@ -46,7 +46,7 @@ class OrientationRangeWorkspace(StudyResult):
         robot: The robot's name.
         angles: (2,) the range [rad].
         total: The region in which every angle of the range is possible; its area is exact.
-        inclusive: The area in which some angle is possible [m^2]; its error is a bound.
+        inclusive: The area in which some angle is possible [m^2], with an error bound.
     """
 
     _parts = (ArcRegion, BorderArc, SizeEstimate)

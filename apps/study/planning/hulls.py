@@ -150,7 +150,7 @@ class Hulls:
         return found
 
     def common(self, i: int, j: int) -> int:
-        """Return the index of the last body that moves all corners of two hulls; 0: the ground."""
+        """Return the index of the last body that moves all corners of two hulls; 0 for ground."""
         bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
         shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
         return max(shared & {0, *self._moving.tolist()})
