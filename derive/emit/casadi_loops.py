@@ -113,7 +113,7 @@ def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
 def _solver(
     w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
 ) -> ca.Function:
-    """Returns the unknown variables for known variables and p, from a start.
+    """Returns the unknown variables for known variables and p, from a start value.
 
     With more equations than unknowns, the gradient of the sum of squares is set to zero.
     """

@@ -52,7 +52,7 @@ def manifest(
 
     Args:
         derivation: The derivation of the robot.
-        programs: The programs of its functions, for the operation counts.
+        programs: The programs of the derived functions, for the operation counts.
         files: The files of each language, by language name; the manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid

@@ -1,4 +1,4 @@
-r"""Prints the works that an article cites, as a list at its end.
+r"""Prints the works that an article cites, as a list at the end of the article.
 
 A fragment cites a work by author and year, so that any article can include the fragment. The list
 contains the works that other fragments cite.

@@ -33,7 +33,7 @@ _LESS, _MORE = 0.1, 100.0
 _MANY = 64
 """Minimum number of rows for which array operations are faster than LAPACK on each row."""
 BLOCK = 4096
-"""Number of rows per iteration, which fit the processor cache."""
+"""Number of rows per iteration, so that the data fit the processor cache."""
 
 
 def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:

@@ -1,8 +1,8 @@
 """Generates C for batches of poses: the same statements on vector lanes.
 
 ``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
-``<robot>_batch.c`` compiles it for each instruction set and selects the set at run time. Other
-platforms use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every
+``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
+Other platforms use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every
 robot.
 """
 

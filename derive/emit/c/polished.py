@@ -114,7 +114,8 @@ def _seeded(
 ) -> list[str]:
     """Prints the pose of iterated loops from a nearby loop configuration w.
 
-    Starts from the reference if w is NaN or too far away. On return, w is the configuration at q.
+    The iteration starts from the reference configuration if w is NaN or too far from q. On return,
+    w is the configuration at q.
     """
     closure = derivation.closure
     if not pose.calls or closure is None:

@@ -103,7 +103,8 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"#if {flag}",
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
-            # Outputs may overlap inputs, and the first branch is stored before the second reads.
+            # Outputs may overlap inputs, and the first branch is stored before the second branch
+            # reads its inputs.
             *(line for argument in function.inputs for line in own_copy(argument)),
             f"  for (int b = 0; b < {function.branches}; b++) {{",
             f"    const double choice[{n}] = {{{signs}}};",
@@ -182,7 +183,7 @@ def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) 
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Returns lines under a title comment; no comment if there are no lines."""
+    """Puts a title comment above lines; without lines, there is no comment."""
     return [f"  // {name}", *lines] if lines else []
 
 

@@ -78,7 +78,7 @@ def counts_moving(robot: SerialRobot) -> bool:
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the index of each moving joint, and its screw axis, among the moving joints."""
+    """Returns the index of each moving joint among the moving joints, used for its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 

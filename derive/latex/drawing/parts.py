@@ -329,7 +329,7 @@ class _Builder:
     # --- points ---
 
     def _points(self, name: str, kind: str) -> list[Array]:
-        """Returns the points of a joint's shape of a kind on its parent body."""
+        """Returns the points of a joint's shape on the parent body, for a kind of shape."""
         return [
             self._at(k, point)
             for k, shapes in enumerate(self.skeleton.shapes)

@@ -30,7 +30,7 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, in terms of coordinates and parameters only.
+        terms: The terms of the robot, expressed in coordinates and parameters only.
         phi: The platform's angle.
         letters: Letters of the polynomial's symbols.
         legs: The circle or line of each leg (metre).

@@ -149,7 +149,7 @@ def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
 
 
 def _decimal(page: LoopPage, entry: sp.Expr) -> str:
-    """Formats a constant as a decimal if this is shorter."""
+    """Formats a constant as a decimal if the decimal is shorter."""
     tex = _constant(page, entry)[1:-1]
     rounded = f"{round(float(page.terms.value(entry)), DECIMALS) + 0.0:.{DECIMALS}f}"
     return min(tex, rounded, key=width)

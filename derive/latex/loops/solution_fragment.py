@@ -25,7 +25,7 @@ LEAST_TOLD = 0.01
 
 
 def solution(page: LoopPage) -> str:
-    """Prints all joints from the actuators, then the actuators from the main chain."""
+    """Prints the solution for all joints from the actuators, then back from the main chain."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]

@@ -136,7 +136,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side as they fit a line; ``kept`` on the page of the following text."""
+    """Sets displays side by side in lines; if ``kept``, on the page of the following text."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

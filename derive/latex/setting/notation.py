@@ -101,7 +101,7 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Converts a coordinate-free expression to print, in full if short, else by a name.
+        """Returns a coordinate-free expression in printed symbols, in full or as a name.
 
         Numbers of equal value share one name.
         """

@@ -99,7 +99,7 @@ class _Constants:
         return self.printer.terms(self._bracketed(entry))
 
     def _bracketed(self, entry: sp.Expr) -> sp.Expr:
-        """Returns a sum with names for too wide brackets."""
+        """Returns a sum with names for brackets that are too wide."""
         addends = []
         for addend in sp.Add.make_args(entry):
             factors = [

@@ -10,7 +10,7 @@ static npy_intp doubles_of_slots(const Kernel *kernel)
     return slots_of(kernel) * (coordinates_of(kernel) + 2);
 }
 
-/* Selects among the k slots of n rows, for rows of the results from `first` on. */
+/* Selects among the k slots of n rows, and writes result rows from `first` on. */
 static void select_rows(const Function *inverse, npy_intp n, npy_intp k, const double *const *slots,
                         npy_intp first, const Rows *rows)
 {

@@ -11,7 +11,7 @@
 #define RESERVED_PART 4   /* 1 / RESERVED_PART of the budget is reserved for refinement */
 #define MOST_RESERVED 400 /* maximum evaluations: reserved in total, and for each refinement */
 
-/* The state of a search: the best result so far, and the results of attempts by error. */
+/* The state of a search: the best result so far, and the results of attempts, sorted by error. */
 typedef struct {
     Evaluation best;
     double *best_q; /* (n,) */

@@ -26,7 +26,7 @@ typedef struct {
     char *locked;                /* (n,) joints with zero bounds, excluded from the problem */
     char *held;                  /* (n,) joints held at a bound; the SVD leaves out their columns */
     Svd svd;
-    double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of the joints held */
+    double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of joints held at bounds */
     double *best_a, *best_b;   /* (n,) */
     char *best_held;           /* (n,) */
     double *memory;

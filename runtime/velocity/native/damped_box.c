@@ -8,7 +8,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_AGE 64 /* decompositions until U is reset, as rounding errors accumulate */
+#define MOST_AGE 64 /* maximum decompositions until U is reset, as rounding errors accumulate */
 #define ROUNDS 8    /* maximum iterations of the active set per variable */
 
 int damped_box_new(DampedBox *box, int n, double border, double damping)

@@ -18,11 +18,11 @@
 typedef struct {
     int n;
     int moving;                   /* columns that are not always zero, 1 to n */
-    double border;                /* e, a singular value */
+    double border;                /* the damping threshold e */
     double least_damping;         /* the initial d */
     double damping;               /* the current d; see damped_box_adapt */
     int age;                      /* decompositions since U began as the identity */
-    double U[TWIST * TWIST];      /* u_i in rows */
+    double U[TWIST * TWIST];      /* the rows are u_i */
     double sigma[TWIST];          /* s_i, not sorted */
     double damping_square[TWIST]; /* d_i^2 */
     double *rows;                 /* (6, n): s_i v_i */
