@@ -1,4 +1,4 @@
-"""Programs that use the public names run as a reader would write them."""
+"""Programs that use the public names as a reader would write them run without errors."""
 
 import numpy as np
 import pytest

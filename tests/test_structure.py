@@ -57,7 +57,7 @@ COMMAND_LINE_ONLY = {"derive", "library"}
 
 
 def handwritten(root: Path) -> list[Path]:
-    """Returns the handwritten files of a folder."""
+    """Returns the files of a folder that are not generated."""
     files = (path for path in root.rglob("*") if path.is_file() and path.suffix not in BUILT)
     return sorted(path for path in files if "__pycache__" not in path.parts)
 
@@ -87,7 +87,7 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     """Returns, for each module of a half, the modules of the same half that it imports.
 
-    The half's own __init__ is omitted: it offers names of all packages, and imports them lazily.
+    The half's own __init__ is omitted, because it imports names of all packages lazily.
     """
     known = modules(root)
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}

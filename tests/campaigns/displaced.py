@@ -43,7 +43,7 @@ MAX_LOST = 1e-4
 REGULAR = 1e-4
 """Minimum singular value (m or rad per rad) at an isolated solution."""
 SMALL = 3e-3
-"""Maximum errors (metre, radian) for which no solution may be missing or duplicated."""
+"""Maximum errors (metre, radian) of arms without missing or duplicated solutions."""
 COMPARED = 200
 """Number of poses per arm compared with Newton's method."""
 SAME = 1e-5

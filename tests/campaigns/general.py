@@ -29,7 +29,7 @@ from .campaign import Campaign, Outcome
 RANDOM, RIGHT = 2000, 1000
 """Number of configurations per arm: random, and at right angles."""
 OTHERS, COUNTED = 200, 10
-"""Number of poses with other fixed values, and of poses counted by Newton's method."""
+"""Number of poses with other fixed values, and of poses whose solutions Newton's method counts."""
 PART = 1000
 """Number of poses per batch."""
 SAME = 1e-6

@@ -46,7 +46,7 @@ SETS = {
 ROBOTS = ("ur5e", "panda", "scara")
 """Serial robots only, because loops do not close at arbitrary inputs."""
 CASES = 40 * 6 + 4
-"""Cases per function: batch lengths times layouts, plus long batches with other alignments."""
+"""Cases per function: batch lengths times memory layouts, and long batches at other alignments."""
 
 
 def build(name, folder, *flags):

@@ -26,7 +26,7 @@ TRIALS_OF_A_SEED = 1_000_000
 LONGEST = 900.0
 """Time limit of a trial in seconds."""
 QUICK_FLAGS = "-O1"
-"""Compiler flags of most trials; compiles twice as fast as the default flags."""
+"""Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
 """Interval of trials compiled with the default flags."""
 

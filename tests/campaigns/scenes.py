@@ -32,7 +32,7 @@ CLOSED = 1e-11
 STEPS = 4
 """Number of Newton steps between consecutive (nearby) configurations."""
 FOLLOWED = 1e-6
-"""Joint difference [rad or m] that indicates another assembly mode."""
+"""Joint difference [rad or m] that indicates a different assembly mode."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ MAPS = (
     *("chain", "passive", "configuration", "margin", "chain_all"),
     *("actuators", "actuator_margin", "actuators_all"),
 )
-"""The maps through the loops; a mechanism has some of them."""
+"""The maps through the loops. Each mechanism has some of these maps."""
 C_ALONE = ("c", "python")
 BESIDE = np.array([[-1e-3], [1e-3]])
 

@@ -11,8 +11,11 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import long_arm, random_arm, sliding_arm
 
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//"]
-"""Axis patterns. In the second pattern (three parallel axes behind two), splits with a pair of
-parallel axes miss a third of the poses."""
+"""Axis patterns.
+
+In the second pattern (three parallel axes after two other axes), splits with a pair of parallel
+axes miss a third of the poses.
+"""
 
 
 @pytest.mark.parametrize("links", PATTERNS[:2])
@@ -62,7 +65,7 @@ joints = [
   { name = "j7", axis = [1, 0, 0] },
 ]
 """
-"""Arm with a prismatic joint along two axes, which coincide without this joint."""
+"""Arm with two revolute axes that coincide if a prismatic joint along them is at 0."""
 
 
 def test_essential_prismatic_joint_is_not_fixed(monkeypatch):

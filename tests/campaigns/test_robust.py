@@ -81,7 +81,7 @@ beta = "-5*pi/6"
 d = "2/5"
 theta = "pi/2"
 """
-"""One screw entry is a sum of roots that equals 0 but is not simplified."""
+"""One screw entry is a sum of roots that equals 0 but is not simplified to 0."""
 
 
 def test_article_prints_unsimplified_zero_expression():

@@ -37,7 +37,7 @@ ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
 """Maximum zero offset [rad], axis error [m, rad], periodic drive error [rad], sag of the stretched
 arm [m], and standard deviation of the tracker [m]."""
 DIGITS = {"points": 0.51e-7, "rad": np.radians(0.51e-5), "m": 0.51e-8}
-"""Half of the last table digit for positions [m], revolute and prismatic joints."""
+"""Half a unit in the last digit of the table, for positions [m], revolute and prismatic joints."""
 
 
 def trial(number: int) -> Outcome:

@@ -59,7 +59,7 @@ WRISTED = ("R/R=R", "R/R/R", "R=R=P", "P=R=R")
 """Arms that are tested with a spherical wrist.
 
 Their position problems are a quadratic, a quartic, and the two structures without a position
-inverse. Position inverses test the other structures.
+inverse. The other structures are tested by position inverses.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", False) for arm in WRISTED),

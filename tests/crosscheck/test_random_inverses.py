@@ -15,9 +15,9 @@ from tests.support.oracles.tasks import wrapped
 from tests.support.oracles.verdict import judged
 
 FIVE_JOINTS = (152, 389)
-"""Five-joint arms whose pose equals that of a six-joint arm with the last joint at 0."""
+"""Five-joint arms whose poses equal the poses of a six-joint arm with the last joint at 0."""
 OBLIQUE_WRISTS = (80, 579)
-"""Arms with an undetermined rotation, whose wrist or center reaches only some orientations."""
+"""Arms with an undetermined rotation. Their wrist or center reaches only some orientations."""
 LOST_BEFORE = (53007, 50925, 91081)
 """Arms with poses that the closed form misses; a search or steps with a fixed joint find them."""
 FOLDED = (33, 2144, 9074, 20350, 53401)

@@ -20,8 +20,10 @@ OLD_PROCESSOR = {
     "OPENBLAS_CORETYPE": "Prescott",
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
 }
-"""OpenBLAS and NumPy select kernels by processor; these run on all processors, and round
-differently."""
+"""OpenBLAS and NumPy select kernels by processor.
+
+The kernels selected here run on all processors, and round differently.
+"""
 
 DERIVED = ("jaco2", "five_bar")
 """An arm with an iterative inverse, and a mechanism with a loop.

@@ -24,7 +24,7 @@ from tests.support.waiting import SECONDS
 pytestmark = needs("pdflatex")
 
 WIDEST_EXCESS = 1.0
-"""Largest extension of a line into the margin (pt), too small to be visible."""
+"""Maximum extension of a line into the page margin (pt), too small to be visible."""
 MOST_PAGES = 12
 MOST_PAGES_OF_LOOPS = 20
 PICTURES = ("drawing.tex", "workspace.tex")

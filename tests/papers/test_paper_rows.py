@@ -13,7 +13,7 @@ from report import Finding, Printed, Row, agrees, at, consistent, erratum, read
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 CHANGED_DIGITS = 50
-"""Number of digits that are changed in each paper."""
+"""Number of printed digits that are changed in each paper."""
 
 pytest.importorskip("coal", reason="coal comes with pin")
 

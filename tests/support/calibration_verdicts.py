@@ -11,11 +11,17 @@ ACCUSING = (
     *("another robot", "contradict", "check its zero", "may be wrong", "swapped", "are off"),
     "times the stated noise",
 )
-"""Phrases in warnings about the robot or the measurements; other warnings are about the count."""
+"""Phrases in warnings about the robot or the measurements.
+
+Other warnings concern the number of measurements.
+"""
 TOO_FEW = "do not determine"
 MOST_NOISE = 3.0
-"""Maximum noise of correct measurements relative to the stated noise; exceeded with a probability
-below 1e-6 for two surplus values. A single surplus value is not tested."""
+"""Maximum noise of correct measurements, relative to the stated noise.
+
+For two redundant values, more noise has a probability below 1e-6. A single redundant value is not
+tested.
+"""
 LEAST_SURPLUS = 2
 
 
@@ -37,15 +43,15 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Whether the robot explains the measurements within noise, without such warnings."""
+        """Whether the robot explains the measurements within the noise and without accusations."""
         return not (self.accusations or self.unexplained)
 
     @property
     def is_answered(self) -> bool:
         """Whether the measurements cause a warning or an error.
 
-        A few measurements of another robot may fit with zero offsets of several degrees. The
-        warning is then about the measurement count.
+        A few measurements of a different robot may fit with zero offsets of several degrees. Then
+        the warning concerns the number of measurements.
         """
         return bool(self.accusations or self.warnings)
 

@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """Numbers of one joint, shared by the compiler and Pinocchio models."""
+    """The numbers of one joint, used in both the compiler model and the Pinocchio model."""
 
     kind: str
     xyz: tuple

@@ -22,7 +22,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # Accepts clicks before the first frame, which takes long on a busy machine.
+    # Accepts clicks before the first frame, because the first frame may take long to draw.
     "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # software rendering dominates the run time
@@ -166,7 +166,7 @@ class Chromium:
 
 
 def _end_with_parent() -> None:
-    """Makes Linux kill this process when its parent dies, even by a signal."""
+    """Makes Linux kill this process when its parent ends, even if a signal ends the parent."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)

@@ -21,7 +21,7 @@ from tests.support.derivations import GENERATED
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""Callable output languages; excludes the article, a third of the derivation time."""
+"""Callable output languages. The article is excluded; it takes a third of the derivation time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 BOARD = BUILD / "board_installer"
@@ -32,7 +32,7 @@ QUICK, FAST = "-O0", "-O1"
 by tests with tens of thousands of poses.
 """
 COMPILER = shutil.which("clang") and "clang"
-"""Clang if available: at -O0 three times faster than GCC, which compiles shipped robots."""
+"""Clang if available, which is three times faster at -O0 than GCC. GCC compiles shipped robots."""
 
 
 @contextmanager
@@ -75,7 +75,7 @@ def compiled(
 ) -> chasles.Robot:
     """Derives, compiles and loads a robot.
 
-    Each robot is derived once; concurrent tests wait for the first derivation.
+    Each robot is derived once. Concurrent tests wait for the first derivation.
 
     Args:
         robot: The description.

@@ -49,7 +49,7 @@ def derived_fk(described):
 
 
 def equal(A, B):
-    """Whether matrices are equal as polynomials in cosines and sines of single angles."""
+    """Tests whether matrices are equal as polynomials in cosines and sines of single angles."""
     difference = (sp.Matrix(A) - sp.Matrix(B)).applyfunc(lambda x: sp.expand(x, trig=True))
     return difference.applyfunc(lambda x: sp.expand(sp.trigsimp(x))) == sp.zeros(*difference.shape)
 

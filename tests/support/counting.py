@@ -1,4 +1,4 @@
-"""Counts the work of a call, independent of machine and load."""
+"""Counts the function calls made by a call, independently of machine and load."""
 
 import sys
 from collections.abc import Callable
@@ -7,8 +7,8 @@ from collections.abc import Callable
 def calls_of(work: Callable[[], object]) -> int:
     """Returns the number of Python and C function calls made by ``work``.
 
-    Bounds of this count replace bounds of time: the count does not depend on the processor or on
-    other processes. Exceptions of the call propagate.
+    Tests bound this count instead of the run time, because it does not depend on the processor or
+    on other processes. Exceptions of the call propagate.
     """
     count = 0
 

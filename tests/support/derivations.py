@@ -29,7 +29,7 @@ SAMPLE = (
     *("ur5e", "jaco2", "iiwa14", "lynxmotion", "bricklaying_planar"),
     *("five_bar", "well_manipulator", "planar_3rrr", "stewart_gough"),
 )
-"""Shipped robots of every kind that together have every function of any shipped robot."""
+"""Shipped robots of every kind. Together they have all functions that any shipped robot has."""
 
 
 def description(name: str) -> Path:

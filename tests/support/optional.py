@@ -8,7 +8,8 @@ import pytest
 class OptionalPackage:
     """Proxy of a package: the first use imports it, or skips the test if it is missing.
 
-    Every worker imports all test files. So only tests that use a slow package pay its import time.
+    Every test worker imports all test files. With this proxy, a slow package is imported only by
+    the tests that use it.
     """
 
     def __init__(self, name: str) -> None:

@@ -15,7 +15,7 @@ ACCENTS = {"\\hat", "\\tilde", "\\check", "\\breve", "\\bar", "\\mathcal", "\\ma
 
 
 class UnknownSymbolError(KeyError):
-    """A printed symbol is not defined before its use."""
+    """A printed symbol has no definition before its use."""
 
 
 class Formula:
@@ -111,7 +111,7 @@ class Formula:
             return self.group() / self.group()
         if token == "\\sqrt":
             self.take()
-            # As stated in the article, a root is 0 beyond the boundary.
+            # As stated in the article, a square root is 0 beyond the boundary of the workspace.
             return math.sqrt(max(self.group(), 0.0))
         if token == "\\pi":
             self.take()

@@ -5,7 +5,7 @@ import numpy as np
 from chasles import Robot
 
 CLOSURE = 1e-12
-"""Tolerance of J qd - V relative to |V|: rounding error scaled by the condition of J."""
+"""Tolerance of J qd - V relative to |V|: rounding error, scaled by the condition number of J."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
 """Minimum and maximum crank angles between which planar_3rrr is never singular, with couplers of
 130 mm and 170 mm."""
@@ -38,7 +38,7 @@ def held(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the limits (n,); unlimited coordinates get reference (or 0) plus/minus reach."""
+    """Returns the limits (n,); for unlimited coordinates, the reference (or 0) plus/minus reach."""
     centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
     lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
     upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)

@@ -35,7 +35,7 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """Counts the slots of reachable poses whose solution equals the printed solution.
+    """Counts the slots of reachable poses in which the solution equals the printed solution.
 
     Args:
         found: The derivation.
@@ -64,7 +64,7 @@ def read_back(found, poses=POSES, texts=None):
         slots, residual, margin = every_branch(function, ik, T.ravel(), *map(np.array, values))
         slots = slots.reshape(-1, len(q))
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(printed.signs))):
-            # With fewer than six joints, some sign combinations do not reach the pose.
+            # If the arm has fewer than six joints, some sign combinations do not reach the pose.
             if margin[slot] < INSIDE or residual[slot] > SAME:
                 continue
             known = printed.solve(T, given, signs)

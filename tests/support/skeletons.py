@@ -14,7 +14,7 @@ from chasles.drawing import skeleton
 
 
 def described_skeleton(robot):
-    """Returns the skeleton of a description; loops always stay at the reference."""
+    """Returns the skeleton of a description, with all loops at the reference."""
     hybrid = Hybrid(robot) if isinstance(robot, Mechanism) else None
     robot = hybrid.mechanism if hybrid else robot
     terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})

@@ -3,13 +3,13 @@
 ORACLE = 1e-12
 """Poses and Jacobians compared with an independent double-precision library."""
 ORACLE_RATES = 1e-10
-"""Time derivatives of poses and Jacobians: longer sums of products, speeds of order 1."""
+"""Time derivatives of poses and Jacobians: longer sums of products, speeds of size 1."""
 EXACT_CODE = 1e-13
-"""Generated code compared with the same equations at 30 digits, for robots of a few metres."""
+"""Generated code compared with 30-digit evaluation of its equations, for robots of a few metres."""
 DERIVATIVES = 1e-12
 """Closed-form derivatives compared with automatic differentiation."""
 PRINTED_9 = 5e-10
-"""Reference values printed with nine decimal places: half of the last place."""
+"""Reference values printed with nine decimal places: half a unit in the last place."""
 AGREEMENT = 1e-10
 """Benchmarked peer compared with chasles; both must solve the same task."""
 LIBMVEC = 4
@@ -21,7 +21,7 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of lane 1 / sqrt(x); 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Branches compared with 40 digits: near a zero root, rounding errors are amplified."""
+"""Branches compared with 40-digit arithmetic. Near a zero root, rounding errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (metre, radian)."""
 LIMIT = 0.012

@@ -33,7 +33,7 @@ def opened(browser, folder, robot):
 
 
 def asked(browser, display: Display, script: str):
-    """Evaluates an expression with the kinematics `k` and the inverse `inverse` of a robot."""
+    """Evaluates a page expression that uses a robot's kinematics `k` and inverse `inverse`."""
     data = json.dumps(page_data(display.robot))
     before = f"const k = new Kinematics({data}), inverse = new Inverse(k);"
     return browser.run(f"(() => {{ {before} return {script}; }})()")

@@ -42,7 +42,7 @@ POSTURES = 300
 DRAWN = 5e-4
 """Largest error (metre or radian) of axes, rods and tool of a random robot."""
 SAME = 1e-10
-"""Tolerance of coordinates (metre or radian)."""
+"""Tolerance for coordinates (metre or radian)."""
 
 
 IDENTIFIED = ("fk", "fk_p", "identification_jacobian", "parts_p")

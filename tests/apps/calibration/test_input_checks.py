@@ -14,7 +14,7 @@ NOISE = 2e-5
 ARMS = ("ur5e", "stanford")
 """An arm with parallel axes, and an arm with crossed axes and a prismatic joint."""
 ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
-"""Mistakes in the table or of the device, which are independent of the arm."""
+"""Mistakes in the table or in the device setup, which are independent of the arm."""
 
 
 @pytest.fixture(params=ARMS)

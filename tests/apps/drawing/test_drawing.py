@@ -31,7 +31,7 @@ PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_c
 CROWDED = ("panda", "photo_robot", "excavator", "planar_3rrr", "stewart_gough")
 """One robot of each kind: a wrist, a fixed joint, cylinders, planar loops, and spatial struts."""
 SHELF = ("crx10ia", "sawyer", "tx2_60")
-"""Six joints with an offset wrist, seven joints, and a spherical wrist."""
+"""Arms with an offset wrist, with seven joints, and with a spherical wrist."""
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):

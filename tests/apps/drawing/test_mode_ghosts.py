@@ -11,7 +11,7 @@ from tests.support.compiling import compiled_quickly
 from tests.support.derivations import description
 
 TRUE = 1e-9
-"""Tolerance in metres, and of direction vectors."""
+"""Tolerance of positions in metres and of direction vectors."""
 ROD = """[[rods]]
 name = "coupler_1"
 length = "L"

@@ -22,7 +22,7 @@ from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
 CLOSED = 1e-9
-"""Newton's method leaves a loop residual of 1e-12, which a chain of bodies amplifies."""
+"""Tolerance of poses: the loop residual of 1e-12 after Newton's method grows along a chain."""
 ROBOTS = chasles.robots()
 
 

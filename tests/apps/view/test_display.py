@@ -14,7 +14,7 @@ WITH_BRANCHES = (
     *("stewart_gough", "planar_3rrr", "well_manipulator"),
 )
 SAME_POSE = 1e-7
-"""Largest error of a ghost's tool in metres, and of directions: less than a pixel."""
+"""Largest tool error of a ghost, less than a pixel (metre, and entries of directions)."""
 
 
 def drawn(display: Display, rng, steps: int = 4):

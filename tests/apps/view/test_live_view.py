@@ -18,7 +18,7 @@ OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
 """Coordinate change along the trajectory [rad]."""
 GRIP = 0.8
-"""Fraction of the handle's arrow length at which the mouse grips it."""
+"""Distance along the handle's arrow at which the mouse grips it, as a fraction of its length."""
 
 
 @pytest.fixture(scope="module")

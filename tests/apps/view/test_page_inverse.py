@@ -13,13 +13,13 @@ from tests.support.viewed_pages import asked, coordinates, message, on_page, ope
 from tests.support.waiting import until
 
 TRUE = 1e-9
-"""Largest tool error in radians, and relative to the robot's size."""
+"""Largest tool error, in radians and relative to the robot's size."""
 SAME = 1e-6
 """Coordinate difference (radian or metre) below which two configurations are equal."""
 REDUNDANT = {"iiwa14", "panda", "photo_robot", "well_manipulator"}
 BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "five_bar", "delta")
 STEPS = 4
-"""Number of configurations per robot along which the tool is followed."""
+"""Number of configurations per robot on the path that the tool follows."""
 ALONG, RING = 0.8, 0.72
 """Grip positions of the mouse on an arrow and on a ring, in arrow lengths."""
 

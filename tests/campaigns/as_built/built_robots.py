@@ -24,9 +24,9 @@ POSES = 2000
 FOUND = 1e-6
 """Maximum joint difference of equal solutions (radian, metre)."""
 NEAR = 0.02
-"""Maximum tool distance of both robots on the same branch (metre, rotation entries)."""
+"""Maximum tool distance between both robots on the same branch (metre, rotation entries)."""
 SAME_CONFIGURATION = 0.25
-"""Maximum joint difference of both robots in the same configuration (radian, metre)."""
+"""Maximum joint difference between both robots in the same configuration (radian, metre)."""
 MAX_STEPS = 60
 C_ALONE = ("c", "python")
 BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}

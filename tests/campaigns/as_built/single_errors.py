@@ -27,7 +27,7 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Optional functions of a robot. Loops that always close have no margin."""
+"""Optional functions of a robot. Loops that close for all coordinates have no margin."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5

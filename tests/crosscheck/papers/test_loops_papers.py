@@ -207,7 +207,7 @@ BOARDS = {
     ),
 }
 MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
-"""Chain joints that are actuated directly, as entries of the derivative of the chain."""
+"""Chain joints that are actuated directly, as entries of the derivative of ``chain``."""
 
 
 @pytest.mark.parametrize("case", BOARDS)

@@ -28,7 +28,7 @@ POSTURES = 200
 LOST = 1e-8
 """Singular value (m, rad) of a rank-deficient Jacobian; the roots are accurate to 1e-9."""
 FULL = 1e-4
-"""Singular value (m, rad) that a random configuration exceeds."""
+"""Singular value (m, rad) that a random configuration always exceeds."""
 
 
 @cache

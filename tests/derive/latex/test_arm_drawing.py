@@ -18,7 +18,7 @@ TRUE = 1e-8
 EDGE = 1
 """Total free margin of a picture on both sides (mm)."""
 LARGEST = 8000
-"""Maximum size of a figure (byte): generated/ stays below 10 MB."""
+"""Maximum size of a figure (byte), such that generated/ stays below 10 MB."""
 
 
 def parts(name):

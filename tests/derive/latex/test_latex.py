@@ -35,7 +35,7 @@ EVALUATED += ("fourteen", "random0", "random3")
 """Robots whose printed formulas are evaluated: every kind of joint, constant and name."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12
-"""Tolerance of sums of a few dozen double-precision products of order 1."""
+"""Tolerance of sums of a few dozen double-precision products of size 1."""
 R = sp.Rational
 
 

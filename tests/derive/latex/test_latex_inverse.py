@@ -28,9 +28,9 @@ from tests.support.derivations import (
 from tests.support.printed_robots import named_wrist
 
 TRUE = 1e-10
-"""Tolerance of textbook formulas, which do not preserve the last digits."""
+"""Tolerance of textbook formulas, which lose the last digits."""
 INSIDE = 1e-3
-"""Margin above which angles have this accuracy."""
+"""Margin above which angles are accurate to the preceding tolerance."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("ur5e", "iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure; ``read_all.py`` tests all arms."""

@@ -25,7 +25,7 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, pin
 from tests.support.tolerances import DERIVATIVES
 
 CLOSED = 1e-11
-"""Residual tolerance for configurations from a formula: rounding through a square root."""
+"""Residual tolerance for configurations from a formula with a square root."""
 
 
 class Case:

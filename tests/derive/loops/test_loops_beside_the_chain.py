@@ -40,8 +40,10 @@ brace_u = 55
 brace_l = -21
 """
 OPEN = 0.184935
-"""Stroke [m] within the limits at which the brace is too short. From 400 start values, Newton's
-method only finds the other configuration of the leg."""
+"""Stroke [m] within the limits at which the brace is too short.
+
+From 400 start values, Newton's method finds only the other configuration of the leg.
+"""
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
 

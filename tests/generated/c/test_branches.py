@@ -35,15 +35,16 @@ ARM = FUNCTIONS["ik"]
 MANY = ("every_kind_8", "every_kind_16")
 """Functions whose batches take half a minute to compile for the oldest processors.
 
-On this machine their batches run the code for newer processors, which the other tests compile.
+On this machine their batches run the code for newer processors, which is compiled by the other
+tests.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
-"""Processor features that each way to compute a pose needs."""
+"""Processor features needed by each kind of code for a pose."""
 every_way = pytest.mark.parametrize("way", WAYS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
-"""How functions with many branches are compiled: scalar, and with vectors that they fill twice."""
+"""Code for functions with many branches: scalar code, and vector code with two full vectors."""
 EVERY_WAY = [(name, way) for name in FUNCTIONS for way in FILLED.get(name, WAYS)]
 
 

@@ -96,7 +96,7 @@ CASES = {
     "atan2_of_number": (sp.atan2(-2, x), lambda a, b: np.arctan2(-2.0, a)),
 }
 EXTREMES = {"least", "greatest", "clipped", "least_of_three"}
-"""Operations for which C does not define the smaller one of 0 and -0."""
+"""Operations for which C does not define which of 0 and -0 is smaller."""
 BY_LIBRARY = {"sine", "cosine", "tan", "atan", "atan2", "atan2_of_number"}
 
 EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]

@@ -39,7 +39,7 @@ def test_batch_equals_loop_over_single_poses(robot, data):
     result = robot.fk(q)
     assert result.shape == (*batch, 3, 4)
     assert result.dtype == np.float64
-    # The entries are sums. When their terms cancel, only rounding errors of the terms remain.
+    # Each entry is a sum. If its terms cancel, only their rounding errors remain.
     rounding = np.finfo(np.float64).eps * (1 + np.abs(q).max(initial=0))
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-13, atol=rounding)
 

@@ -1,4 +1,4 @@
-"""Robots have the attributes that they support; errors for missing attributes suggest another."""
+"""Robots have only supported attributes; errors for missing attributes suggest a similar one."""
 
 import re
 
@@ -128,7 +128,7 @@ def test_labels_follow_slots_through_solution_filters():
     times = wound.valid.shape[-1] // 8
     assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
     assert solutions.distinct().labels == solutions.labels
-    # Now each pose has its own order of slots.
+    # After this, each pose has its own order of slots.
     assert solutions.sorted_by_distance(np.zeros(6)).labels == ()
 
 
@@ -156,7 +156,7 @@ def test_branches_of_loops_have_labels(name, function, method):
 
 
 ALONE = {"swivel"}
-"""Functions of a single family of arms. The error for a missing one suggests no substitute."""
+"""Functions of a single family of arms. The error for a missing function suggests no substitute."""
 
 
 @pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])

@@ -1,4 +1,4 @@
-"""Dense batches bypass the ufunc; results, shapes and errors stay the same."""
+"""Dense batches bypass the ufunc, with the same results, shapes and errors."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import chasles
 
 @pytest.fixture(params=["lanes", "plain"])
 def function(request, robot):
-    """A function whose code computes several poses at once, and a function without such code."""
+    """A function with vector code for several poses at once, and a function with scalar code."""
     return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 

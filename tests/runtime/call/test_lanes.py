@@ -12,7 +12,7 @@ from tests.support.derivations import NAMES as SERIAL
 ROUNDING = 16
 """Tolerance in units in the last place (ULP) of the largest entry of all rows. Vectorized sines are
 accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
-because loop residuals are differences of lengths of that order."""
+because loop residuals are differences of lengths of that size."""
 LARGE = (4 << 20) // 8 + 1
 """Doubles in a result that is large enough for streaming stores, which bypass the caches."""
 LENGTHS = range(41)
@@ -44,12 +44,12 @@ FORWARD = [
     if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
 """Functions of coordinates alone. Inverses are excluded: for NaN inputs, signs of zeros decide
-between pi and -pi, and the rows of a 4 by 4 matrix have another memory layout than vectors. The
+between pi and -pi, and the memory layout of rows of a 4 by 4 matrix differs from vectors. The
 swivel angle is excluded, too: a nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):
-    """Runs a test for all (robot, function) pairs, as one test case per robot."""
+    """Runs a test for all pairs of a robot and a function, as one test case per robot."""
 
     def decorate(test):
         @functools.wraps(test, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -90,7 +90,7 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Returns angles up to `scale` or close to the reference of the loops, and rates of order 1."""
+    """Returns angles up to `scale` or close to the reference of the loops, and rates of size 1."""
     rng = np.random.default_rng(seed)
     _, places = centres.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]
@@ -114,7 +114,7 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Asserts that results agree up to rounding and are not finite in the same places."""
+    """Asserts that results agree up to rounding error, and that the same entries are not finite."""
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)
@@ -150,8 +150,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # Rows are taken from the end, so each row visits every lane. The result does not depend on
-        # the lane, except for a row computed alone.
+        # Rows are selected from the end, so that each row is computed in every lane. The result
+        # does not depend on the lane, except for a single row.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
@@ -162,7 +162,7 @@ def test_huge_or_tiny_coordinates_do_not_affect_other_rows(name, item):
     function = find(name, item)
     plain = call(function, *make_inputs(function, 37))
     for scale in (1e5, 1e15, 1e300, 1e-310):
-        # Prismatic joints overflow at values that are only many turns of a revolute joint.
+        # Prismatic joints overflow at values that a revolute joint takes as many full turns.
         inputs = make_inputs(function, 37, scale=scale)
         assert_close(call(function, *inputs), loop(function, *inputs))
         mixed = make_inputs(function, 37)
@@ -179,8 +179,8 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each value occurs in each argument, because rows and arguments shift relative to the
-        # values.
+        # Each non-finite value occurs in each argument, because the values shift relative to the
+        # arguments.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]

@@ -51,7 +51,8 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A slightly smaller result reuses the block. A result of half the size would waste memory.
+    # A slightly smaller result reuses the memory block. A result of half the size does not, to save
+    # memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
@@ -69,7 +70,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # Together both results take 32 MB, but each is smaller than that.
+    # The two results together take 32 MB, so each of them is smaller.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK
@@ -91,7 +92,7 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
 def test_live_results_never_share_memory(arm, q, expected):
     held = [arm.fk(q) for _ in range(4)]
     del held[1]
-    # A slice, a transpose and a buffer keep the whole block in use.
+    # A slice, a transpose and a buffer keep the whole memory block in use.
     held.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
     held += [np.asarray(kept_alive), arm.fk(q)]
@@ -161,7 +162,7 @@ def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     if child == 0:
         same = np.array_equal(held, expected)
         held *= 0.0
-        # The child process reuses its own copy of the kept block.
+        # The child process reuses its own copy of the freed memory block.
         right = np.array_equal(arm.fk(q), expected)
         chasles.release_memory()
         os._exit(0 if same and right else 1)

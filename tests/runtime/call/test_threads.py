@@ -19,7 +19,7 @@ COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
 
 @pytest.fixture
 def eager(monkeypatch):
-    """Splits small batches, too, on any machine."""
+    """Makes threads split even small batches, on any machine."""
     monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
 
@@ -206,7 +206,7 @@ def test_threaded_errors_match_single_threaded_errors(robot, call):
 
 
 def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
-    """For example, if memory for strided operands cannot be allocated."""
+    """Such errors occur, for example, if memory for strided operands cannot be allocated."""
     running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):

@@ -49,11 +49,11 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
     measure = Task(aims)
     _, _, size = measure(*function(q), target)
     np.testing.assert_allclose(size, distance(task, chain.fk(q), target), atol=1e-12)
-    # Newton's method reduces the task error itself at poses close to the target.
+    # At poses close to the target, the task error is linear in the joint displacement.
     near = q + 1e-6 * rng.uniform(-1, 1, q.shape)
     rows, error, _ = measure(*function(q), TASKS[task].target(chain.fk(near)))
     expected = np.einsum("Nij,Nj->Ni", rows, near - q)
-    # The pitch of an upright axis decreases in every direction.
+    # If the axis is vertical, its pitch decreases in every direction.
     steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in aims)
     assert steady.sum() > 200
     np.testing.assert_allclose(error[steady], expected[steady], atol=2e-10)
@@ -151,7 +151,7 @@ def test_poses_near_right_angles_are_refined():
 
 
 def test_opposite_direction_gives_no_step_and_no_solution():
-    """At an angle error of pi no rotation axis is nearest, so there is no step and no solution."""
+    """At an angle error of pi no rotation axis is nearest, so the iteration finds no solution."""
     T = np.eye(4)[None]
     J = np.random.default_rng(5).normal(size=(1, 6, 5))
     _, error, left = Task(("direction",))(T, J, -T[:, :3, 2])

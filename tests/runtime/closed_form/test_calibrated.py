@@ -54,7 +54,7 @@ def found(arm, solutions, q):
 
 
 def right_angles(n, count, seed=1):
-    """Random configurations near right angles, half of them exactly at right angles."""
+    """Returns configurations near right angles, half of them exactly at right angles."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
@@ -150,7 +150,7 @@ def test_standalone_c_agrees_with_python(case, tmp_path):
         same += (residual <= 1e-9).sum() == python.count
         for row in q[residual <= 1e-9]:
             assert np.abs(fk(row) - T).max() < TRUE
-    # Near a singularity, scalar code may converge to another solution than vector code.
+    # Near a singularity, scalar code and vector code may converge to different solutions.
     assert same >= 48
 
 
@@ -178,7 +178,7 @@ def test_nominal_convergence_rate_falls_with_deviation():
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():
-    """Newton's method converges to the nominal configurations, but the nominal inverse differs."""
+    """Newton's method converges to all samples; the nominal inverse has other configurations."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near
     assert inverses(robot, Terms({})).polished is None

@@ -11,7 +11,7 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""Smallest singular value (metre, radian) of a configuration that the inverse must find."""
+"""Singular value (metre, radian) above which the inverse must find a configuration."""
 TRUE = 1e-8
 """Pose error (metre, or rotation entry) above which a solution is wrong."""
 CERTIFIED = """
@@ -58,7 +58,7 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Counts the splits that certify the solutions of a pose as complete, or return a verdict."""
+    """Returns a function that counts the splits with a verdict, by default "complete"."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -85,7 +85,7 @@ def test_ik_recovers_regular_configurations(displaced_arm, displaced_robot):
 
 
 def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
-    """The determinant of such an arm is tiny, but accurate to ten digits."""
+    """The determinant of an arm with small errors is tiny, but accurate to ten digits."""
     poses = [np.ascontiguousarray(T) for T in displaced_arm.fk(near_wrist(300, 1))]
     certified = [library.is_certified(T.ctypes.data_as(ctypes.c_void_p)) for T in poses]
     assert np.mean(certified) > 0.98

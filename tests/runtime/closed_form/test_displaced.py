@@ -23,8 +23,10 @@ TRUE = 1e-8
 """Pose error (metre, or rotation entry) above which a solution is wrong."""
 POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
-"""Configurations near the wrist singularity, selected from 60,000, whose poses have over twelve
-solutions."""
+"""Configurations near the wrist singularity whose poses have over twelve solutions.
+
+They are selected from 60,000 samples.
+"""
 RANDOM, MOST_LOST = 30_000, 5e-5
 """Number of random configurations, and fraction that may be missed near singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
@@ -56,7 +58,7 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """The bound also holds near several singularities. So a much larger residual proves that the
+    """The bound also holds near several singularities. A much larger residual thus proves that a
     pose is out of reach.
     """
     q = near_wrist(POSES, 4)
@@ -85,7 +87,7 @@ def test_far_unreachable_pose_returns_nominal_arm_answers(arm):
 
 
 def test_poses_with_over_twelve_solutions_include_configuration(arm):
-    """Some poses have sixteen solutions, the maximum for six revolute joints."""
+    """Some poses have sixteen solutions, which is the maximum for six revolute joints."""
     q = near_wrist(60_000, 2)[list(MANY)]
     T = arm.fk(q)
     found = arm.ik(T)
@@ -116,7 +118,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
     ids=lambda robot: robot.title or robot.name,
 )
 def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_path):
-    """Configurations at which the remaining joints are singular are excluded.
+    """Configurations are excluded if the remaining joints are singular.
 
     Arm 100 has eight joints with round dimensions; its inverse missed poses for some fixed values.
     """
@@ -132,7 +134,7 @@ def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_pa
 
 
 def test_split_joints_separate_the_solutions(robot):
-    """The solutions of a wrist share the joints before it, so the first splits use wrist joints."""
+    """Solutions may agree in all joints before the wrist, so the first splits use wrist joints."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function
     apart = Sampled.of(robot, found.classification.lines, nominal).separations

@@ -150,7 +150,7 @@ def everywhere(robot, T, random):
 
 
 def test_right_angle_poses_are_solved(robot):
-    """The configurations are a sixteenth of all right-angle configurations."""
+    """The test uses a sixteenth of all right-angle configurations."""
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
     q = np.random.default_rng(12).permutation(q)[:256]
     T, J = robot.fk_jacobian_mixed(q)

@@ -1,7 +1,7 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints agree
-with arms of round dimensions.
+Five-joint arms recover the solutions of reachable poses. Solutions of six-joint arms with prismatic
+joints agree with solutions of arms with round dimensions.
 """
 
 import numpy as np
@@ -169,7 +169,7 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
 
 
 def test_five_joints_with_a_slide_hold_each_solution_in_one_slot(tmp_path):
-    """The six-joint solver separates solutions that are equal in the five joints."""
+    """The six-joint solver returns separate solutions that agree in the five joints."""
     robot = displaced(drawn_arm(3535000047), 2.332494879e-4, 3535000047)
     arm = compiled(robot, tmp_path / "arm", DERIVED, ["c"])
     q = np.random.default_rng(1).integers(0, 4, (300, 5)) * np.pi / 2

@@ -1,4 +1,4 @@
-"""Pose paths on one branch, further inputs of an inverse, and robots without an inverse."""
+"""Pose paths on one branch, additional inputs of an inverse, and robots without an inverse."""
 
 import itertools
 
@@ -52,7 +52,8 @@ def test_path_continues_through_singularity_without_jump(arm):
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
-    # The two branches meet at the stretched arm. The path may follow either, but may not jump.
+    # The two branches meet at the stretched arm. The path may follow either branch, but must not
+    # jump.
     assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
     assert path.min_margin_index == 100
@@ -81,7 +82,7 @@ def test_path_ends_at_joint_limit(arm):
     assert path.next_value == pytest.approx(q[path.ended_at, 0])
     np.testing.assert_allclose(path.q, q[: path.ended_at], atol=1e-11)
     assert "shoulder would go to 6.5" in str(path)
-    # The path ends at its first pose if that pose has no solution within the limits.
+    # The path ends at its first pose if this pose has no solution within the limits.
     low = arm.ik_path(arm.fk(q + np.array([0, 0, 20, 0])), q[0])
     assert (low.ended_at, low.reason, low.coordinate, low.q.shape) == (0, "limit", "lift", (0, 4))
     assert np.isnan(low.min_margin)
@@ -90,7 +91,7 @@ def test_path_ends_at_joint_limit(arm):
 
 
 def test_path_starts_within_joint_limits(arm):
-    # The shoulder cannot reach the seed, one turn away; the other branch is nearer.
+    # The shoulder cannot reach the value of the seed, one turn away. The other branch is nearer.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete
@@ -111,8 +112,8 @@ def test_path_ends_before_joint_jump(arm):
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
-    # At a self-motion an inverse may return any solution. Here it is far away, but Newton's method
-    # finds a nearby solution.
+    # At a self-motion an inverse may return any solution. The solution here is far away, but
+    # Newton's method finds a nearby one.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)
@@ -260,7 +261,7 @@ TASKS = {
     "bricklaying_planar": ["planar"],
 }
 STILL = {"position": [3, 4], "position_pitch": [4], "position_direction": [4], "planar": []}
-"""Coordinates that each task keeps at 0."""
+"""Coordinates that the inverse of each task sets to 0."""
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -282,7 +283,7 @@ def test_task_paths_recover_random_joint_paths(name):
             np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-9)
             if task != "position":
                 np.testing.assert_allclose(there[:, 2, 2], T[:, 2, 2], atol=1e-9)
-            # The path may change its branch only where branches meet.
+            # The path may change its branch only at poses where branches meet.
             if path.min_margin > 1e-3:
                 np.testing.assert_allclose(path.q, q, atol=1e-7)
                 kept += 1
@@ -295,7 +296,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     start = robot.fk(q)
     T = np.broadcast_to(start, (300, 4, 4)).copy()
     T[:, :3, 3] += line([0, 0, 0], [-0.03, 0.04, 0.02], 300)
-    # The five axes cannot keep the complete orientation along the path.
+    # The arm with five axes cannot keep the complete orientation along the path.
     assert robot.ik_path(T, q).ended_at == 1
     path = robot.ik_path(T, q, task="position_pitch")
     assert path.complete

@@ -64,7 +64,8 @@ def test_newton_refinement_converges_from_nearby_configuration(name):
 
 
 def test_residual_angle_is_accurate_near_zero_and_pi():
-    # Near 0 and pi, sine or cosine alone would not determine the angle of the residual accurately.
+    # Near 0 and pi, the sine or the cosine alone would not determine the angle of the residual
+    # accurately.
     robot = chasles.load("ur5e")
     q = np.array([0.3, -1.0, 1.2, 0.4, 0.8, 0.1])
     turned = q + np.array([0, 0, 0, 0, 0, 1.0])[:, None].T * np.array([[np.pi - 1e-3], [1e-7], [2]])

@@ -51,7 +51,7 @@ def is_found(arm, solutions, q):
 
 
 def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
-    """At pose 21 a slot ended 7e-8 rad from another slot, with a residual of 2e-10."""
+    """At pose 21 two refined slots may be only 7e-8 rad apart, with a residual of 2e-10."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     solutions = arm.ik(arm.fk(q))
     np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
@@ -66,7 +66,7 @@ def test_shelf_arm_counts_each_solution_once(tmp_path):
 
 
 def test_solution_beside_an_exact_pose_is_none(tmp_path):
-    """The pose is exact although its entries have few digits; slots end 1e-8 away from it."""
+    """The pose is exact although its entries have few digits. Slots converge to 1e-8 from it."""
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)

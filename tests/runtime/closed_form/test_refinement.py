@@ -1,4 +1,4 @@
-"""Refinement completes approximate closed-form solutions of reachable poses, and only these."""
+"""Refinement completes approximate closed-form solutions, but only of reachable poses."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Shoulder error in radians for poses above the height HIGH."""
+"""Error of the shoulder angle in radians, for poses above the height HIGH."""
 HIGH = 0.2
 
 # Both singularities of the Panda nearly coincide.
@@ -36,7 +36,7 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """A SCARA arm whose inverse is approximate: it has half of its digits in high poses."""
+    """A SCARA arm with an inverse that is accurate only to half of its digits at high poses."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE
@@ -125,7 +125,8 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # The poses are slightly beyond the stretched arm. Closer to it, rounding decides alone.
+    # The poses are slightly beyond the stretched arm. Even closer to it, the result depends on
+    # rounding.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
@@ -136,7 +137,7 @@ def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
         [0, 1e-6, np.cos(1e-6), 0],
         [0, 0, 0, 1],
     ]
-    # The matrix is nearly rigid, and its nearest rigid pose is within reach.
+    # The matrix is nearly a rigid pose, and the nearest rigid pose is within reach.
     T[10, :3, :3] *= 1 + 1e-8
     solutions = arm.ik(T)
     np.testing.assert_array_equal(solutions.valid[:8], False)
@@ -183,7 +184,7 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
     beyond = arm.ik(T)
     least = beyond.residual.min(-1)
     missed = ~beyond.valid.any(-1)
-    # Some solutions return on another branch.
+    # The refinement finds some solutions on a different branch.
     assert missed.sum() > 50
     assert (least[missed] > 2e-8).all()
     assert (least[missed] < 1.1e-7).sum() > 50
@@ -191,7 +192,7 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
 
 
 def test_only_wrist_singularity_fixes_a_joint():
-    """The pose error is quadratic in a singular joint motion, unless axes 4 and 6 are aligned."""
+    """The pose error is quadratic in a singular joint motion unless axes 4 and 6 are aligned."""
     arm = chasles.load("ur5e")
     refinement = refinement_for(arm)
     q = np.random.default_rng(4).uniform(-3, 3, (400, 6))
@@ -206,7 +207,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Perturbs all slots of an inverse, and returns the solutions of the final refinement stage."""
+    """Perturbs all slots of an inverse. Returns the solutions of the final refinement stage."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)
@@ -261,7 +262,7 @@ def test_fixed_loop_joints_are_fixed_through_their_actuators():
     manifest = read_manifest(robot.folder)
     info = manifest.with_role("inverse", "pose")
     assert [item.name for item in info.inputs] == ["T", "l_HI", "l_MN", "theta7"]
-    # The last cylinder moves theta7.
+    # The last cylinder moves joint theta7.
     rows = [joint.name for joint in robot.chain_joints]
     moves = robot.chain_D_q(robot.reference.q)
     held = {

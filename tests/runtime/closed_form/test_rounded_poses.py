@@ -29,7 +29,7 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Minimum margin of every slot. Closer to the reach boundary, rounding decides on validity."""
+"""Minimum margin of every slot. Closer to the reach boundary, validity depends on rounding."""
 SAME_POSE = 1e-14
 """Tolerance of the entries of a projected pose against the oracle."""
 REACHED = 1e-12
@@ -40,7 +40,7 @@ SOLVED = 1e-9
 ROUNDED_AS_FAR = 10
 """Largest residual for a rounded pose, relative to its distance from a rigid pose."""
 TILTED = 1e-5
-"""Tolerance of the nearest pose for few joints: single precision, amplified by the arm."""
+"""Tolerance of the nearest pose for arms with few joints: amplified single precision."""
 
 
 ALIKE = 1e-4
@@ -107,7 +107,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
         np.testing.assert_array_equal(found.valid, wanted.valid)
         assert found.residual[found.valid].max() < REACHED
     else:
-        # Arms with fewer joints cannot reach poses tilted by rounding, but come equally close.
+        # Arms with fewer than six joints cannot reach poses tilted by rounding, but the error is
+        # equally small.
         np.testing.assert_array_equal(found.count, arm.ik(T).count)
         allowed = np.maximum(allowed, ROUNDED_AS_FAR * se3.deviation(given)[:, None])
     assert (found.residual <= allowed * arm.unit_length)[found.valid].all()
@@ -120,7 +121,7 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Of 1000 right-angle poses near two singularities, number that single precision may miss."""
+"""Number of right-angle poses (of 1000 near two singularities) that may be missed in float32."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])
@@ -162,7 +163,7 @@ def test_rounded_batch_results_do_not_depend_on_layout(size):
     rng = np.random.default_rng(2)
     T = np.concatenate([T] * 20)[: 600 + 7]
     given = noisy(T, size, rng)
-    # Only some poses are rounded, so blocks of the C loop begin and end among the rounded poses.
+    # Only some poses are rounded, so that blocks of the C loop contain rounded and exact poses.
     exact = rng.random(len(T)) < 0.5
     given[exact] = T[exact]
     whole = arm.ik(given)
@@ -324,7 +325,7 @@ def test_tolerance_in_error_message_suffices_for_projection():
 def test_out_of_reach_error_explains_rounding_for_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
-    # The projected poses are rigid again, so nothing indicates that they were rounded.
+    # The projected poses are rigid again, so they do not show that they were rounded.
     poses = se3.project(arm.fk(q).astype(np.float32))
     told = 0
     for pose, there in zip(poses, q, strict=True):

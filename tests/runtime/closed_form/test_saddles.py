@@ -77,7 +77,7 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
-    """A stretched arm is an error minimum if slightly too short, and a saddle if too long."""
+    """At the stretched arm, the error has a minimum outside the reach, and a saddle inside."""
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
     inward = np.linalg.svd(J)[0][:, :, -1]

@@ -1,4 +1,4 @@
-"""Right-angle poses that the closed form misses are searched from its least-squares solutions.
+"""If the closed form misses a right-angle pose, a search starts at least-squares solutions.
 
 The arm comes from the benchmarks. At some values of its fixed prismatic joint the other axes
 intersect, and the closed form misses poses for every choice of fixed joints.
@@ -93,7 +93,7 @@ def test_search_keeps_unreachable_poses_unchanged(arm):
 
 
 def test_valid_flag_matches_pose_error(arm):
-    """Only some of these poses near the arm are in reach; every valid solution attains its pose."""
+    """Only some of these poses near the arm are reachable; each valid solution attains its pose."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

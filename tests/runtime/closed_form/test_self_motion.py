@@ -1,4 +1,4 @@
-"""Poses that an arm reaches along a self-motion have a valid solution."""
+"""Poses that an arm reaches by a self-motion have a valid solution."""
 
 import numpy as np
 
@@ -37,7 +37,7 @@ FAR_FROM_STARTS = (
     1649,
     1810,
 )
-"""Poses that Newton's method does not reach from the isolated solutions with a rotated tool."""
+"""Numbers of poses that Newton's method misses from isolated solutions with a rotated tool."""
 
 
 def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):

@@ -20,13 +20,13 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with prismatic joints, of four and six joints, and length factors.
+"""Arms with four and six joints, some prismatic, and length factors.
 
 The factors include a micrometre-sized and a kilometre-sized arm.
 """
 POSES = 300
 BORDER = 0.1
-"""Distance of a residual from the tolerance, relative to it, below which rounding decides."""
+"""Relative distance of a residual from the tolerance below which validity depends on rounding."""
 REACHED = 1e-12
 """Largest pose error of a solution, in radians and relative to the unit of length."""
 

@@ -138,7 +138,7 @@ def test_unreachable_and_non_finite_poses_are_invalid(arm):
 
 
 def test_tolerance_decides_validity(arm):
-    # The poses are out of reach by less and by more than the tolerance.
+    # Some poses are out of reach by less than the tolerance, others by more.
     reach = scara.A1 + scara.A2
     for beyond, valid in ((0.5e-9, True), (2e-9, False)):
         T = scara.fk(np.zeros(4))
@@ -262,7 +262,7 @@ def test_at_selects_single_pose_of_batch(arm, q):
 
 
 def windings(value, lower, upper):
-    """Finds all turns of a value in [lower, upper] by trial."""
+    """Finds all values in [lower, upper] that differ from a value by full turns, by trial."""
     turned = value + 2 * np.pi * np.arange(-5, 6)
     return turned[(turned >= lower) & (turned <= upper)]
 
@@ -302,7 +302,7 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad: three turns for either branch, the lowest first.
+    # The shoulder has a range of 13 rad: three values per branch, a turn apart, the lowest first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])
@@ -403,7 +403,7 @@ def test_within_limits_counts_full_turns_as_motion(arm):
     np.testing.assert_allclose(turned.nearest(seed), [3.0 - 2 * np.pi, 0.5, 0, 0], atol=1e-12)
     only = arm.ik(T).within_limits([[-3.1, 3.1], [-3, 3], [-1, 1], [-np.inf, np.inf]])
     assert only.distances_from(seed)[0, 0] == pytest.approx(6.2)
-    # The roll has no limits, and moves by at most half a turn.
+    # The roll joint has no limits, and moves by at most half a turn.
     assert np.abs(turned.distances_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
 
 

@@ -1,4 +1,4 @@
-"""Limits that span many turns raise an error that suggests degrees."""
+"""Limits that span many turns raise an error, which suggests that the unit is degrees."""
 
 import numpy as np
 import pytest

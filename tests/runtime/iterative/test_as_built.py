@@ -66,7 +66,7 @@ def compiled_of(name):
 
 @pytest.fixture(scope="module", params=BUILT)
 def built(request):
-    """The as-built robot, and the description that closes its loops."""
+    """The as-built robot, and the description used to close its loops."""
     return compiled_of(request.param), Model(Hybrid(BUILT[request.param]()).mechanism)
 
 
@@ -136,7 +136,7 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found():
-    """The margin is 1.5e-5: larger steps would open the loops, and smaller steps do not help."""
+    """The margin is 1.5e-5. Larger steps would open the loops; smaller steps do not converge."""
     robot = compiled_of("lengths")
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5

@@ -146,7 +146,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution(tmp_path):
-    """The least-squares option changes nothing here: the closed form of the design remains."""
+    """The least-squares option has no effect here: the closed form of the design is kept."""
     robot = compiled(
         replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"], ["c"]
     )
@@ -154,7 +154,7 @@ def test_closable_loops_keep_closed_form_solution(tmp_path):
 
 
 def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
-    """The second motor of a planar arm drives the elbow by a parallelogram with a redundant rod."""
+    """The second motor of a planar arm drives the elbow; its parallelogram has a redundant rod."""
     text = """
 name = "driven_elbow"
 convention = "urdf"

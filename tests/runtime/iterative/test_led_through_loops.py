@@ -66,7 +66,7 @@ motor = 0
 fork = {swing}
 pivot = {rise}
 """
-"""A planar arm whose elbow is driven by a rod with a universal joint and a crank anywhere."""
+"""A planar arm whose elbow is driven by a rod with a universal joint, and a crank."""
 
 
 def drawn_arm(seed, off, wrist):
@@ -129,7 +129,7 @@ def judged(robot, mechanism, reach):
 
 @pytest.mark.parametrize(("seed", "wrist"), [(4, 0.2), (9, 3.1)])
 def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, wrist):
-    """The loop of the arm as built has no closed form.
+    """The loop of the as-built arm has no closed form.
 
     The crank of the second arm is near a dead point, where the as-built elbow moves further than
     the nominal elbow. The wrist moves beyond half a turn.

@@ -1,4 +1,4 @@
-"""Mechanisms of one millimetre and of 100 metres behave like mechanisms of decimetres.
+"""Mechanisms of millimetre size and of 100 metre size behave like mechanisms of decimetre size.
 
 The oracle is similarity to the shipped robot: angles are equal, and lengths are scaled.
 """
@@ -28,7 +28,7 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Functions to compare, if a robot has them, and how to call each."""
+"""Functions to compare if a robot has them, and a call of each."""
 CONFIGURATIONS = 60
 SAME = 1e-12
 """Tolerance in radians, and relative to the size of the robot."""

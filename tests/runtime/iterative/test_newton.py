@@ -130,13 +130,13 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Newton's method finds nothing beyond a singularity. Near a singularity, steps of this length
-    # may cross it.
+    # Newton's method finds no solution beyond a singularity. Near a singularity, steps of this
+    # length may cross it.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
 def test_newton_never_crosses_singularity(robot):
-    """Near a singularity, as at many targets here, Newton's method may reach another branch."""
+    """Near a singularity, as at many targets here, Newton's method may reach a different branch."""
     if robot.name == "redundant":
         pytest.skip("the robot has no determinant")
     names = [v.name for v in robot.configuration_variables]
@@ -244,7 +244,7 @@ def test_newton_functions_accept_batches_out_and_pickle(robot):
 
 
 def test_margin_is_zero_at_a_singularity(robot):
-    # Until the continuation ends, the margin decreases with the square root of the remaining
+    # Until the continuation ends, the margin is proportional to the square root of the remaining
     # distance.
     near, far = np.array(robot.reference.q), unreachable(robot)
     assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)

@@ -1,4 +1,4 @@
-"""Iterative inverse kinematics is within limits, reports its error, and repeats exactly."""
+"""Iterative inverse kinematics stays within limits, reports its error, and is reproducible."""
 
 import re
 
@@ -23,7 +23,7 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""Like ROUNDING, for loops that both programs close by iteration (metre or radian)."""
+"""Tolerance as ROUNDING, for loops that both programs close by iteration (metre or radian)."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
@@ -110,7 +110,8 @@ def test_unreachable_position_ends_at_local_minimum(name):
 
 
 def test_arm_stretches_towards_unreachable_position():
-    # If the elbow and the limits permit, the nearest position is on the largest sphere.
+    # If the elbow and the limits permit, the nearest position is on the outer boundary of the
+    # reach.
     robot = chasles.load("lynxmotion")
     table, arm = np.array([0, 0, 0.1]), 0.3
     towards = np.array([np.cos(0.7), 0, np.sin(0.7)])

@@ -293,7 +293,7 @@ def test_concurrent_first_loads_share_derived_robot(arm, cache):
     assert [process.returncode for process in processes] == [0, 0, 0], said
     assert {out for out, _ in said} == {f"{chasles.find_folder(arm)}\n"}
     assert len(derived(cache)) == 1
-    # At least two processes derived the robot, so neither waited for the other.
+    # At least two processes derived the robot, so no process waited for another.
     assert sum("deriving" in err for _, err in said) >= 2
 
 
@@ -367,7 +367,7 @@ def test_missing_derivation_compiler_gives_install_hint(arm, cache, bare):
         "ur10e.toml: cannot be derived; the compiler is not installed: pip install 'chasles[" in err
     )
     assert derived(cache) == []
-    # A robot derived earlier needs no compiler until the compiler changes.
+    # A robot derived earlier is loaded without the compiler until the compiler changes.
     process = finding(arm)
     here = process.communicate()
     process = finding(arm, python)

@@ -84,7 +84,7 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     assert (track.q[:, locked] == track.q[0, locked]).all()
     assert track.max_distance < 2e-3
     assert np.abs(well.chain(track.q)[:, 2] - theta[part[valid], 2]).max() < 2e-2
-    # The iteration starts 2 cm (0.02 rad) away in each free coordinate.
+    # The iteration starts 2 cm or 0.02 rad away in each free coordinate.
     seed = q[::20] + 0.02
     seed[:, locked] = q[::20][:, locked]
     numeric = well.ik_numeric(T[valid][::20], seed, fixed=["theta2", "l_HI", "l_MN"])
@@ -102,7 +102,8 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # At this length the loop does not close: a batch contains NaN, and a single call raises.
+    # At this length the loop does not close: a batch contains NaN, and a single call raises an
+    # error.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -177,7 +178,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Joints between others are fixed at right angles, which changes the structure of the arm."""
+    """Inner joints are fixed at right angles, which changes the structure of the arm."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))

@@ -94,7 +94,7 @@ def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
         "append": bytes(content) + b"x",
         "text": b"not a library at all, but long enough to end in something like a digest",
     }[spoil]
-    library.unlink()  # The old file stays mapped, so write a new file.
+    library.unlink()  # The old file stays mapped in memory, so the test writes a new file.
     library.write_bytes(spoiled)
     with pytest.raises(chasles.MismatchError, match=r"damaged .*chasles build .*tiny"):
         chasles.load(folder.path)

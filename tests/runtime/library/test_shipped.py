@@ -15,7 +15,7 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""The vector that each first input represents; any other first input is a task."""
+"""The vector that each first input represents. All other first inputs are tasks."""
 
 
 @pytest.fixture(params=NAMES)

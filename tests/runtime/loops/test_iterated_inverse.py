@@ -75,7 +75,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg is the main chain; the other legs close in half of their eight slots.
+    # The first leg is the main chain. Its actuator value is correct in half of the eight slots.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])
@@ -88,7 +88,7 @@ def test_leg_lengths_keep_their_sign(tmp_path):
     slots = robot.ik(model.tip(z))
     assert (slots.q[slots.valid] > 0).all()
     np.testing.assert_allclose(slots.q[slots.valid], z[:, model.actuated], atol=SAME)
-    # No leg that closes a loop is inverted in any mode.
+    # In all modes, the lengths of the legs that close loops are positive.
     assert (slots.q[..., 1:] > 0).all()
 
 

@@ -102,7 +102,7 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
         force = ur5e.force_ellipsoid(q, components=components)
         np.testing.assert_allclose(force.lengths, 1 / found.lengths[:, ::-1], rtol=1e-12)
         np.testing.assert_array_equal(force.axes, found.axes[:, :, ::-1])
-    # Torques of norm 1 balance any wrench on the boundary of the ellipsoid of all components.
+    # Torques of norm 1 balance any wrench on the boundary of the force ellipsoid of all components.
     whole = ur5e.force_ellipsoid(q, components="all")
     length = ur5e.characteristic_length
     wrench = whole.axes[..., 0] * whole.lengths[:, :1] * np.repeat([1 / length, 1], 3)

@@ -38,7 +38,7 @@ def test_exp_matches_30_digit_reference(angle):
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_log_inverts_exp(angle):
-    # The oracle is computed to 40 digits and rounded, so it is independent of se3.exp.
+    # The oracle is computed at 40-digit precision and rounded, so it is independent of se3.exp.
     x = twists(angle, 12)
     T = np.array([exact_exp(row) for row in x])
     np.testing.assert_allclose(se3.log(T), x, rtol=0, atol=1e-14)
@@ -99,7 +99,7 @@ def test_screw_interpolation_has_constant_twist():
     np.testing.assert_allclose(path[-1], T_b, atol=4e-15)
     steps = se3.log(se3.inverse(path[:-1]) @ path[1:])
     np.testing.assert_allclose(steps, np.broadcast_to(steps[0], steps.shape), atol=1e-14)
-    # Another frame on the same body follows the same screw motion.
+    # Every frame on the same body follows the same screw motion.
     T_b_c = se3.exp(twists(0.7, 8)[0])
     other = se3.interpolate(T_a @ T_b_c, T_b @ T_b_c, s)
     np.testing.assert_allclose(other, path @ T_b_c, atol=1e-14)

@@ -27,7 +27,7 @@ def test_feasible_twist_is_reached_with_minimum_norm_rates(name):
     scale = 1 + np.abs(V).max(-1)
     assert (np.abs(found.twist - V).max(-1) / scale)[away].max() <= CLOSURE
     np.testing.assert_allclose(reached(robot, q, found.qd), found.twist, rtol=0, atol=1e-12)
-    # No other rates with the same twist have a smaller norm.
+    # No other joint rates with the same twist have a smaller norm.
     _, _, unit = pure(robot, q)
     sizes = [np.linalg.norm(x / unit, axis=-1) for x in (found.qd, given)]
     assert (sizes[0] <= sizes[1] * (1 + 1e-9)).all()
@@ -55,7 +55,7 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
 
 
 def test_damping_follows_smallest_singular_value_formula(ur5e):
-    # Distances from the wrist singularity: from 1e-9 to the region without damping.
+    # The distances from the wrist singularity range from 1e-9 to the region without damping.
     q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (40, 1))
     q[:, 4] = np.geomspace(1e-9, 0.5, 40)
     V = twists(40)
@@ -211,7 +211,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Joints move at random at 250 Hz until they reach limits; every bound holds at every tick."""
+    """Random joint rates at 250 Hz move joints to their limits. All bounds hold at every tick."""
     rng = np.random.default_rng(10)
     dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
@@ -269,7 +269,7 @@ def test_joint_brakes_as_late_as_possible_before_limit():
         ticks += 1
         assert ticks < 5000
     stroke = robot.upper[2] - robot.lower[2] - 0.01
-    # The joint accelerates to full speed or to the middle, and then brakes.
+    # The joint accelerates until it reaches full speed or the middle of its range, and then brakes.
     top = min(1.0, np.sqrt(most * stroke))
     least = 2 * top / most + (stroke - top**2 / most) / top
     assert ticks * dt < least + 5 * dt
@@ -281,17 +281,16 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
-    # For a tenth of the speed in the same direction, the slowest joint bounds the increase in
-    # speed.
+    # From a tenth of the speed in the same direction, one joint limits the increase in speed.
     found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
-    # For the opposite direction, all joints brake at their acceleration limits.
+    # From the opposite direction, all joints brake at their acceleration limits.
     found = ur5e.joint_rates(q, -V, qd_previous=wanted, **limits)
     assert found.scale < 1e-9
     braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
     np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
-    # For a slightly different direction, only the limiting joint deviates, and the speed hardly
+    # From a slightly different direction, only the limiting joint deviates, and the speed hardly
     # drops.
     aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
     found = ur5e.joint_rates(q, V, qd_previous=aside, **limits)
@@ -356,7 +355,7 @@ def test_secondary_objective_never_reduces_task_scale(panda):
 
 
 def test_secondary_objective_uses_remaining_freedom_at_saturation():
-    """Only the saturated joint loses null-space motion, since two redundant freedoms remain."""
+    """Only the saturated joint loses null-space motion, since two degrees of redundancy remain."""
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
     z = 3.0 * np.random.default_rng(18).normal(size=q.shape)

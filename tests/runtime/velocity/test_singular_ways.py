@@ -31,7 +31,7 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Returns the distance (..., 3) of each leg from its nearest reach limit."""
+    """Returns the distance (..., 3) of each leg's end from the nearest limit of its reach."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 
@@ -119,7 +119,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
     assert len(found.type_1) >= 3
     for curve in (*found.type_1, *found.type_2):
         assert np.hypot(*np.diff(curve, axis=0).T).max() < 1.5 * cell
-    # Every sign change on a fine line is next to a curve.
+    # Every sign change of the determinant on a finely sampled line is close to a singularity curve.
     checked = 0
     for y in np.linspace(-0.34, 0.34, 41):
         x = np.linspace(-0.34, 0.34, 2001)
@@ -128,7 +128,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
         known = np.isfinite(values[1:]) & np.isfinite(values[:-1])
         for k in np.flatnonzero(known & ((values[1:] > 0) != (values[:-1] > 0))):
             distance = min(np.hypot(*(curve - row[k]).T).min() for curve in found.type_2)
-            # At the end of a curve, where a leg reaches its limit, a cell may have no complete
+            # A curve ends where a leg reaches its limit. A grid cell there may have no complete
             # edge.
             near = np.minimum(
                 abs(reaches(posed(row[k])) - LONG), abs(reaches(posed(row[k])) - SHORT)

@@ -21,7 +21,7 @@ IN_LINE = np.array([0.3, -1.2, 1.5, -0.4, 0.0, 0.2])
 """The second wrist joint is at 0, so the first and third wrist axes are parallel."""
 RATE = np.pi
 AWAY = 0.05
-"""Singular value above which a pose counts as regular: five degrees of the wrist."""
+"""Singular value above which a pose counts as regular: a wrist angle of five degrees."""
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     assert_sound(arm, track, 1e-3, RATE)
     assert track.min_singular_value < 1e-6
     assert abs(track.min_singular_value_index - STEPS // 2) <= 1
-    # Beyond the singularity the joints are recovered, although it leaves them undetermined.
+    # Beyond the singularity the joint positions are recovered, although they are undetermined at
+    # it.
     np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
     away = track.singular_value > AWAY
     assert 0.8 < away.mean() < 1
@@ -100,8 +101,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # The path passes the singularity in its singular direction. The closer it passes, the faster
-    # the wrist has to turn by half a turn.
+    # The path passes the singularity in the singular direction. The closer it passes, the faster
+    # the wrist must rotate by half a turn.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -115,7 +116,8 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
-    # At the singularity either turn of the wrist is possible; tracking selects one on departure.
+    # At the singularity the wrist can rotate in both directions. Tracking selects a direction on
+    # departure.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
     track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
@@ -127,8 +129,8 @@ def test_track_leaves_initial_wrist_singularity(arm):
 
 
 def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
-    # As documented, the error is the tool motion during half a turn of a joint, plus the motion
-    # until the wrist leaves the singularity.
+    # As documented, the error is at most the tool motion during half a turn of a joint, plus the
+    # motion until the wrist leaves the singularity.
     rng = np.random.default_rng(5)
     checked = 0
     while checked < 20:
@@ -138,7 +140,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # The path leaves the reach of some branch.
+            continue  # The path has poses that some branch cannot reach.
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -369,5 +371,5 @@ assert np.abs(track.q).min() < 1e-12
 
 
 def test_step_that_ends_near_zero_terminates():
-    """Near zero, a unit in the last place is too small to remove a rounding error from the rate."""
+    """Near zero, a unit in the last place is too small to compensate a rounding error."""
     subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=SECONDS)

@@ -20,5 +20,5 @@ def test_tracking_page_examples_print_documented_output(capsys):
 
 
 def kept(text):
-    """Returns the sentences that are the same on every machine, without their numbers."""
+    """Returns the sentences of a summary that are the same on every machine, without numbers."""
     return re.findall("[a-zA-Z]{2,}", text.split("Held")[0])

@@ -1,4 +1,4 @@
-"""Robots with loops as built: small random errors in loop lengths."""
+"""As-built robots with loops: small random errors of lengths in the loops."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -87,7 +87,7 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     for name in joints:
         yield f"axis of {name}", _tilted(mechanism, {name})
-    # The errors have both signs, so that proportions change.
+    # The errors have both signs, so that the proportions of the mechanism change.
     signs = np.random.default_rng(0).choice((-1, 1), len(lengths)).tolist()
     all_off = {k: s * LONGER for k, (s, x) in enumerate(zip(signs, lengths, strict=True)) if x != 0}
     spoilt = _with_lengths(mechanism, _longer(all_off))
@@ -102,7 +102,7 @@ def _longer(off: dict[int, sp.Rational]) -> Value:
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism with transformed placement and rod lengths, each visited once."""
+    """Returns a mechanism with transformed placement and rod lengths; each is transformed once."""
     return replace(
         mechanism,
         joints=tuple(
@@ -149,7 +149,7 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
     """Returns a mechanism with pinned links in place of its rods.
 
-    The geometry is the same, but its loops consist of bodies whose pins constrain all directions.
+    The geometry is the same, but the loops consist of bodies, whose pins constrain all directions.
 
     Args:
         mechanism: The robot; its rod frames are parallel to the base frame.
@@ -188,7 +188,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns a mechanism with displaced joints and closures, closed in least squares.
+    """Returns a mechanism with displaced joints and closures, whose loops close in least squares.
 
     Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
     """

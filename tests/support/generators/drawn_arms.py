@@ -37,7 +37,7 @@ SETS = 4
 SLIDES = 0.2
 """Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Range of the fraction of zero lengths per arm; zeros make a structure more likely."""
+"""Range of the fraction of zero lengths per arm. Zeros make a closed form more likely."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
@@ -58,7 +58,7 @@ class Drawn:
 
 
 def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
-    """Returns the arm of a seed; ``oblique`` is the fraction of oblique angles."""
+    """Returns the arm for a seed; ``oblique`` is the fraction of oblique angles."""
     draw = random.Random(seed)
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
@@ -71,7 +71,7 @@ def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
 
 
 def random_arm(seed: int) -> SerialRobot:
-    """Returns the arm of a seed."""
+    """Returns the arm for a seed."""
     arm = drawn(seed)
     joints = tuple(
         Joint(f"j{k}", kind, *arm.convention(kind, **fields))
@@ -156,7 +156,7 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Returns the results after the refinement of unsolved poses, as a robot does."""
+        """Returns the results after the refinement of unsolved poses, as in a loaded robot."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role
@@ -190,8 +190,8 @@ class Derived(Case):
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
     """Returns the inverses of a serial robot for random sets of fixed joints.
 
-    The number of fixed joints is the surplus of the robot, or one without surplus. The sets include
-    inner revolute joints.
+    The number of fixed joints is the degree of redundancy, or 1 if the robot is not redundant. The
+    sets include inner revolute joints.
     """
     lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
     count = max(len(lines.axes) - rank.of_chain(lines), 1)
@@ -211,9 +211,8 @@ def _terms(robot: SerialRobot) -> Terms:
 
 
 def cases_of(robot: SerialRobot) -> list[Derived]:
-    """Returns one case per inverse that the structure of a serial robot allows.
-
-    An arm that nearly has a structure has no case: only compiled C refines its nominal inverse.
+    """Returns one case per closed-form inverse of a serial robot. An arm that is only close to a
+    closed-form family has no case, because its nominal inverse is refined in compiled C.
     """
     found = inverses(robot, _terms(robot))
     if found.polished is not None:

@@ -53,7 +53,7 @@ class Sketch:
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
-        """Adds a body on a pin; returns the body name."""
+        """Adds a body connected by a pin; returns the body name."""
         before = (Translation((*at, 0)), *more)
         self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
         return f"{name}_b"
@@ -140,7 +140,7 @@ def stephenson(s: Sketch) -> None:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # If driven at the other end, the mechanism has no dyads.
+        # If the mechanism is driven at its other end, it has no dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 
@@ -325,7 +325,7 @@ class DrawnMechanism:
 
 
 def drawn_mechanism(seed: int) -> DrawnMechanism:
-    """Returns the mechanism of a seed."""
+    """Returns the mechanism for a seed."""
     family = list(FAMILIES)[seed % len(FAMILIES)]
     return drawn(FAMILIES[family], family, seed)
 
@@ -336,7 +336,7 @@ def drawn(
     """Returns a random mechanism with a closed reference.
 
     Args:
-        sketched: Function that adds the members.
+        sketched: Function that adds the members of the mechanism.
         family: Name of the family.
         seed: The seed.
         scale: Factor of all lengths; random by default.

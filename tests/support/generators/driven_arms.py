@@ -34,7 +34,7 @@ CLEAR = 0.02
 """Distance from dead points (radian, or relative to the size) that such errors may cause."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
-"""Length scale: arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
+"""Scale of the lengths. Arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
 """Adds the drive of a body at its pin on another body."""
 
@@ -115,15 +115,15 @@ def driven_arm(s: Sketch) -> None:
 
 
 def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
-    """Returns the arm of a seed, with a tool on its last body."""
+    """Returns the arm for a seed, with a tool on its last body."""
     found = drawn(driven_arm, "driven arm", seed, SCALE)
     return replace(found, mechanism=replace(found.mechanism, tool=tool))
 
 
 def built_arm(seed: int) -> Mechanism:
-    """Returns the arm of a seed as built, with its design as the nominal mechanism.
+    """Returns the as-built arm for a seed, with its design as the nominal mechanism.
 
-    The reference is away from dead points, where errors may leave the loops open.
+    The reference is not near a dead point, because errors may prevent the loops from closing there.
     """
     for attempt in range(ATTEMPTS):
         design = drawn_arm(seed + ATTEMPTS_APART * attempt)
@@ -139,7 +139,7 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns an arm as built: errors of all lengths, and axis errors of joints outside loops.
+    """Returns an as-built arm: errors of all lengths, and axis errors of joints outside loops.
 
     Args:
         design: The arm.

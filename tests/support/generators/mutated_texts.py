@@ -1,4 +1,4 @@
-"""Robot files with random mutations: most are invalid, some are robots with odd numbers."""
+"""Robot files with random mutations. Most are invalid, but some are robots with odd numbers."""
 
 import random
 import re

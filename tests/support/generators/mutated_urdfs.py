@@ -1,7 +1,7 @@
 """URDF variants of one arm with different digits, frames and names, as from exporters.
 
-A mutation changes the number format or the frames of a chain. The axes do not move, except for
-truncated digits or added noise.
+A mutation changes the number format or the frames of a chain. The joint axes do not move, except
+for truncated digits or added noise.
 """
 
 import random
@@ -26,7 +26,7 @@ MOST_TURNED, MOST_INSERTED = 3, 3
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint of a chain, with numbers as written in a file."""
+    """A joint of a chain, with its numbers as written in the URDF file."""
 
     name: str
     kind: str
@@ -159,7 +159,7 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Inserts fixed joints, with no displacement or with the translation of a joint."""
+    """Inserts fixed joints, which have no displacement or the translation of a joint."""
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MOST_INSERTED)):
         k = dice.randrange(len(joints))
@@ -184,7 +184,7 @@ def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Gives joints names that are invalid in C."""
+    """Replaces joint names by names that are invalid in C."""
     joints = enumerate(mutant.joints)
     names = [dice.choice(ODD_NAMES).format(f"j{k}") for k, _ in joints]
     pairs = zip(mutant.joints, names, strict=True)

@@ -1,7 +1,7 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
 A leg has three joints. One is actuated, and one (the closure) is not part of the joint tree: the
-base carries the joints before the closure, the platform the joints behind it. Legs with two passive
+base carries the joints before the closure, the platform the joints after it. Legs with two passive
 prismatic joints are excluded, because they constrain only the platform angle.
 """
 
@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 Place = tuple[float, float, float]
-"""x, y (metre) and angle of a frame relative to another frame."""
+"""The x, y (metre) and angle of a frame relative to the preceding frame."""
 HEAD = """
 name = "{name}"
 convention = "urdf"
@@ -50,7 +50,7 @@ LEGS = tuple(
     for actuated in range(JOINTS)
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
-"""Leg types: the joints from base to platform, and the index of the actuated joint."""
+"""Leg types: the joint types from base to platform, and the index of the actuated joint."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
 """Number of Newton steps to the reference; closure tolerance; step of complex derivatives."""
 AWAY = 0.05
@@ -148,7 +148,7 @@ class DrawnPlatform:
         return np.stack([self.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
 
     def closes(self) -> bool:
-        """Whether the legs close near the reference despite rounded numbers."""
+        """Whether the loops of the legs close near the reference despite rounded numbers."""
         described = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
         x = described
         for _ in range(ITERATIONS):
@@ -161,7 +161,7 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """Returns a platform of about 1 m size, with specified or random leg types, that closes."""
+    """Returns a platform of about 1 m size with closed loops and specified or random leg types."""
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)
@@ -221,7 +221,7 @@ def _moved(kind: str, value: np.ndarray) -> np.ndarray:
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:
-    """Returns the inverse of poses; valid for complex poses, so nothing is conjugated."""
+    """Returns the inverse of poses. Complex poses are transposed without conjugation."""
     found = np.zeros_like(T)
     found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
     found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]

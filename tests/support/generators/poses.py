@@ -22,12 +22,12 @@ SINGULAR = 1e-12
 SAMPLES = 48
 BISECTIONS = 60
 STROKE = 1.0
-"""Assumed travel of an unlimited prismatic joint in each direction [m]."""
+"""Assumed range of an unlimited prismatic joint in each direction [m]."""
 
 
 @dataclass(frozen=True)
 class Singularity:
-    """A type of singularity: one joint moves a Jacobian determinant to zero.
+    """A type of singularity: a Jacobian determinant becomes zero at some values of one joint.
 
     Attributes:
         joint: Index of the joint.
@@ -230,7 +230,7 @@ def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
 
 
 def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
-    """Returns every q with angles of -90, 0, 90 or 180 degrees; prismatic values are random."""
+    """Returns every q whose angles are -90, 0, 90 or 180 degrees; prismatic values are random."""
     quarters = np.arange(-1, 3) * (np.pi / 2)
     moving = [k for k in range(case.robot.n) if case.turns[k] and k not in case.free]
     angles = np.array(list(product(quarters, repeat=len(moving))))
@@ -272,7 +272,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns coordinates with a sign change of the determinant along the joint, bracketed."""
+    """Returns coordinate pairs that bracket a sign change of the determinant along the joint."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

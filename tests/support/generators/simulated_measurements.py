@@ -29,10 +29,10 @@ ANOTHER = 0.02
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
-"""Configuration counts of devices with several values per configuration; else `MOST`."""
+"""Configuration counts of devices with several values per configuration. Other devices: `MOST`."""
 MOST = 150
 FEW = 6, 25
-"""Minimum and maximum count of few configurations."""
+"""Minimum and maximum configuration count of the "few" measurements."""
 REACH = 2.0
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 TOUCHING = 1e-10
@@ -75,10 +75,10 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
         robot: A robot with parametric functions.
         seed: The seed.
         device: One of `DEVICES`; random by default.
-        another: Whether a link has the error `ANOTHER`.
+        another: Whether a link has the error `ANOTHER`, as on a different robot.
     """
     rng = np.random.default_rng(seed)
-    # Robots with one or two coordinates touch a surface only at points or along a curve.
+    # Robots with one or two coordinates reach a surface only at points or along a curve.
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
     vary, parameter_std = _model(robot, rng)
@@ -128,13 +128,13 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length whose error differs from any base, tool or zero-offset error."""
+    """Returns a length parameter whose error no base, tool or zero-offset error can replace."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])
     q = q[np.isfinite(robot.fk_p(q, nominal)).all((-1, -2))]
     J = robot.identification_jacobian(q, nominal)[:, :3]
-    # Errors of other targets are combinations of base and tool errors.
+    # The errors of other parameters are combinations of base and tool errors.
     own = np.array([item.part in ("base", "tool", "offset") for item in robot.geometry])
     taken = np.linalg.qr(J[..., own].reshape(-1, own.sum()))[0]
     left = J.reshape(-1, J.shape[-1])
@@ -199,7 +199,7 @@ def _contacts(
     noise: float,
     rng: np.random.Generator,
 ) -> tuple[Measurements, np.ndarray]:
-    """Returns contacts of a target with a surface in the middle of the workspace."""
+    """Returns configurations in which a target touches a surface in the middle of the workspace."""
 
     def placed(q):
         T = robot.fk_p(q, p)

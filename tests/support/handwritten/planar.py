@@ -206,7 +206,7 @@ def write(folder: Path, rod="13/100"):
 
 
 def reference(rod):
-    """Returns the reference: the centered platform, with cranks to the left of its pins."""
+    """Returns the reference: the platform at the center, with cranks to the left of its pins."""
     pose = np.zeros(3)
     return {"q": cranks(pose, rod, 1.0).tolist(), "z": pose.tolist()}
 

@@ -139,7 +139,7 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Writes the arm to a folder; the inverse always uses A1, not the true length."""
+    """Writes the arm to a folder. The inverse always uses the length A1, not the true length."""
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

@@ -1,6 +1,6 @@
 """Handwritten planar snake with many links in the contract format.
 
-Forward kinematics is undefined if the first joint is beyond one radian, like a robot whose loops
+Forward kinematics is undefined if the first joint is beyond one radian, as in a robot whose loops
 cannot be closed.
 """
 

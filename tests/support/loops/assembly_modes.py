@@ -35,7 +35,7 @@ def followed(model, q):
 
 
 def closes_at(model, theta, q, seed=0):
-    """Whether the loops close with the main chain at theta (n_theta,) and actuators at q (n,).
+    """Tests whether the loops close for main-chain joints theta (n_theta,) and actuators q (n,).
 
     The passive joints are solved from random starts with the equations of the description.
     """

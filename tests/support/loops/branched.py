@@ -1,4 +1,4 @@
-"""Functions with branches for tests of generated code, such as the inverse of an arm."""
+"""Functions with branches, such as the inverse of an arm, for tests of generated code."""
 
 from pathlib import Path
 

@@ -5,7 +5,8 @@ import numpy as np
 from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
-# Loops are closed to rounding error; a reference must be within NEAR (radian or metre).
+# Loops are closed up to rounding error. The closed values must be within NEAR of the stated
+# reference (radian or metre).
 CLOSED = 1e-12
 NEAR = 0.15
 # Minimum singular value of well-conditioned loop equations.

@@ -15,14 +15,14 @@ from tests.support.derivations import description
 TINY = 1e-30
 """Complex step for derivatives with full accuracy."""
 ROUNDING = 1e-13
-"""Newton steps below this size leave only rounding errors [rad or m]."""
+"""After a Newton step below this size, only rounding errors remain [rad or m]."""
 
 
 class Model:
     """A numeric mechanism.
 
-    A configuration z (N, n_z) contains all moving joints in the order of the description. Then
-    follow, per strut, the coordinate of a cylinder and the swing angle of a strut on pins.
+    A configuration z (N, n_z) contains all moving joints in the order of the description. For each
+    strut, the coordinate of a cylinder and the swing angle of a strut on pins follow.
     """
 
     def __init__(self, mechanism):
@@ -109,7 +109,7 @@ class Model:
     def newton(self, z, known):
         """Returns configurations near z that close the loops, with some entries fixed.
 
-        Iterates until the step is only rounding error.
+        Iterates until the Newton step is as small as the rounding error.
         """
         z = z.copy()
         free = [k for k in range(len(self.names)) if k not in known]
@@ -151,8 +151,8 @@ class Model:
     def _swing_axes(self, strut):
         """Returns the zero direction and the 90-degree direction of a swing angle.
 
-        The zero direction is the first of x, y, z in the plane of the start body; the second is
-        left of it about the first axis of the loop.
+        The zero direction is the first axis of the start body (x, y or z) that lies in the plane.
+        The 90-degree direction is to its left about the first axis of the loop.
         """
         if strut.ends == "ball":
             return None

@@ -40,7 +40,7 @@ def bounds(name):
 
 
 def random_q(name, n, seed=0, wider=0.0):
-    """Returns coordinates within limits, widened by ``wider`` times the range."""
+    """Returns coordinates within limits that are widened by ``wider`` times the range."""
     lower, upper = bounds(name)
     span = wider * (upper - lower)
     generator = np.random.default_rng([seed, zlib.crc32(name.encode())])

@@ -166,7 +166,7 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """Bar on equal cranks: two determine its motion, every further crank is redundant."""
+    """Bar on equal cranks. Two cranks determine its motion; every further crank is redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -270,7 +270,7 @@ def rsur():
 
 
 def bennett(kind="pin"):
-    """Bennett linkage: four skew pins with one degree of freedom; the count predicts -2."""
+    """Bennett linkage: four skew pins with one degree of freedom, although Kutzbach counts -2."""
     a, b, alpha = 1, 2, sp.pi / 6
     beta = sp.asin(sp.sin(alpha) * b / a)
     turn = lambda angle: ("x", angle)  # noqa: E731

@@ -6,7 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random cranks; half belong to existing poses, with random crank branches."""
+    """Returns random crank angles. Half of them belong to reachable poses, on random branches."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -20,7 +20,7 @@ def errors(q, modes, rod):
 
 
 def residuals(q, phi, rod):
-    """Returns the residual of rod 3 at both intersections of rods 1 and 2, and height^2.
+    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and height^2.
 
     Purely geometric: the platform origin lies on three circles.
     """
@@ -37,7 +37,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Counts zeros between angles by sign changes; doubtful cells are refined."""
+    """Counts zeros between angles by sign changes. Intervals with doubtful signs are refined."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):
@@ -46,8 +46,8 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # Where the first two circles stop intersecting, both branches merge: different signs before
-    # this point indicate a zero.
+    # Both branches merge at the angle at which the first two circles cease to intersect. Different
+    # signs of the branches before this angle indicate a zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

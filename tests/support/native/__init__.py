@@ -15,14 +15,17 @@ from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag only for C of chasles, which GCC 12 vectorizes incorrectly; it would slow peers down."""
+"""Flag only for the C code of chasles.
+
+GCC 12 vectorizes this code incorrectly without the flag, which would slow peers down.
+"""
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",
 )
 """Compiler flags of chasles and of every peer: -O3 -march=native, no errno.
 
-NDEBUG is for peers: Eigen assertions take as long as the kinematics.
+NDEBUG is for peers, because assertions of Eigen take as long as the kinematics.
 """
 
 
@@ -33,7 +36,7 @@ class Source:
     Attributes:
         name: Name of the library.
         files: The text of each file; the first file is compiled.
-        flags: Further flags: include folders, definitions.
+        flags: Additional flags: include folders, definitions.
     """
 
     name: str

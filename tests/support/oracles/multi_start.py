@@ -1,8 +1,8 @@
 """Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
-Only the description is used: frames, closures and lengths. A pin or ball joins two points, a rod
-keeps two points at a distance, and a cylinder of unknown length has no equation. Loops without
-shared unknown joints are solved separately, and their modes are combined.
+Only the description is used: frames, closures and lengths. A pin or ball joint connects two points,
+a rod keeps two points at a constant distance, and a cylinder of unknown length adds no equation.
+Loops without shared unknown joints are solved separately, and their modes are combined.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from chasles.derive.model.placements import Placement, Translation
 from chasles.derive.model.robot import Joint
 
 STARTS = 48
-"""Number of starts per round; rounds end when one finds nothing new."""
+"""Number of start configurations per round. The last round is the first without a new mode."""
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
@@ -219,7 +219,7 @@ class Multistart:
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
-        """Whether the loops without unknown joints are closed."""
+        """Tests whether the loops without unknown joints are closed."""
         at = {name: np.array([value]) for name, value in fixed.items()}
         known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
         return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)
@@ -240,7 +240,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """Returns all modes of loops that share unknown joints, per row."""
+        """Returns all modes of loops that share unknown joints, for each row of known values."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]

@@ -35,9 +35,9 @@ def least_error(
     Args:
         robot: The robot, with parametric functions.
         drawn: The true robot.
-        found: A calibration that defines the variables and standard deviations.
+        found: A calibration, which defines the variables and standard deviations.
         random: Random generator of the estimates.
-        chance: Probability that the error exceeds the second result.
+        chance: Probability that the error exceeds the second returned value.
 
     Returns:
         The mean error, and the error that is exceeded with the given probability at most.

@@ -24,7 +24,8 @@ class Screws:
 
     Attributes:
         axes: (n, 3) unit vectors along revolute axes; zero for a prismatic joint.
-        points: (n, 3) a point of each revolute axis, the closest to the base's origin.
+        points: (n, 3) the point of each revolute axis that is closest to the origin of the base
+            frame.
         slides: (n, 3) unit vectors along prismatic axes; zero for a revolute joint.
         home: (4, 4) pose of the tip.
     """
@@ -93,7 +94,7 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns the point closest to several lines, and the largest distance [m] of a line."""
+    """Returns the point closest to several lines, and its largest distance [m] from a line."""
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]

@@ -1,4 +1,4 @@
-"""Tasks of inverses: target of a pose, error of a pose from a target, and Jacobian."""
+"""Tasks of inverses: target of a pose, error of a pose relative to a target, and Jacobian."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

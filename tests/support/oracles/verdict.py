@@ -34,7 +34,8 @@ class Verdict:
     Attributes:
         poses: Number of targets, all reachable.
         missed: Number of targets without a correct claimed solution.
-        unfound: Number of targets without any correct answer, claimed or not.
+        unfound: Number of targets without a correct answer, even among answers not claimed as
+            solutions.
         wrong: Number of targets with an incorrect claimed solution.
         lost: Number of targets whose regular generating coordinates are not among the solutions;
             None for singular sets.
@@ -141,7 +142,7 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns task Jacobian and residual, with rows for further inputs that depend on q."""
+    """Returns task Jacobian and residual, with rows for additional inputs that depend on q."""
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):

@@ -27,5 +27,5 @@ def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Whether a peer selects some of the infinitely many solutions of a robot."""
+    """Tests whether a peer selects some of the infinitely many solutions of a robot."""
     return name == "ssik" and case.robot.n > MAX_JOINTS

@@ -27,7 +27,7 @@ class Answers:
 
     Attributes:
         q: (m, k, n) joint values, NaN in slots without an answer.
-        claimed: (m, k) whether the solver claims a solution, not a least-squares answer.
+        claimed: (m, k) whether the solver claims a solution and not only a least-squares answer.
     """
 
     q: np.ndarray
@@ -109,14 +109,14 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns a function that aligns the tip axes at zero with the base axes, as peers expect."""
+    """Returns a function that aligns the tip axes at zero joint values with the base axes."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """Returns shifts (n + 1, 3) from base over the axes to tip; grouped axes share a point."""
+    """Returns shifts (n + 1, 3) from base to tip along the axes; axes of a group share a point."""
     points = chain.points.copy()
     for group in map(list, groups):
         points[group] = meeting(chain.axes[group], points[group])[0]

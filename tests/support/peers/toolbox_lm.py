@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
 An arm is a sequence of constant transforms to each axis, joint motions about or along z, and a
-constant transform to the tool. This is the shortest sequence of elements.
+constant transform to the tool. No shorter sequence of elements describes the arm.
 """
 
 from collections.abc import Callable

@@ -20,10 +20,12 @@ from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "UPS", "RUS", "UPS", "UPS")}
-"""Platform seeds with the types of their legs: planar legs, then spatial legs."""
+"""Platform seeds and leg types: first platforms with planar legs, then with spatial legs."""
 SLOTS = 4
-"""Two branches of a prismatic joint and two of an arm. Lengths keep their sign, and no coordinate
-depends on the branch of a universal joint."""
+"""Number of branches: two for a prismatic joint, times two for an arm.
+
+Lengths keep their sign, and no coordinate depends on the branch of a universal joint.
+"""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
