@@ -36,7 +36,8 @@ def header(
         programs: The programs of the functions, for the operation counts.
         further: Commented declarations of functions that call these functions.
     """
-    # A robot may be called hexapod or lanes; this prefix avoids the guards of chasles' own headers.
+    # A robot may be called hexapod or lanes; this prefix prevents a clash with the include guards
+    # of chasles' own headers.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Coordinate] = robot.coordinates
     coordinates = "\n".join(

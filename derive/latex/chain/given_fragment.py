@@ -21,8 +21,7 @@ UNITS_OF_TABLES = (
 MOST_RUNS = 2
 """Maximum number of joint tables (one per convention); above it, one table of transforms."""
 FEW = 4
-"""Maximum number of names joined by "and"; longer lists are separated by commas or shortened by
-dots."""
+"""Maximum number of names joined by "and"; longer lists have commas or dots."""
 
 
 def parameters(page: Page) -> str:

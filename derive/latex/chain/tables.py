@@ -327,7 +327,7 @@ def _column_kind(column: Column) -> str:
 
 
 def _boxed(cell: str) -> str:
-    """Formats a cell, as a paragraph if it is too wide."""
+    """Formats a cell, as a paragraph if the cell is too wide for one line."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"

@@ -34,7 +34,7 @@ typedef struct {
 } Arm;
 
 typedef struct {
-    const double *weights; /* (6,) weights of the error, linear first, per unit length */
+    const double *weights; /* (6,) of the error, linear first; linear weights per unit length */
     double unit;           /* [m] the length that is equivalent to one radian */
     double tolerance;      /* in radians and in unit lengths */
     int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
