@@ -112,4 +112,4 @@ class ManifestError(KernelError, ValueError):
 
 
 class MismatchError(KernelError):
-    """Generated files, a robot or a compiled library differ from the recorded content."""
+    """Generated files, a robot or a compiled library do not match the recorded content."""

@@ -17,7 +17,7 @@ from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
 from .roles import Kind, Role
 
 SUPPORT = "support"
-"""The folder of the C headers shared by neighboring robots."""
+"""Name of the folder of C headers that robots in the same parent folder share."""
 FORMAT = 2
 """The format version of the manifest, stored in its field `chasles`."""
 

@@ -1,8 +1,8 @@
 """Records: frozen dataclasses that can be converted from and to JSON objects.
 
-The annotations of a dataclass are its schema: `str`, `bool`, `float`, `int` (a count or an index),
-tuples, mappings, other records and unions with None. `Annotated[kind, Check(...)]` adds a
-condition. A field with a default is optional and is written only if its value differs.
+The annotations of a dataclass are its schema: `str`, `bool`, `float`, `int` (0 or greater), tuples,
+mappings, other records and unions with None. `Annotated[kind, Check(...)]` adds a condition. A
+field with a default is optional and is written only if its value differs.
 """
 
 from __future__ import annotations

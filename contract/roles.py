@@ -18,7 +18,7 @@ KINDS = {
     "chain in closed form.",
     "iterated": "The loops are solved by iteration in both directions.",
 }
-"""The kinds of robots: how the tool pose follows from the actuated coordinates."""
+"""The kinds of robots, which differ in how the tool pose follows from the coordinates."""
 
 SOLUTIONS = {
     "serial": "",
@@ -81,7 +81,7 @@ INTERMEDIATE = {
     *("branches", "closure", "lengths", "lengths derivative", "modes", "nominal inverse"),
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
-"""Roles of functions that methods of a robot call: they are no attributes of it."""
+"""Roles of functions that only methods call; the functions are not attributes of a robot."""
 
 AIMS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
 """The components of a task with their number of entries. "position" is the tool position, "plane"

@@ -68,7 +68,7 @@ def is_up_to_date(job: Job) -> bool:
         path.parent: path.read_text(encoding="ascii").splitlines()
         for path in job.to.glob(f"*/{STAMP}")
     }
-    # The files of a folder are read only if its stamp contains the hash of these sources.
+    # The files in a folder are read only if the folder's stamp contains the hash of these sources.
     return any(
         lines[:1] == [recipe] and lines[1:] == [_contents(folder)]
         for folder, lines in stamped.items()

@@ -70,7 +70,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
         job: The job for the file.
         tips: Tip links; if empty, the groups or the link tree of the file determine the tips.
         groups: Names of SRDF groups.
-        srdf: The SRDF file; None uses the SRDF next to the file.
+        srdf: The SRDF file; None selects the SRDF file next to the robot file.
 
     Raises:
         DescriptionError: The description is invalid.

@@ -10,7 +10,7 @@ from ..model.errors import DerivationError
 
 ROOM = Path(__file__).resolve().parents[1]
 REPEATED = 1.0
-"""Seconds until the timer fires again if a library has swallowed the signal."""
+"""Seconds until the timer fires again if a library has suppressed the signal."""
 
 
 class OutOfTime(DerivationError):

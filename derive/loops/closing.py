@@ -31,7 +31,7 @@ ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Number of random configurations for the rank, which drops only at singular ones."""
+"""Number of random configurations for the rank, which is lower only at singular ones."""
 
 
 def closed_configuration(

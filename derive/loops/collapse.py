@@ -1,6 +1,6 @@
 """Replaces chain segments whose rotations cancel by a single translation.
 
-If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
+If loops make the angle sum of consecutive parallel axes constant, the bodies after these axes only
 translate. This translation is a sum of planar vectors, and the loop equations eliminate solved
 angles from the sum. The resulting expressions are often short: a pantograph arm moves its wrist
 along a straight line and a circle.

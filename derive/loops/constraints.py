@@ -1,7 +1,7 @@
 """Loop closure on SE(3), and the independent scalar equations of each loop.
 
-A loop starts at the body at which its two branches meet. It follows branch a to the closer, passes
-through it, and returns along branch b:
+A loop starts at the body at which its two branches meet. The loop follows branch a to the closer,
+passes through the closer, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
@@ -195,7 +195,7 @@ def jacobian(
 ) -> tuple[tuple[sp.Expr, ...], ...]:
     """Returns the derivative of all residuals with respect to z, by rows: (equations, len(z)).
 
-    Each row has the unit of its equation per radian or metre. The matrix loses rank if the
+    Each row has the unit of its equation per radian or metre. The matrix is rank deficient if the
     mechanism is overconstrained or at a singularity.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)

@@ -1,4 +1,4 @@
-"""Derivation state of a robot with loops: coordinates, solved loops and tool kinematics."""
+"""Shared results for a robot with loops: coordinates, solved loops and tool kinematics."""
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace

@@ -49,7 +49,7 @@ WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
-"""Serial-robot function names, by the names of the open main chain's functions."""
+"""Names of serial-robot functions, keyed by function names of the open main chain."""
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:

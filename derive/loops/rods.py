@@ -28,7 +28,7 @@ class Rod:
     """A strut at given theta and q, in the base frame (metre).
 
     Attributes:
-        a: The rod's end on an actuated body or the base.
+        a: The rod's end on an actuated body or on the base.
         b: The rod's end on the platform.
         d: The vector from a to b.
         distance: The length of d.

@@ -115,7 +115,7 @@ class Convention:
             without the joint's motion; empty if there is no such product.
         turning: Field to which a revolute joint adds its variable; empty if there is none.
         sliding: Field to which a prismatic joint adds its variable; empty if there is none.
-        second_part: First field of the second table if one table is too wide.
+        second_part: First field in the second of two tables, if a single table is too wide.
         numbers: Function that returns, for a joint's kind, the product of elementary motions in the
             values that a calibration corrects; None selects the link transform.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The

@@ -29,9 +29,9 @@ MOST_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Maximum number of digits before the decimal point, which rejects ``1e999999999``."""
+"""Maximum number of digits before the decimal point; ``1e999999999`` has too many."""
 SMALLEST_MAGNITUDE = 400
-"""Maximum number of decimal places: exporters write ``1.2246467991473532e-16`` and smaller."""
+"""Maximum number of decimal places; exporters write ``1.2246467991473532e-16`` and smaller."""
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
     "sqrt": (root, 1),
     "sin": (sp.sin, 1),

@@ -31,7 +31,7 @@ from .robot import (
 )
 
 ClosureMode = Literal["exact", "least squares"]
-"""How loops close: exactly, or in the least-squares sense if they are overconstrained."""
+"""The kind of loop closure: exact, or in the least-squares sense for overconstrained loops."""
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
 DriveKind = Literal["gear", "rack", "belt", "chain"]

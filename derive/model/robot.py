@@ -281,7 +281,7 @@ class SerialRobot:
 
     Raises:
         DescriptionError: Names clash, a mimic joint has no leader, a symbol is not a parameter, or
-            no joint has its own coordinate.
+            no joint has a coordinate of its own.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Roots and angles of numbers: exact for short numbers, decimal for long numbers.
 
-A long decimal number is itself rounded, so its exact root is no better than a decimal root. SymPy
-would factor the number, which may take long or fail.
+A long decimal number is itself rounded, so its exact root is no better than a decimal root. For an
+exact root, SymPy would factor the number, which may take long or fail.
 """
 
 from collections.abc import Mapping
@@ -12,9 +12,10 @@ from .tolerances import WORKING_DIGITS
 from .values import Values
 
 LONGEST_EXACT = 10**15
-"""Maximum numerator and denominator of a short fraction: the digits of a double.
+"""Maximum numerator and denominator of a short fraction, which correspond to the digits of a
+double.
 
-SymPy's factor search always completes on the square of a short square root.
+SymPy can always factor the square of a number with a short square root.
 """
 
 

@@ -12,50 +12,53 @@ EVALUATION_DIGITS = 40
 """Decimal digits of evaluated constants: more than twice the 16 digits of a double, so that
 rounding does not affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
-"""Decimal digits of intermediate results. Chains of named constants lose a few digits, so all 40
-digits of a constant are correct."""
+"""Decimal digits of intermediate results. Chains of named constants lose a few digits. With these
+additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Correct decimal digits of such a constant; rounding and cancellation may spoil the last eight."""
+"""Correct decimal digits of such a constant; rounding and cancellation may change the last
+eight."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Difference (no unit) below which a constant of order 1 equals an integer: 1e-32, the last
-reliable digit."""
+"""Difference (no unit) below which a constant near 1 equals an integer: 1e-32, the last reliable
+digit."""
 
 MOST_WAVES = 0.05
 """Maximum amplitude of a drive's waves (radian), relative to its gain. Up to this value, three
-Newton steps invert the drive equation to rounding error. Real drives stay below 0.001."""
+Newton steps invert the drive equation up to rounding error. Real drives stay below 0.001."""
 MOST_SAG = 0.05
 """Maximum derivative of a joint's deflection with respect to the coordinates. Each fixed-point step
-reduces the error by this factor, so twelve steps invert the spring equation to rounding error."""
+reduces the error by this factor, so twelve steps invert the spring equation up to rounding
+error."""
 
 # --- description: rounding in files ---
 
 NOISE = 1e-9
-"""Maximum difference between a file value and a short decimal that counts as noise. It is relative
-to the robot's longest length or a direction's largest component, or in radian. Exporters round
-poses to nine or more decimal places, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+"""Maximum difference between a file value and a short decimal that counts as noise. The difference
+is relative to the robot's longest length or to a direction's largest component, or in radian.
+Exporters round poses to nine or more decimal places, and 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Tool position change (metre) caused by noise removal above which a warning is printed; it exceeds
-the repeatability of an arm."""
+"""Tool position change (metre) caused by noise removal above which a warning is printed; the value
+exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
-nines follow the decimal. One in 500 intended values has them by chance."""
+nines follow the decimal. One in 500 intended values has such digits by chance."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
-radian). Below it, a parameter changes fifty times as much as the axis: an assembly error of 1 mrad
-needs 50 mrad. Axes 6 mrad from parallel, as in a factory calibration, give less than 1e-4 through
-their common normal."""
+radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
+error of 1 mrad needs a parameter change of 50 mrad. If axes are 6 mrad from parallel, as in a
+factory calibration, parameters along the common normal give less than 1e-4."""
 DOUBLE = 1e-15
-"""Maximum relative difference between a decimal and its double (no unit): 15 digits. One number in
-10^7 is as close to a single-precision number by chance."""
+"""Maximum relative difference (no unit) between a decimal number and its conversion to double
+precision: 15 digits. One number in 10^7 is as close to a single-precision number by chance."""
 SINGLE = 2.0**-23
 """Maximum relative rounding error of a single-precision number (no unit): one unit in the last
 place, for a computation that rounds twice."""
 ANGLE_SNAP = NOISE
-"""Difference (radian) within which an angle in a file snaps to a multiple of pi/12, however many
-digits are written."""
+"""Difference (radian) within which an angle in a file snaps to a multiple of pi/12, regardless of
+the number of written digits."""
 CHANCE = 0.01
-"""Maximum probability that an angle matches a multiple of the step by chance: the ratio of the last
-decimal place to the step. 1.57 is a right angle, 0.785 is 45 degrees, but 0.79 is not."""
+"""Maximum probability that an angle matches a multiple of the snapping angle by chance: the ratio
+of the last decimal place to the snapping angle. 1.57 is a right angle, 0.785 is 45 degrees, but
+0.79 is not."""
 LONGEST_LENGTH = 20.0
 """Length (metre) above which the unit must be stated. Links of arms are shorter than 10 m, and an
 arm in millimetres has a link above 20."""
@@ -71,31 +74,32 @@ UNLIMITED = 10_000
 """Width of a joint range (radian or metre) from which a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
-"""Digits of axis angles without a short exact form: 1e-25 rad is far below double rounding.
-Decimals avoid roots of long fractions, which SymPy would factorize."""
+"""Digits of axis angles without a short exact form: 1e-25 rad is far below the rounding of a
+double. Decimal numbers avoid roots of long fractions, which SymPy would factorize."""
 SHORT_PROPORTION = 1000
 """Largest integer in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Fraction of a quaternion (no unit) below which roll and yaw share one axis. Double rounding
-leaves 1e-16, and the direction of such a small component would be mostly rounding."""
+"""Fraction of a quaternion (no unit) below which roll and yaw share one axis. Rounding in double
+precision leaves 1e-16, and rounding would determine the direction of such a small component."""
 COMPILED_DECIMALS = 14
-"""Decimal places (metre, radian) of values computed by another program: rounding leaves 1e-16 for a
-metre or two, and nobody writes more than 13 decimal places."""
+"""Decimal places (metre, radian) of values computed by a program: rounding leaves 1e-16 for a metre
+or two, and nobody writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
 """Difference (radian) between such an angle and the file's angle: a few roundings of an angle near
 pi."""
 CALIBRATED_TOOL = 0.05
-"""Maximum tool displacement of a factory calibration at zero: metre, and norm of a difference of
-rotations. Calibrations move the tool by millimetres; another robot type by 80 mm or more."""
+"""Maximum tool displacement caused by a factory calibration at zero coordinates: metre, and norm of
+the difference of rotation matrices. Calibrations move the tool by millimetres. A calibration for
+the wrong robot type moves it by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
-file's lengths. With 15 digits, rounding gives about 1e-14; a wrong expression deviates by about its
-own value."""
+file's lengths. At 15-digit precision, rounding gives about 1e-14. The deviation of a wrong
+expression is about as large as the expression."""
 
 # --- terms, chain: numbers that equal integers ---
 
 MEANT = 1e-100
-"""Magnitude (no unit) below which a nonzero constant keeps its value. Rounding of numbers of order
+"""Magnitude (no unit) below which a nonzero constant is not replaced by 0. Rounding of numbers near
 1 leaves at least 1e-40, so a constant of 1e-150 comes from the file itself."""
 UNIT_VECTOR = 1e-12
 """Maximum difference between a unit vector's squared length and 1 (no unit): rounding leaves about
@@ -106,42 +110,44 @@ UNIT_VECTOR = 1e-12
 BRANCHES_APART = 1e-6
 """Distance difference below which two branches are equally near to the reference.
 
-Root of a sum of squares in radian or relative to the mechanism size. Double precision leaves about
-1e-8 near a dead point; references are written with three digits.
+The distance is the root of a sum of squares, in radian or relative to the mechanism size. Rounding
+in double precision leaves about 1e-8 near a dead point; references are written with three digits.
 """
 OFF_BRANCH = 1e-6
 """Joint gap (relative to the mechanism size, or radian) above which a branch does not exist.
 
-Double precision leaves about 1e-8 near a dead point; an incompatible joint has a gap of about its
-own length.
+Rounding in double precision leaves about 1e-8 near a dead point. The gap of an incompatible joint
+is about as large as the links.
 """
 LOOPS_AGREE = 1e-6
-"""Maximum loop residual of joint values that are given together (relative, or direction cosine).
+"""Maximum loop residual for joint values that are fixed together (relative, or direction cosine).
 
 If the main chain has more joints than freedoms, consistent values leave 1e-8 near a dead point.
-Inconsistent values leave more than anyone can set by hand.
+Inconsistent values, set by hand, leave far larger residuals.
 """
 OFF_AXIS = 1e-12
-"""Squared distance (square metre) from which a point at the reference is off an axis."""
+"""Squared distance (square metre) above which a point at the reference is not on an axis."""
 ZERO_COMPONENT = 1e-25
 """Vector components below this value are zero (no unit, or metre between points).
 
-Components have 40 digits, of which 15 remain for rounding. No intended nonzero value is as small.
+Components are evaluated at 40-digit precision, which leaves 15 digits for rounding errors. No
+intended nonzero value is as small.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""sin^2 of a transmission angle at the reference below which another ring of pins is solved first.
-Two degrees from a dead point, a tenth of a millimetre moves joints by milliradians."""
+"""sin^2 of a transmission angle at the reference below which a different ring of pins is solved
+first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints by
+milliradians."""
 CLEAR_LEG = 0.25
-"""sin^2 of a transmission angle at the reference below which a clearer leg for the same joint is
-preferred: 30 degrees, a typical joint motion in use."""
+"""sin^2 of a transmission angle at the reference, below which a leg farther from its dead point is
+preferred for the same joint: 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
 """Length relative to the longest vector below which a vector may be exactly zero. Rounding leaves
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
-"""Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. Its last
-step is 1e-14; with redundant equations it iterates on their squares."""
+"""Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. The last
+step of its iteration is 1e-14; for redundant equations it iterates on the squared equations."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest are zero (no unit).
 
@@ -151,7 +157,8 @@ the smallest singular value away from singularities (1e-3).
 REPEATED_EQUATION = 1e-4
 """Singular values of redundant equations near closure, relative to the largest.
 
-A residual of 1e-12 may be 1e-6 away from closure, where such equations still look independent.
+At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redundant equations still
+look independent.
 """
 REPEATED_AS_BUILT = 0.02
 """The same limit for as-built robots, whose tilted axes make redundant equations look independent:
@@ -161,43 +168,43 @@ WORTHWHILE_STEP = 0.9
 SAMPLED_RANGE = 0.3
 """Distance of random configurations from the reference (radian, or relative to the size).
 
-The distance is large enough to leave a singular reference, and small enough for Newton's method to
-close the loops.
+The distance is large enough to leave a singular reference, and small enough that Newton's method
+closes the loops.
 """
 NEIGHBOURHOOD = 0.02
 """Distance of closed configurations in the reference's neighborhood (radian, or relative to size).
 
-Farther away, Newton's method may find another assembly mode with other freedoms. The distance is
-large enough to detect singular values that vanish at the reference (4e-4 if they grow
+At larger distances, Newton's method may find a different assembly mode with different freedoms. The
+distance is large enough to detect singular values that vanish at the reference (4e-4 if they grow
 quadratically).
 """
 GAP = 1e-7
 """Gap up to which a loop counts as closed in a numerical search (relative to the size, or radian).
-Finite differences end about 1e-10 from closure. At a dead point the gap grows quadratically with
-the motion, so angles are then accurate to 3e-4 rad."""
+A search with finite differences ends about 1e-10 from closure. At a dead point the gap grows
+quadratically with the motion, so angles are then accurate to 3e-4 rad."""
 DIFFERENCE_STEP = 1e-6
-"""Step of central differences in such a search (radian, or relative to the mechanism size). Its
-square and the relative rounding of a double are both below 1e-9."""
+"""Step of central differences in such a search (radian, or relative to the mechanism size). The
+square of the step, and the rounding error of a double relative to the step, are both below 1e-9."""
 WORTHWHILE_GAIN = 1e-5
 """Minimum relative decrease of the squared gap (no unit) per iteration while minimizing it."""
 CLOSING_GAIN = 3e-3
-"""The same minimum while closing loops (no unit). With less, three quarters of the squared gap
-would remain after eighty iterations; closing needs fourteen orders of magnitude."""
+"""The same minimum while closing loops (no unit). With a smaller decrease, three quarters of the
+squared gap would remain after eighty iterations, but closing needs fourteen orders of magnitude."""
 SAME_POINT = 1e-9
 """Distance below which two points of a drawing coincide (metre), also for directions (no unit).
 
-Closed loops in double precision leave 1e-12; the eye resolves 1e-4 of a robot's size.
+Loops closed in double precision leave a gap of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
 """Distance of a described value from the closed reference that is reported (radian, or relative).
 
-Values estimated by eye are about 10 degrees off; another assembly mode is usually farther away.
+Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
 """
 PIN_ACROSS = 0.1
 """Cosine of the angle between a pin and its strut up to which the pin is perpendicular (no unit).
 
-As-built pins tilt by hundredths. A frame that only locates the point of an end may have any
-orientation.
+In as-built robots, this cosine is a few hundredths. A frame that only locates the point of an end
+may have any orientation.
 """
 SAME_VIEW = 1e-6
 """Angle up to which directions of a solved configuration are parallel in a drawing (radian).
@@ -207,7 +214,7 @@ A configuration that closes overconstrained loops is accurate to about 1e-7.
 LAYOUT_TIE = 1e-5
 """Distance from the middle between two tenths of a millimetre below which values round up (0.1 mm).
 
-Machines differ in the last digits of these values; the bytes of a drawing must not differ.
+The last digits of these values differ between machines, but the bytes of a drawing must not differ.
 """
 DRAWN_AS_ONE = 1e-6
 """Distance below which points of a body are drawn as one, relative to the robot's size.
@@ -224,66 +231,72 @@ still resolve micrometres.
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum first Newton correction after a path step; beyond it another path may be equally near."""
+"""Maximum first Newton correction after a path step; above it, a different path may be equally
+near."""
 PATH_ON = 1e-7
 """Maximum second Newton correction, about the square of the first."""
 SHORTEST_PATH_STEP = 1e-9
 """Step length below which a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""1 - |<x, y>| of two equal poses; each is accurate to 1e-12, and the square matters here."""
+"""Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12, and this value
+is quadratic in the difference."""
 SINGULAR_POSE = 1e11
 """Condition number from which a pose counts as singular for generic rods; regular poses have about
 1e4."""
 POSE_AT_INFINITY = 1e-10
-"""|e.e| of a pose at infinity; a rotation never has e.e = 0."""
+"""Maximum |e.e| of a pose at infinity; for a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
 """Distance (metre) below which a centroid counts as the origin."""
 RODS_SPAN = 1e-9
-"""Relative singular value below which rods do not move in a direction."""
+"""Relative singular value below which the rods do not vary in a direction."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Deviation up to which axes have a structure exactly (radian, or relative to the arm's length).
+"""Deviation up to which axes exactly have a closed-form structure (radian, or relative to the arm's
+length).
 
-Decimals in a file are read exactly, so only the rounding of the numerical test remains.
+Decimal numbers in a file are read exactly, so only rounding errors of the numerical test remain.
 """
 MEASURED_STRUCTURE = 5e-3
-"""Deviation up to which a structure is intended (radian, or relative to the arm's length).
+"""Deviation up to which a closed-form structure is intended (radian, or relative to the arm's
+length).
 
-It bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
+The value bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
 """
 NEARLY_STRUCTURE = 3e-2
-"""Deviation up to which a structure is tried for an arm without it (radian, or relative to the
-arm's length). The test is whether Newton's iteration converges from the nominal arm to the true
-arm, which is rare from farther away."""
+"""Deviation up to which a nominal arm with a closed-form structure is tried for an arm without one
+(radian, or relative to the arm's length). The nominal arm is used if Newton's iteration converges
+from its solutions to those of the true arm, which is rare for larger deviations."""
 LED = 0.9
-"""Fraction of random configurations that must be recovered from a nominal arm. About one in ten is
-near a singularity, where a small difference between arms moves solutions anywhere."""
+"""Fraction of random configurations that must be recovered from a nominal arm. About one
+configuration in ten is near a singularity, and there a small difference between the arms moves
+solutions by arbitrary amounts."""
 LED_UNLIKELY = 0.85
 LED_CLEARLY = 0.95
-"""Between these fractions of recovery from the nearest nominal solution, the fraction from all
-nominal solutions is computed, too. On 70 arms the latter was at most 0.03 smaller and 0.05
-larger."""
+"""If the fraction recovered from the nearest nominal solution is between these two values, the
+fraction recovered from all nominal solutions is also computed. On 70 arms the second fraction was
+at most 0.03 smaller and 0.05 larger."""
 LED_BESIDE = 0.5
-"""Fraction of random configurations with a nearby nominal branch: nearly all for suitable nominal
-arms, none if the nominal inverse has other configurations."""
+"""Fraction of random configurations with a nearby nominal branch: nearly 1 for suitable nominal
+arms, 0 if the nominal inverse has different configurations."""
 LED_BACK = 1e-6
 """Distance (radian, or relative to the arm's length) at which the iteration has recovered a
 configuration; eight steps leave 1e-14 away from singularities."""
 LED_STEP = 0.3
-"""Maximum move of a coordinate per step (metre or radian); farther away lies another branch."""
+"""Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
+different branch."""
 LOST = 1e-5
 """Error (radian, or metre for arms of at least a metre) from which a reachable pose counts as
-missed. Refinement at run time starts below it, where rounding may have spoiled a solution."""
+missed. Smaller errors, which may be due to rounding, are refined at run time."""
 JACOBIAN_RANK = 1e-9
-"""A singular value of the Jacobian that is 0 up to rounding, lengths relative to the arm's."""
+"""Maximum singular value of the Jacobian that counts as 0; lengths are relative to the arm's."""
 OBLIQUE_AXES = 1e-3
 """Sine of an angle between axes below which a prismatic joint does not determine its point."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Distance (metre) and sine up to which the tool lies on its joint axis, or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
-"""Singular value of unit directions up to which they are linearly dependent."""
+"""Smallest singular value up to which unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Sine of the angle between axis 6 and axes 2 to 4 up to which they count as parallel.
 
@@ -297,34 +310,37 @@ The rotation angle is then chosen for the later joints, which moves the point by
 value.
 """
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
-"""Added to the first component of a computed direction, and to divisors that may be 0.
+"""This value is added to the first component of a computed direction, and to divisors that may be
+0.
 
-It does not change numbers above 1e-134, its square does not underflow, and the direction of (0, 0)
-becomes the angle 0 instead of 0/0.
+The addition does not change numbers above 1e-134, the square of the value does not underflow, and
+the direction of (0, 0) becomes the angle 0 instead of 0/0.
 """
 VECTOR_FLOOR = sp.Float("1e-140", 20)
 """Fraction of a second vector added to a vector that may be 0; other vectors stay unchanged."""
 GREATEST_NUMBER = 1e300
 """Sum of input magnitudes (metre or no unit) above which an input counts as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
-"""Added to a divisor that is a sum of squares and may be 0."""
+"""This value is added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""Magnitude below which the article omits a number: the floors above."""
+"""Magnitude below which the article omits a number, such as the added values above."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
-"""sin^2 of half the angle between two solutions that coincide.
+"""Maximum sin^2 of half the angle between two solutions that coincide.
 
-Rounding changes it by about 1e-16 of its terms. Moving a solution off its singular position by 1e-8
-would hide the singularity from later steps. An error of 4e-15 in the equation is harmless.
+Rounding changes this value by about 1e-16 of its terms. If a solution moved off its singular
+position by 1e-8, later steps would not detect the singularity. An error of 4e-15 in the equation is
+harmless.
 """
 LEAST_CONIC = sp.Rational(1, 10**20)
 """Smallest g of a trigonometric polynomial with coefficients near 1, rounded to 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
-"""P + Q above which the resolvent is linear to 1e-5, and its closed form loses digits."""
+"""Value of P + Q above which the resolvent is linear up to 1e-5, and its closed form loses
+digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 """Upper bound of a root tau that rounding has moved out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
-"""sin^2 of half the angle between two coinciding roots, which rounding of a double root
-separates."""
+"""Maximum sin^2 of half the angle between two coinciding roots: rounding separates a double
+root."""
 EVEN_CONIC = sp.Rational(4, 10**15)
 """Maximum coefficient p that counts as rounding; the conic is then even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
@@ -332,9 +348,9 @@ REAL_LINES = sp.Rational(1, 10**13)
 LEAST_SLOPE = sp.Rational(1, 10**10)
 """Slope of the cubic below which roots belong to a triple root that rounding has separated."""
 GREATEST_T = sp.Rational(3, 2)
-"""Bound of t, which is at most 1, after a step from a triple root."""
+"""Upper bound of t after a step from a triple root; an exact t is at most 1."""
 LEAST_T = sp.Rational(1, 10**8)
-"""Value of t below which alpha is too small a divisor of p."""
+"""Value of t below which alpha is too small to divide p by it."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
 """Sine of the angle between rows that are linearly dependent up to rounding."""
 FARTHEST_POINT = sp.Integer(10) ** 6
@@ -342,13 +358,15 @@ FARTHEST_POINT = sp.Integer(10) ** 6
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""The same minimum for three angles; less would drown in rounding for a Jacobian of rank 1."""
+"""The same minimum for three angles. For a Jacobian of rank 1, rounding errors exceed smaller
+values."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""Most negative margin at which solutions are refined; beyond it Newton finds other solutions."""
+"""Most negative margin at which solutions are refined; below it, Newton's method finds different
+solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
-"""Start distance (radian) from their common point, for solutions with equal squared lengths.
+"""Start distance (radian) from the common point of solutions with equal squared lengths.
 
-Squared lengths determine an angle to 1e-8.
+Squared lengths determine an angle up to 1e-8.
 """
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Maximum step (radian) on the second-order parabola, a hundred times that distance."""
@@ -364,35 +382,39 @@ DETERMINANT_TAIL = 1e-9
 """Relative size up to which coefficients above degree 8 of a determinant are 0; rounding leaves
 1e-15."""
 SINGLE_SOLUTION = 1e-12
-"""Ratio of the second smallest to the largest singular value, below which it is 0.
+"""Ratio of the second smallest to the largest singular value, below which the second smallest
+counts as 0.
 
 The six equations then do not determine a unique solution.
 """
 POOR_SEPARATION = 1e-5
-"""Separation of splits (:attr:`.Choice.separation`) below which other joints are fixed instead.
-Arms whose slide leaves six regular joints have 1e-4 and more; an arm with a slide along two axes
-has 7e-7."""
+"""Separation of splits (:attr:`.Choice.separation`) below which different joints are fixed. The
+separation is 1e-4 or more for arms with six regular joints besides the prismatic joint, and 7e-7
+for an arm with a prismatic joint along two axes."""
 ASKED_SEPARATION = 5e-3
 """Separation of splits (:attr:`.Choice.separation`) from which the general solver is practical.
 
-For an arm that nearly has a structure, the solver may then run at every pose. A calibrated Panda
-with a fixed joint has 2e-2. An iiwa has at most 2e-3, and its solver takes five times as long.
+For an arm that nearly has a closed-form structure, the solver may then run at every pose. The
+separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa it is at most 2e-3, and
+the solver takes five times as long.
 """
 ASKED_MOVE = 0.05
-"""Median joint move (radian) from nominal to true solutions that calls for the general solver.
+"""Median joint change (radian) between nominal and true solutions above which the general solver is
+needed.
 
-Above it, the solver runs at every pose, if its separation allows. Near a wrist singularity such an
-arm has solutions on no nominal branch. With a wrist offset of 13 mm (0.06), 1 of 9 right-angled
-configurations was missed. An IRB 120 with errors of 3.6 mm and mrad has 0.02; other arms with up to
-3 mm and mrad have less.
+Above this value, the solver runs at every pose if the separation is large enough. Near a wrist
+singularity, such an arm has solutions that are on no nominal branch. With a wrist offset of 13 mm
+(median 0.06), 1 of 9 right-angled configurations was missed. The median is 0.02 for an IRB 120 with
+errors of 3.6 mm and mrad, and smaller for all tested arms with up to 3 mm and mrad.
 """
 SEPARATE = 1e-2
 """Joint difference (radian) above which the roots distinguish two solutions.
 
-It is ten times the difference of two roots that may exchange their vectors.
+The value is ten times the difference of two roots whose vectors may be exchanged.
 """
 NOMINAL_GUARD_DIGITS = 8
-"""Maximum loss of decimal digits in an exact evaluation that still identifies a right angle."""
+"""Maximum number of decimal digits lost in an exact evaluation that still identifies a right
+angle."""
 
 # --- latex: printed digits ---
 
@@ -406,16 +428,16 @@ FEW_PRINTED_DIGITS = 6
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Margin (no unit) up to which a loop counts as at its dead point: sin^2 of a microradian."""
+"""Margin (no unit) up to which a loop counts as being at a dead point: sin^2 of a microradian."""
 
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Value of minor factors up to which they are 0 (no unit, or metre for lengths near a metre): ten
-thousand times the rounding of their sums."""
+"""Value up to which factors of minors count as 0 (no unit, or metre for lengths near a metre): ten
+thousand times the rounding error of the sums in these factors."""
 NO_WORK = 1e-12
 """Length of J^T y or J x for unit y or x, up to which a configuration is singular; lengths are
-relative to the arm's. It is a thousand times the rounding of a Jacobian."""
+relative to the arm's. The value is a thousand times the rounding error of a Jacobian."""
 LAST_STEP = 1e-9
 """Length of the last Newton step (radian, or relative to the arm's length) to a singular
 configuration, so that the printed digits (1e-5) are correct. If two singularities cross, J^T y is
@@ -432,10 +454,10 @@ drawn configurations a full-rank arm has more than 1e-3, a rank-deficient arm on
 ALMOST_REAL = 1e-3
 """Imaginary part of a half-angle tangent, relative to 1 + |t|^2, up to which a root is tried as
 real. Double roots split by the square root of rounding, 1e-8, times their condition number.
-Newton's iteration on the pose rejects wrong roots."""
+Newton's iteration on the pose rejects false roots."""
 SOLVED_POSE = 1e-13
 """Pose error of a solution (no unit, or relative to the arm's length): a hundred times the rounding
 of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
 """Joint difference (radian, or relative to the arm's length) above which two solutions differ;
-their printed decimals differ from 1e-4 rad on."""
+printed values differ if the difference is at least 1e-4 rad."""

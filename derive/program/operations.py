@@ -53,7 +53,7 @@ LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
 """Operations with a Boolean result."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
-"""Operations that call the mathematical library on every machine."""
+"""Operations that are calls of the mathematical library on every machine."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ class Programs:
 
 
 NO_PROGRAMS = Programs({}, {})
-"""Empty programs, for languages that print equations."""
+"""Empty programs, for output languages that print equations."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:

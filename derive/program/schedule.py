@@ -42,8 +42,7 @@ def needed_only(program: Program) -> Program:
 def calls_first(program: Program) -> Program:
     """Moves library calls, and the statements on which these depend, to the front.
 
-    A call invalidates the vector registers, so the arithmetic is best kept together after the
-    calls.
+    A call invalidates the vector registers, so all arithmetic should follow after the calls.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()

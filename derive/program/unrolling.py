@@ -45,7 +45,7 @@ _FOLDED: Mapping[Operation, Callable[..., float]] = {
     Operation.AND: lambda x, y: bool(x and y),
     Operation.OR: lambda x, y: bool(x or y),
 }
-"""Operations evaluated here on constants, with the same result as in C."""
+"""Operations that are evaluated on constants with the same result as in C."""
 _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 

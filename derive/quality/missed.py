@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ..model.tolerances import ZERO_SINGULAR_VALUE
 
 _SHOWN = 1e-3
-"""Smallest reported component of a displacement, relative to its largest."""
+"""Smallest reported component of a displacement, relative to the largest component."""
 
 
 def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:

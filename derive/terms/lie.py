@@ -1,8 +1,8 @@
 """Poses, adjoint matrices and screw axes in closed form on SymPy matrices.
 
-Conventions. A twist is the column (v, omega), linear part first, as in Murray, Li and Sastry.
-`T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in metres and
-angles in radians. `swap_twist_order` converts to and from the order (omega, v).
+Conventions. A twist is the column (v, omega), with the linear part first, as in Murray, Li and
+Sastry. `T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in
+metres and angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
 Exactness. Exact numbers give exact results, symbols give expressions, and no result is simplified.
 If a matrix contains a `Float`, all its numbers are converted to `Float`, at the highest precision

@@ -1,7 +1,8 @@
 """Named shared terms: every intermediate result has one name and is computed once.
 
-Expressions built through a :class:`Terms` stay a few symbols long, regardless of the chain length.
-Equal terms get the same name, also up to sign (common subexpression elimination by construction).
+Expressions built with a :class:`Terms` object have only a few symbols, regardless of the chain
+length. Terms that are equal up to sign share a name (common subexpression elimination by
+construction).
 """
 
 from collections.abc import Callable, Hashable, Iterable, Mapping

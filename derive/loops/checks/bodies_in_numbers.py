@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 Value = float | Floats
 """A value, or an array (n,) of values at n configurations."""
 OTHERS_FIRST = 1e3
-"""Weight that keeps the other loops closed while the gap of one loop is minimized."""
+"""Weight that keeps all other loops closed while the gap of one loop is minimized."""
 POLISHING = 4
 """Number of Newton steps with a fixed Jacobian from a nearby configuration."""
 _AXES = {"x": 0, "y": 1, "z": 2}

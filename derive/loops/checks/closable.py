@@ -24,12 +24,12 @@ Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
 """Tests whether the loops close at given actuated coordinates."""
 MANY, MANY_STEPS = 500, 64
-"""Number of random configurations and of grid values per coordinate, with a closed form."""
+"""Number of random configurations, and of grid values per coordinate, for a closed form."""
 FEW, FEW_STEPS = 60, 17
-"""The same counts if each test needs a search."""
+"""The same two numbers for a mechanism whose closure test needs a numerical search."""
 HALVINGS = 20
 LITTLE = 0.5
-"""Fraction of closing configurations below which the robot report mentions it."""
+"""Fraction of configurations with closed loops below which the robot report states it."""
 
 
 def limits_of(h: Hybrid) -> tuple[str, ...]:

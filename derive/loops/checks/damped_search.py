@@ -12,7 +12,7 @@ ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
 """Initial, minimum and maximum damping, and the first growth factor."""
 MOST_POOR = 2
-"""Number of consecutive steps with too little gain that end the search."""
+"""The search ends after this number of consecutive steps with too little gain."""
 
 
 def least(

@@ -22,9 +22,9 @@ from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
 from .swapped_ends import swapped_ends
 
 STARTS = 8
-"""Number of random starts before a loop counts as open."""
+"""Number of random start configurations before a loop counts as open."""
 MOST_REFINED = 3
-"""Number of starts to refine, best first."""
+"""Number of start configurations to refine, best first."""
 MOST_TOLD = 5
 """Maximum number of lengths and angles in a message, smallest change first."""
 DOUBLINGS, HALVINGS = 12, 16
@@ -32,11 +32,11 @@ FARTHEST = 8.0
 """Longest length to try, relative to the mechanism size."""
 DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
-"""First step of the search for the far end of a range (radian, or relative to the size)."""
+"""First step of the search for a range's far end (radian, or relative to the size)."""
 ASIDE = 0.2
 """Step away from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
-"""Display unit and factor of a length, and of an angle."""
+"""Display unit and conversion factor for a length, and for an angle."""
 
 
 @dataclass(frozen=True)

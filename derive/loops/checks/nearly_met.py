@@ -21,7 +21,7 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Minimum number of revolute axes, besides the closer, that can be parallel."""
+"""Minimum number of revolute axes, besides the closer, for a test of parallel axes."""
 
 
 def nearly_met(h: Hybrid) -> Iterator[str]:

@@ -12,14 +12,15 @@ from ...model.mechanism import Mechanism, Strut
 from .bodies_in_numbers import BodiesInNumbers, Floats
 
 NEAR = 0.2
-"""Farthest motion from the reference, radian or relative to the mechanism size.
+"""Largest accepted distance from the reference (radian, or relative to the mechanism size).
 
-Passive joint values are only approximate, and a wrong exchange may also close the loops far away.
+Passive joint values are only approximate, and a wrong exchange may also close the loops at a
+distant configuration.
 """
 CLEARLY = 0.02
 """Distance from the reference, like :data:`NEAR`, that two-digit rounding cannot explain."""
 PART = 0.1
-"""Fraction of that distance that may remain after a plausible exchange."""
+"""Maximum fraction of the distance from the reference that remains after an exchange."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:

@@ -25,9 +25,9 @@ from .closure_equations import LoopClosure
 SYSTEM = 400
 """Approximate number of operations per iteration step, for six unknowns."""
 STEPS = 8
-"""Approximate number of steps from the reference to a pose."""
+"""Approximate number of iteration steps from the reference to a pose."""
 NEAR = 2
-"""Approximate number of steps from a nearby configuration to a pose."""
+"""Approximate number of iteration steps from a nearby configuration to a pose."""
 FIRST = "at"
 """The solver entry point that closes the loops from the reference."""
 

@@ -23,7 +23,7 @@ FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
 """Number of sample configurations that span the space of all rods (at most 24 dimensions)."""
 OPERATIONS = 2_000_000
-"""Approximate operation count of forty paths with thirty steps each."""
+"""Approximate operation count for tracking forty paths with thirty steps each."""
 CALLED = "rod_ends"
 
 

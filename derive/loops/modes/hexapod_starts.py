@@ -27,7 +27,7 @@ from .soma import SOMA, Array, SixRods, finite, quadrics, residuals
 
 MOST_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Maximum number of successive loops without a new pose; loops permute all poses."""
+"""Maximum number of successive closed paths without a new pose; these paths permute all poses."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
 """Number of decimal places of generic numbers."""

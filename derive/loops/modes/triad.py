@@ -27,7 +27,7 @@ replaces u_i, and k_i = -n_i . u_i. The degree does not grow. Three lines give
 
 Source:
     Gosselin, Sefrioui and Richard 1992; Hunt 1983; Merlet, Direct kinematics of planar parallel
-    manipulators, 1996. The elimination shown here makes the degree visible.
+    manipulators, 1996. The elimination in this module shows why the degree is 3.
 """
 
 from collections.abc import Callable, Sequence
@@ -201,11 +201,12 @@ def triad_position(
     """Returns the platform's position at an angle that is a zero of the polynomial.
 
     Along the longer of u_2 and u_3, the first rod's component is k / |u|. The component across u
-    follows from the rod length. Both stay well conditioned if u_2 and u_3 are parallel, although
-    the linear pair is then singular. The third circle selects the side. If the three centers are
-    collinear, both sides are solutions: this function returns the first, :func:`triad_mirror` the
-    second. If the centers coincide, the result is NaN. With line legs, the lines come first; of
-    three lines, the two closest to perpendicular give the position.
+    follows from the rod length. Both components are well conditioned even if u_2 and u_3 are
+    parallel and the linear pair is singular. The third circle selects the sign of the component
+    across u. If the three centers are collinear, both sides are solutions: this function returns
+    the first, :func:`triad_mirror` the second. If the centers coincide, the result is NaN. With
+    line legs, the lines come first; of three lines, the two closest to perpendicular give the
+    position.
 
     Args:
         terms: Names of all terms.

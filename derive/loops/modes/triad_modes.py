@@ -10,7 +10,7 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""Approximate count: 6,000 for the polynomial's roots, and 1,000 per mode."""
+"""Approximate operation count: 6,000 for the polynomial's roots, and 1,000 per mode."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",

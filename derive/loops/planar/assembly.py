@@ -33,7 +33,7 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The kinds of steps, cheapest first: steps without a root precede the others."""
+"""The kinds of solution steps, cheapest first: steps without a square root come first."""
 
 
 @dataclass(frozen=True)

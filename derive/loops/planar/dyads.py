@@ -13,7 +13,7 @@ from .phasors import PhasorSum, dot, is_zero, quotient
 from .planes import Edge, PinEdge
 
 SIDES = {1: "left", -1: "right"}
-"""Side of a dyad's far pin, seen along the base."""
+"""Name of the side on which a dyad's far pin lies, seen along the base."""
 
 
 @dataclass(frozen=True)

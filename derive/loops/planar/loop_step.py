@@ -21,7 +21,7 @@ PLANE, SPACE = "xy", "xyz"
 """Axes of a planar vector, and of a spatial vector."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
-"""Quantities, each with the weight of its rate."""
+"""Pairs of a quantity and the factor of its time derivative in a rate equation."""
 
 
 def quantity(letter: str, axis: str = "") -> sp.Symbol:

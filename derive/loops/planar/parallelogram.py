@@ -30,7 +30,7 @@ from .phasors import Complex, PhasorSum, conjugate, cross, product, quotient
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the figures: arms parallel to the sides of the base, or mirrored."""
+"""Names of the figures: the arms are parallel to the sides of the base, or mirrored."""
 
 
 @dataclass(frozen=True)

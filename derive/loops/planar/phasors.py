@@ -51,7 +51,7 @@ def minus(a: Complex, b: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class PhasorSum:
-    """A planar point or vector: one complex vector per rotation angle.
+    """A planar point or vector as a sum, with one complex vector per rotation angle.
 
     Attributes:
         terms: The vectors by angle. An angle is 0 or linear in symbols, without a constant part.
@@ -98,7 +98,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns the same vector in a cheaper form, if the loop equations allow it.
+        """Returns the same vector in a form of lower cost, if the loop equations give one.
 
         Args:
             relations: Sums that are zero, one for each loop.

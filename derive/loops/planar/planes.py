@@ -186,7 +186,7 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 
 
 class _Branch:
-    """The joints from the base to one side of a loop, with numerical axes at zero."""
+    """The joints from the base to one end of a closer, with numerical axes at zero."""
 
     def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
         self.turning: list[sp.Matrix] = []

@@ -30,10 +30,10 @@ from .turning_leg import TurningLeg
 from .universal_leg import UniversalJoint
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
-"""The kinds of steps, in the order in which they are tried."""
+"""The kinds of solution steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Joints before the ball of a closure that have their own steps, in the order of trial."""
+"""Kinds of joints before a closure's ball that have their own steps, in the order of trial."""
 
 
 def assemble_in_space(

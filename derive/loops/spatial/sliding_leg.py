@@ -1,4 +1,4 @@
-"""A ball-ended leg that moves a prismatic joint: a line intersects a sphere."""
+"""A ball-ended leg that determines a prismatic joint: a line intersects a sphere."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Struts on balls: known points, lengths and joints while the legs are solved."""
+"""Struts on balls: the known points, lengths and joints during the solution of the legs."""
 
 import math
 from abc import abstractmethod

@@ -1,4 +1,4 @@
-"""A ball-ended leg that moves a revolute joint: a circle intersects a sphere."""
+"""A ball-ended leg that determines a revolute joint: a circle intersects a sphere."""
 
 import cmath
 import math

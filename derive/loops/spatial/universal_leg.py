@@ -42,7 +42,7 @@ from .body_frames import pose_of
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
-"""Both fork positions for one direction of the rod."""
+"""Names of both fork positions for the same direction of the rod."""
 
 
 @dataclass(frozen=True)
