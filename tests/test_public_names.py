@@ -1,4 +1,4 @@
-"""The public names of all modules, compared with the committed page."""
+"""The public names of all modules agree with the committed page."""
 
 import re
 import runpy

@@ -63,7 +63,10 @@ def handwritten(root: Path) -> list[Path]:
 
 
 def modules(root: Path) -> dict[tuple[str, ...], Path]:
-    """Returns a half's Python files, keyed by relative dotted names; () is its own __init__."""
+    """Returns a half's Python files, keyed by relative dotted names.
+
+    The key of its __init__ is ().
+    """
     found = {}
     for path in root.rglob("*.py"):
         parts = path.relative_to(root).with_suffix("").parts
@@ -107,7 +110,7 @@ def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 
 def circle(graph: dict) -> list:
-    """Returns the nodes of one cycle of a graph in order, or an empty list."""
+    """Returns the nodes of a cycle of a graph in their sequence, or an empty list."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:

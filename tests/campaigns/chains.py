@@ -1,4 +1,4 @@
-"""Compares random chains with Pinocchio: poses, Jacobians and Jacobian rates."""
+"""Compares random chains with Pinocchio: poses, Jacobians and time derivatives of Jacobians."""
 
 import random
 
@@ -32,7 +32,7 @@ def trial(number: int) -> Outcome:
 
 
 def check_jacobians(seed: int) -> None:
-    """Compares poses, Jacobians and Jacobian rates of a seeded chain with Pinocchio."""
+    """Compares poses, Jacobians and their time derivatives of a seeded chain with Pinocchio."""
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()

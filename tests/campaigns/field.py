@@ -1,9 +1,9 @@
 """Derives and tests real arms from external files.
 
-Each trial tests one arm at random and right-angle poses. A pose is missed without a correct valid
-solution. A valid solution is wrong if it does not reach its pose. A regular random configuration is
-lost if it is not among the solutions. A redundant arm is solved with the fixed joint value of the
-configuration.
+Each trial tests one arm at random and right-angle poses. A pose is missed if it has no correct
+valid solution. A valid solution is wrong if it does not reach its pose. A regular random
+configuration is lost if it is not among the solutions. A redundant arm is solved with the fixed
+joint value of the configuration.
 """
 
 from pathlib import Path

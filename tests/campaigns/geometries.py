@@ -69,7 +69,7 @@ class Arm(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Found:
-    """Numbers of unsolved poses and of lost regular configurations."""
+    """The number of unsolved poses, and of regular configurations that are not found."""
 
     none: int
     lost: int

@@ -62,9 +62,8 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one random arm.
-
-    Odd trials fix random joints instead of the joints selected by the structure.
+    """Tests each inverse of one random arm. Odd trials fix random joints instead of the joints
+    selected by the closed-form family.
     """
     try:
         arm = random_arm(number)

@@ -189,16 +189,16 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Counts a fault if the map at the reference returns another branch."""
+    """Counts a fault if the map at the reference returns a different branch."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """Compares the reported validity with whether the actuators reproduce theta.
+    """Checks that a result is reported as valid exactly if the actuators reproduce theta.
 
-    Near a dead point, another mode may be within the tolerance. So the returned chain must be
+    Near a dead point, a wrong mode may be within the tolerance. So the returned chain must be
     closer to theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)

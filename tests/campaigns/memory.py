@@ -44,7 +44,7 @@ SETS = {
 }
 
 ROBOTS = ("ur5e", "panda", "scara")
-"""Serial robots only, because loops do not close at arbitrary inputs."""
+"""Only serial robots are tested, because loops cannot be closed at arbitrary inputs."""
 CASES = 40 * 6 + 4
 """Cases per function: batch lengths times memory layouts, and long batches at other alignments."""
 

@@ -24,10 +24,10 @@ FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 SAME, REGULAR = 1e-6, 1e-4
 """Maximum distance of equal modes, and minimum margin. Platforms have size 1."""
 AGAIN = 100
-"""Number of starts from each mode, with random passive joints of all three legs."""
+"""Number of Newton starts from each mode, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
-"""Standard deviation of passive prismatic joints at the starts, relative to the pose size."""
+"""Standard deviation of passive prismatic start values, relative to the pose size."""
 NEAR = 0.3
 """Maximum distance of inputs from the reference (radian or metre)."""
 

@@ -81,7 +81,7 @@ class Judged:
     Attributes:
         missed: Number of modes found only by Newton's method.
         wrong: Number of modes with wrong rod lengths.
-        more: Number of regular modes not found by Newton's method.
+        more: Number of regular modes that Newton's method does not find.
         unsure: Whether the C solver may have missed a complex pose.
         modes: Number of modes found by the C solver.
     """
@@ -202,7 +202,7 @@ def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
 def newton(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns quaternions and positions of the distinct modes found from random starts."""
+    """Returns quaternions and positions of the distinct modes found from random start poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
     # The distance between the ends of the first rod is its length.

@@ -75,7 +75,7 @@ def test_multi_start_oracle_configurations_are_closed():
 
 
 def test_three_crank_linkage_is_mobile_only_uncrossed():
-    """Newton's method from a random configuration may converge to the other assembly mode."""
+    """From a random configuration, Newton's method may converge to the other assembly mode."""
     drawn = drawn_mechanism(617)
     crossed = {"a_crank": -2.585394, "a_bar": 3.012836}
     numbers = Multistart(drawn.mechanism)

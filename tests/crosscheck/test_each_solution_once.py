@@ -18,8 +18,7 @@ SAME = 1e-7
 AT_DEAD_POINT = 1e-6
 """Margin below which two solutions nearly merge."""
 FOUND = 1e-5
-"""Tolerance in radian, or relative to the mechanism's size; near dead points half of the digits are
-lost."""
+"""Tolerance in radian, or relative to the mechanism's size; accuracy is lower near dead points."""
 POSES = 50
 FUNCTIONS = ("fk", "ik")
 SEEDS = (0, 1, 14)

@@ -1,4 +1,4 @@
-"""Mutated URDFs of the shipped robots have the structure and poses that Pinocchio reads."""
+"""Mutated URDFs keep the structure of the shipped robot, and their poses agree with Pinocchio."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Random chains of all joint types against Pinocchio: poses, Jacobians, rates and accelerations."""
+"""Random chains with all joint types against Pinocchio: poses, Jacobians and accelerations."""
 
 import pytest
 

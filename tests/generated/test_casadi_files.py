@@ -24,7 +24,8 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if derivation(name).closure:
-        # The margin of iterated loops is the solver's determinant. Only C code starts from seeds.
+        # The margin of iterated loops is the solver's determinant. Only C code starts at stated
+        # start values.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

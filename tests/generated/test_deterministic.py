@@ -48,7 +48,7 @@ def contents(folder):
 
 
 def test_generated_files_do_not_depend_on_environment(tmp_path):
-    """The committed files were generated in another directory."""
+    """The committed files were generated in a different directory."""
     found = generate(tmp_path / "another place", "4242")
     assert len([name for name in found if name.endswith("manifest.json")]) == len(DERIVED)
     assert [name for name in found if committed(name) != found[name]] == []

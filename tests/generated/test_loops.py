@@ -121,7 +121,7 @@ def test_derivatives_match_implicit_function_theorem(name):
 
 
 def tip_rates(m, z, rates):
-    """Returns linear and angular velocity of the tool in base axes by a complex step."""
+    """Returns the linear and angular velocity of the tool in base axes, from a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -212,7 +212,7 @@ def test_derivatives_match_finite_differences(name):
     qd, qdd = random_rates(name, len(q), 12), random_rates(name, len(q), 13)
 
     def along(function, *rates):
-        """Returns the rate of a function of q (and qd) along the motion."""
+        """Returns the time derivative of a function of q (and qd) along the motion."""
         there = [q + STEP * qd + STEP**2 / 2 * qdd, qd + STEP * qdd]
         back = [q - STEP * qd + STEP**2 / 2 * qdd, qd - STEP * qdd]
         count = 1 + len(rates)

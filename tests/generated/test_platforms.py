@@ -1,4 +1,4 @@
-"""Platforms on legs: assembly modes, kinematics in both directions, rates, singularities."""
+"""Platforms on legs: assembly modes, kinematics in both directions, velocities, singularities."""
 
 from functools import cache
 from itertools import product
@@ -31,7 +31,7 @@ def within(name, n, seed):
 
 
 def twists(m, z, rates):
-    """Returns tool twists (N, 6) in base axes for given rates of all joints, by a complex step."""
+    """Returns tool twists (N, 6) in base axes from all joint velocities, by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)

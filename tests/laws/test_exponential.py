@@ -44,7 +44,7 @@ def test_exp_se3_is_the_matrix_exponential() -> None:
 
 
 def test_exp_and_log_se3_keep_thirty_digits() -> None:
-    """Floats with 30 digits give results with 30 digits, below and above one radian."""
+    """Results for 30-digit Floats are accurate to 30 digits, below and above one radian."""
     checked = 0
     for x in [*few_twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(3, seed=7)]:
         x30 = x.applyfunc(lambda e: Float(e, 30))

@@ -72,7 +72,7 @@ def test_symbolic_exp_and_log_hold_at_negative_angles() -> None:
 
 
 def test_symbolic_and_numeric_branches_agree() -> None:
-    """The symbolic expressions agree with exact numbers if SymPy evaluates them with 30 digits."""
+    """The symbolic expressions agree with exact numbers at 30-digit precision."""
     checked = 0
     for x in (lie.Matrix([1, 2, -1, 1, -2, 2]) / 2, lie.Matrix([0, 3, 1, 4, 0, -3]) / 5):
         values = dict(zip(X, x, strict=True))

@@ -9,7 +9,7 @@ from tests.support.locking import locked
 
 @pytest.fixture(autouse=True)
 def own_robots():
-    """Compiles the papers' own robots quickly."""
+    """Compiles the robots of the papers with fast compiler flags."""
     with own_robots_compiled_quickly():
         yield
 

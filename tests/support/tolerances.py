@@ -1,4 +1,4 @@
-"""All tolerances of the test suite, named by reason; metre, radian and their rates."""
+"""All tolerances of the test suite, named by reason; in metre, radian, and these per second."""
 
 ORACLE = 1e-12
 """Poses and Jacobians compared with an independent double-precision library."""

@@ -1,4 +1,4 @@
-"""A parametric arm, and measurements of a random arm close to it."""
+"""A parametric arm, and measurements of a random arm with a slightly different geometry."""
 
 from functools import cache
 

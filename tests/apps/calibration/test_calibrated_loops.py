@@ -83,7 +83,7 @@ def everywhere(robot, random, count):
 
 
 def differences(function, x, T):
-    """Returns tool twists in base axes per entry of x, by fourth-order central differences."""
+    """Returns the tool twist in base axes per unit of each entry of x, by central differences."""
     columns = []
     for unit in np.eye(len(x)) * STEP:
         near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))

@@ -77,7 +77,7 @@ def test_robust_loss_suppresses_gross_errors():
 
 
 def test_damping_converges_on_rosenbrock_function():
-    """From Rosenbrock's own start, undamped steps increase the error."""
+    """From Rosenbrock's original start values, undamped steps increase the error."""
 
     def errors(x):
         values = np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])

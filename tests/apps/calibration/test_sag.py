@@ -112,7 +112,7 @@ FUNCTIONS = ["fk", "coordinates_from_readings", "readings_from_coordinates"]
 
 
 def sagging(arm, random, soft=slice(None)):
-    """Returns a geometry with errors in all parameters, with transmissions and some springs."""
+    """Returns a geometry with errors in all parameters, transmissions and joint compliances."""
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "offset", "transmission", "tool") for g in arm.geometry])
     p[off] += random.uniform(-1e-3, 1e-3, off.sum())

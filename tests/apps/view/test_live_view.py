@@ -52,7 +52,7 @@ def view(arm_view):
 
 
 def straight(folder, robot, q_start, q_end):
-    """Returns a two-second trajectory between two configurations that starts at time 1."""
+    """Returns a trajectory between two configurations, from time 1 s to time 3 s."""
     np.savez(folder / "motion.npz", t=[1.0, 3.0], q=[q_start, q_end])
     return Trajectory.load(folder / "motion.npz", robot)
 

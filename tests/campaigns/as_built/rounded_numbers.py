@@ -1,8 +1,8 @@
 """Robots with loops and rounded decimals, half of them on an arbitrarily rotated base.
 
-A shipped robot is written with 4 to 12 decimal places. Read from these decimals, it must have the
-same closed-form steps as the exact robot. The closed configurations must close the loops of the
-rounded robot, up to rounding error.
+A shipped robot is written with 4 to 12 decimal places. The rounded robot must have the same
+closed-form steps as the exact robot. The closed configurations must close the loops of the rounded
+robot, up to rounding error.
 """
 
 from dataclasses import dataclass, field

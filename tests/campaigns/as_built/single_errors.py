@@ -1,9 +1,10 @@
 """Shipped robots with loops and a single error.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. A robot with loops that cannot close must report this, and is then closed in least squares.
-At configurations around the reference, the loops must close or minimize the sum of squared closure
-errors. If the design has an inverse, the inverse of the robot must return these configurations.
+error. If the loops of a robot cannot be closed, the robot must report this, and is then closed in
+least squares. At configurations around the reference, the loops must close or minimize the sum of
+squared closure errors. If the design has an inverse, the inverse of the robot must return these
+configurations.
 """
 
 import tempfile

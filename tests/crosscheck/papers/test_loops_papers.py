@@ -60,8 +60,8 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # The angles are rounded to 1e-8 degrees, which moves a point at a radius of one metre by 1e-7
-    # mm.
+    # The angles are rounded to 1e-8 degrees. This displaces a point at a radius of one metre by
+    # 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
     # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
     # position with respect to the length.
@@ -90,12 +90,12 @@ def test_well_manipulator_tool_position_matches_paper():
 
 
 def test_well_manipulator_stage_4_rates_match_paper():
-    """The joint rates in the initial position sum to zero, so the tool moves without rotation."""
+    """In the initial position the joint velocities sum to zero, so the tool does not rotate."""
     r = robot("well_manipulator")
     printed = np.array([3.794155491, -4.300606998, 0.506451507])
     assert printed.sum() == pytest.approx(0.0, abs=1e-9)
     check_rates(r, WELL[0][0], printed)
-    # The rates are constant for 10 s, until 25 s.
+    # The joint velocities are constant for 10 s, until 25 s.
     start, end = (np.array(WELL[t][0])[1:] for t in (0, 25))
     assert start + 10 * printed == pytest.approx(end, abs=2e-8)
 
@@ -126,7 +126,7 @@ def test_well_manipulator_rates_after_27_s_match_paper():
 
 
 def check_rates(r, angles, rates):
-    """Checks cylinder rates (mm/s) against joint rates (deg/s), in both directions."""
+    """Checks cylinder velocities (mm/s) against joint velocities (deg/s), in both directions."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])

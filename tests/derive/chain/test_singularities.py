@@ -22,7 +22,7 @@ ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "puma560", "stanford", "scara")
 ON_SHELF = ("gp7", "m0609", "crx10ia")
 SEVERAL = ("iiwa14", "lynxmotion", "xarm5")
-"""Arms with seven and five joints, which have several minors."""
+"""Arms with seven and five joints, whose Jacobians have several minors."""
 TEN_DIGITS = 1e-10
 POSTURES = 200
 LOST = 1e-8
@@ -199,7 +199,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's method searches singular configurations that satisfy no condition."""
+    """Newton's method searches for singular configurations that satisfy no condition."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)
@@ -227,7 +227,7 @@ def test_arms_without_short_factors_print_singular_configurations(name):
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """The oracle is the determinant of the other six columns."""
+    """The oracle is the determinant of the remaining six columns."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation

@@ -1,4 +1,4 @@
-"""Units of robot files: conversion, and errors for values that suggest another unit."""
+"""Units of robot files: conversion, and errors for values that suggest a wrong unit."""
 
 from dataclasses import replace
 

@@ -1,7 +1,7 @@
 """A convention added by a test, unknown to the compiler.
 
-It has the motions of a Denavit-Hartenberg link in a different order, Rx(alpha) Tx(a) Tz(d)
-Rz(theta), and different field names. A formula selected by its name would be wrong.
+It has the elementary motions of a Denavit-Hartenberg link in a different sequence, Rx(alpha) Tx(a)
+Tz(d) Rz(theta), and different field names. A formula selected by its name would be wrong.
 """
 
 import pytest

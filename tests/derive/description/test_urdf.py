@@ -1,4 +1,4 @@
-"""URDF import: random trees against Pinocchio's reader, and invalid files."""
+"""URDF import: random trees against Pinocchio's reader, and errors for invalid files."""
 
 import random
 from xml.etree import ElementTree
@@ -22,7 +22,7 @@ RIGHT = (
 AXES = ("1 0 0", "0 1 0", "0 0 1", "0 0 -1", "0.6 0 0.8", "1 2 3", "-0.57735 0.57735 0.57735")
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 ROBOTS, POSES = (0, 1, 2, 3, 5, 12, 16, 23, 27, 34), 2
-"""Seeds of the random robots; in the last six, a mimic joint follows another mimic joint."""
+"""Seeds of the random robots; in the last six robots, a mimic joint follows a mimic joint."""
 
 TWO_LINKS = """\
 <robot name="two-links">

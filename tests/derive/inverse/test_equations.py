@@ -24,7 +24,7 @@ EQUATIONS = [
 
 
 def left_side(equation, x):
-    """Returns the left side, which is zero at a solution."""
+    """Returns the left-hand side of an equation, which is zero at a solution."""
     if isinstance(equation, Linear):
         return equation.a * sp.cos(x) + equation.b * sp.sin(x) - equation.d
     if isinstance(equation, Direction):

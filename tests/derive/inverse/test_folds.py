@@ -13,7 +13,7 @@ ERROR = 3e-3
 """Calibration error (metre, radian) of the arm."""
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
-"""Number of starts per pose, and of steps per start, in the reference search."""
+"""Number of start configurations per pose, and of iterations per start, in the reference search."""
 TRUE = 1e-8
 """Pose error (metre, or entry of a rotation) above which a solution is wrong."""
 KNOWN = 1e-4
@@ -64,7 +64,7 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Returns the solutions of each pose by damped least squares from many random starts."""
+    """Returns the solutions of each pose by damped least squares from many start configurations."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)

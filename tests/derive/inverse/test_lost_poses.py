@@ -26,7 +26,7 @@ from tests.support.oracles.verdict import judged
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms whose first choice of fixed joints misses poses, with the fixed joints that miss none."""
+"""Arms whose first choice of fixed joints misses poses, with fixed joints that miss no pose."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 

@@ -104,7 +104,7 @@ def rows_of(X):
 
 
 def planted6(A, angles):
-    """Appends right sides such that the given angles are solutions."""
+    """Appends right-hand sides for which the specified angles are solutions."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 

@@ -60,7 +60,10 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """Returns the value of a short symbol; an angle may be known only in a sum."""
+        """Returns the value of a short symbol.
+
+        An angle may be known only as part of an angle sum.
+        """
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)

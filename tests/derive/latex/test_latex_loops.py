@@ -99,7 +99,7 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Evaluates the rates of a step: linear equations between the rates of its unknowns."""
+        """Evaluates the velocities of a step from linear equations between its unknowns."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))
@@ -210,7 +210,8 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     read, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain has more joints than degrees of freedom, so its rates must satisfy closed loops.
+        # The chain has more joints than degrees of freedom, so its joint rates must keep the loops
+        # closed.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     read.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})

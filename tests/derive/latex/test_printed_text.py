@@ -13,7 +13,7 @@ from tests.support.read_back import POSES, read_back, without_formula
 SHIPPED = ("ur5e", "puma560", "iiwa14", "lynxmotion")
 """One arm of each structure; ``python tests/derive/latex/read_all.py`` tests all arms."""
 CHAINS = ("R=R/R/RxrxR", "R/RLP/RxrxR")
-"""Random arms with a structure and right angles, whose articles have no decimal constants."""
+"""Random arms with a closed form and right angles, whose articles have no decimal constants."""
 
 
 def count_read_back(found, texts):

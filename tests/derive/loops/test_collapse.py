@@ -39,7 +39,8 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in board.groups for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # The shoulder and elbow terms vanish, and the pitch term remains; the wrist compensates both.
+    # The shoulder and elbow terms vanish, because the wrist compensates both joints. The pitch term
+    # remains.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept
@@ -117,7 +118,7 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """A wrist after a parallelogram: Jacobian rates use the joints in chain order."""
+    """A wrist after a parallelogram: the Jacobian's derivative uses the joints in chain order."""
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(

@@ -126,7 +126,7 @@ def test_out_of_reach_is_nan_with_a_negative_margin():
 
 
 def derivatives(terms, given, values, loops, angles):
-    """Returns rates from the loop equations, and automatic derivatives of the values."""
+    """Returns joint rates from the loop equations, and automatic derivatives of the joints."""
     symbols = X[: len(given)]
     rates = sp.symbols("r1:7", real=True)[: len(given)]
     tangent = Tangent(terms, dict(zip(symbols, rates, strict=True)), loops)

@@ -1,4 +1,4 @@
-"""Models built in Python: inputs are converted to exact values, or rejected at once."""
+"""Models built in Python: inputs are converted to exact values, or rejected immediately."""
 
 from decimal import Decimal
 from fractions import Fraction

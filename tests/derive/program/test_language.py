@@ -93,7 +93,7 @@ def plain_functions(name):
 
 
 def assert_same_values(robot, plain, q):
-    """Compares each function of q, its rates and the pose with C; returns their number."""
+    """Compares each function of q, qd and the pose with C. Returns the number of functions."""
     rng = np.random.default_rng(3)
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)

@@ -51,7 +51,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Parses a statement with operation and operands: ``* x1 v2``."""
+    """Parses a statement that consists of an operation and its operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 

@@ -1,4 +1,4 @@
-"""The type stubs of a robot's package."""
+"""The type stubs in the Python package of a robot."""
 
 import ast
 

@@ -1,4 +1,4 @@
-"""The C of all robots compiles together as one translation unit of one program."""
+"""The C code of all robots compiles together, as a single translation unit of a program."""
 
 import subprocess
 

@@ -55,6 +55,6 @@ def test_read_only_and_subclassed_inputs_are_accepted(function):
     np.testing.assert_array_equal(function(q), expected)
 
     class Mine(np.ndarray):
-        """An array type of another package."""
+        """An array type that belongs to a different package."""
 
     np.testing.assert_array_equal(np.asarray(function(q.view(Mine))), expected)

@@ -1,4 +1,4 @@
-"""Metadata, help and signatures of loaded functions."""
+"""Metadata, help texts and signatures of the functions of a loaded robot."""
 
 import inspect
 

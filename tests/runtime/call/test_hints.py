@@ -1,4 +1,4 @@
-"""Hints for names and keywords of other libraries."""
+"""Error messages with hints for function names and keywords of other libraries."""
 
 import inspect
 import pickle

@@ -90,7 +90,7 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Returns angles up to `scale` or close to the reference of the loops, and rates of size 1."""
+    """Returns angles up to `scale` or near the reference of the loops, and joint rates up to 2."""
     rng = np.random.default_rng(seed)
     _, places = centres.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]

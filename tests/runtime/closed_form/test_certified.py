@@ -1,4 +1,4 @@
-"""An arm with geometry errors: its solutions are certified as complete, and few are missed."""
+"""An arm with geometry errors: solution sets are certified as complete, and few are missed."""
 
 import ctypes
 import subprocess

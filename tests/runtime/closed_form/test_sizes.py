@@ -33,7 +33,7 @@ REACHED = 1e-12
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """A shipped robot of about one metre, and the same robot in another size."""
+    """A shipped robot of about one metre, and the same robot in a different size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name

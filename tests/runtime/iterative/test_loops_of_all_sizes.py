@@ -45,7 +45,7 @@ def written(name, factor, folder):
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
-    """A shipped robot, the same robot in another size, and the scale factor."""
+    """A shipped robot, the same robot in a different size, and the scale factor."""
     name, factor = request.param
     return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
 

@@ -1,4 +1,4 @@
-"""Newton's method in C closes loops on their branch, with derivatives, from start values."""
+"""Newton's method in C closes loops on their branch from start values, with derivatives."""
 
 import pickle
 import tomllib
@@ -76,7 +76,7 @@ WANTED = (
 
 
 def coordinates(robot, n, wide=1.0, seed=0):
-    """Returns coordinates near mid-range, or near angles that support the platform."""
+    """Returns coordinates near mid-range, or near angles at which cranks support the platform."""
     lower, upper = held(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))

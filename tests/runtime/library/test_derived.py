@@ -67,7 +67,7 @@ def few(monkeypatch, here):
 
 
 def derive_few(monkeypatch, functions):
-    """Makes the runtime call the compiler with further options."""
+    """Makes the runtime call the compiler with additional options."""
     run = described._run_compiler
 
     def run_few(description, folder, options):

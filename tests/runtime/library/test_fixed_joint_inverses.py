@@ -77,7 +77,7 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     np.testing.assert_allclose(theta[:, 1], theta2[valid], atol=1e-10)
     np.testing.assert_allclose(theta[:, 0], theta1[valid], atol=1e-10)
     assert np.abs(theta[:, [3, 5]]).max() == 0
-    # The rates follow the same motion from 27 s to 37 s with the cylinder fixed.
+    # The joint rates follow the same motion from 27 s to 37 s with the cylinder fixed.
     part = (t >= 27) & (t <= 37)
     track = well.track(T[part], q[part[valid]][0], 0.1, fixed=["theta2", "l_HI", "l_MN"])
     locked = [1, 3, 5]
@@ -156,7 +156,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
 
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
-    """SciPy finds roots of the pose error from random starts, with the fixed joint removed."""
+    """SciPy finds roots of the pose error from random values, with the fixed joint removed."""
     rng = np.random.default_rng(2)
     free, searched = [0, 1, 2, 4, 5, 6], 0
     for q in rng.uniform(-1.2, 1.2, (3, 7)):

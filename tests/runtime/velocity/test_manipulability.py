@@ -33,7 +33,7 @@ def test_planar_arm_manipulability_matches_textbook_formula():
 
 
 def planar_links(scara):
-    """Returns the two links of the arm, starting at the tip, with the elbow rotated."""
+    """Returns the two link vectors of the arm, the first link first, from two elbow angles."""
     p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
     return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
 

@@ -203,7 +203,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
     outward = np.where(up, 1, -1) * found.qd[rows, at]
     assert (outward <= 0).all()
     assert (outward == 0).sum() > 100
-    # Outside its limits a joint is not forced back.
+    # A joint outside its limits is not forced back.
     q[rows, at] += np.where(up, 0.1, -0.1)
     outside = panda.joint_rates(q, twists(1000), dt=dt)
     assert (np.where(up, 1, -1) * outside.qd[rows, at] <= 0).all()

@@ -72,7 +72,7 @@ def test_singularity_uses_characteristic_length_by_default(robot):
     pose = np.array([0.02, 0.01, 0.1])
     q = planar.cranks(pose, ROD, 1.0)
     z, at = np.array(robot.reference.z), np.array(robot.reference.q)
-    # The robot has no Jacobian function, so platform rates are computed for unit crank rates.
+    # The robot has no Jacobian function, so platform velocities are computed for unit crank rates.
     J_x = lines(z, at)
     arms = planar.CRANK * np.stack([-np.sin(at), np.cos(at)], -1)
     rates = np.linalg.solve(J_x, np.diag((arms * J_x[:, :2]).sum(-1)))

@@ -73,7 +73,7 @@ class Sketch:
     def rod(
         self, name: str, a: str, at_a: Point, b: str, at_b: Point, length: sp.Expr = None
     ) -> None:
-        """Adds a rod on pins; without a length, a cylinder."""
+        """Adds a rod on pins, or a cylinder if no length is specified."""
         is_cylinder = length is None
         retracted = self.draw.choice((sp.S.Zero, self.length(50, 250))) if is_cylinder else length
         self.struts.append(Strut(name, _frame(a, at_a), _frame(b, at_b), retracted, is_cylinder))

@@ -79,7 +79,7 @@ def _joint_of(body: str) -> str:
 
 
 def _beside(s: Sketch, at: Point) -> Point:
-    """Returns a point a few decimetres from a pin."""
+    """Returns a random point a few decimetres away from a pin."""
     x, y = s.point(250)
     return at[0] + x, at[1] + y
 

@@ -41,7 +41,7 @@ TOUCHING = 1e-10
 
 @dataclass(frozen=True)
 class Simulated:
-    """Simulated measurements of one seed.
+    """Simulated measurements for one seed.
 
     Attributes:
         device: The device.
@@ -69,7 +69,7 @@ class Simulated:
 
 
 def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> Simulated:
-    """Returns the simulated measurements of a seed.
+    """Returns the simulated measurements for a seed.
 
     Args:
         robot: A robot with parametric functions.

@@ -46,7 +46,7 @@ class Row:
 
 
 def rows_of(chain: str, *, right: bool) -> tuple[Row, ...]:
-    """Returns a random chain with a structure; skew axes have right or random angles."""
+    """Returns a random chain with a specified structure; skew axes have right or random angles."""
     rng = np.random.default_rng(crc32(chain.encode()) + right)
     axes, between = chain[::2], chain[1::2] + "/"
     rows = []
@@ -168,7 +168,7 @@ def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def robot_of(chain: str, *, right: bool = False) -> SerialRobot:
-    """Returns a random chain with a structure."""
+    """Returns a random chain with a specified structure."""
     robot = read_text(described(rows_of(chain, right=right)))
     assert isinstance(robot, SerialRobot)
     return robot

@@ -118,7 +118,7 @@ def sha256(text):
 
 @dataclass
 class Folder:
-    """A generated robot on disk that tests may corrupt."""
+    """A generated robot on disk, whose files tests may corrupt."""
 
     path: Path
     manifest: dict

@@ -37,7 +37,7 @@ def followed(model, q):
 def closes_at(model, theta, q, seed=0):
     """Tests whether the loops close for main-chain joints theta (n_theta,) and actuators q (n,).
 
-    The passive joints are solved from random starts with the equations of the description.
+    The passive joints are solved from random start values, with the equations of the description.
     """
     rng = np.random.default_rng(seed)
     z = rng.uniform(-np.pi, np.pi, (STARTS, len(model.names)))

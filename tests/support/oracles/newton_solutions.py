@@ -24,7 +24,7 @@ def regular_solutions(
         arm: The arm, with only revolute joints, six of which are solved.
         T: The pose (4, 4).
         fixed: Fixed joint values keyed by index, for arms with more than six joints.
-        seed: Seed of the starts.
+        seed: Seed of the start configurations.
 
     Returns:
         The distinct regular solutions found.

@@ -43,7 +43,7 @@ def _pitch(T: np.ndarray) -> np.ndarray:
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Returns the pitch rates times the cosine of the pitch; zero for a vertical axis."""
+    """Returns the derivatives of the pitch times its cosine; zero for a vertical axis."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -78,7 +78,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """The rates of the tool about its own x and y axes, which tilt its z axis."""
+    """The angular velocities of the tool about its x and y axes, which tilt its z axis."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

@@ -18,7 +18,7 @@ PARALLEL = 1e-9
 
 
 class Unsolved(Exception):
-    """A peer has no solver for an arm."""
+    """The error that a peer has no solver for an arm."""
 
 
 @dataclass(frozen=True)

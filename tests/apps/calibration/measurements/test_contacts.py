@@ -1,4 +1,4 @@
-"""Scalar measurements, and derivatives of all observations against central differences."""
+"""Scalar measurements; derivatives of all kinds of measurements against central differences."""
 
 import numpy as np
 import pytest

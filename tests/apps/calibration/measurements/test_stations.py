@@ -1,4 +1,4 @@
-"""Positions from several tracker stations, each in its own unknown frame."""
+"""Positions from several tracker stations, each in a different unknown frame."""
 
 import csv
 

@@ -17,7 +17,7 @@ HYPERBOLA = (np.cosh, np.sinh, np.sinh, np.cosh)
 
 
 def drawn(count):
-    """Yields five poses on a random conic, their parameters, the speed, and the conic's form."""
+    """Yields five poses on a random conic, their parameters, the speed, and the conic's type."""
     rng = np.random.default_rng(1)
     for k in range(count):
         x, y, x_u, y_u = (ELLIPSE, PARABOLA, HYPERBOLA)[k % 3]

@@ -32,7 +32,7 @@ HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 
 
 def curves(robot, rng, count):
-    """Yields lines, arcs and splines between nearby configurations, with a start configuration."""
+    """Yields lines, arcs and splines between nearby poses, each with a start configuration."""
     made = 0
     while made < count:
         q = HOME + rng.uniform(-0.5, 0.5, 6)

@@ -97,7 +97,7 @@ def test_planar_sections_match_sampled_reachability():
         asked = asked[from_border(region, asked) > NEAR]
         inside = region.contains(asked)
         assert [reached(chain, target, rng) for target in asked] == inside.tolist()
-        # The boundary is closed: each arc ends at the start of another arc.
+        # The boundary is a closed curve: each arc ends at the start of a different arc.
         ends = [np.array([math.cos(a.end), math.sin(a.end)]) * a.radius for a in region.arcs]
         starts = [np.array([math.cos(a.start), math.sin(a.start)]) * a.radius for a in region.arcs]
         np.testing.assert_allclose(np.sum(ends, axis=0), np.sum(starts, axis=0), atol=1e-9)

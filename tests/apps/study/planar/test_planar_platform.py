@@ -175,7 +175,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 500 < inside.sum() < 3900
-    # Points that the hole encircles are inside; points that the rotating hole sweeps are not.
+    # Points inside the orbit of the hole belong to the region; points that the hole sweeps do not.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).sum() > 10 or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

@@ -129,7 +129,7 @@ class Changed:
 
 
 def on_another_branch(robot, q):
-    """Returns joint values on another branch at the end of the segment."""
+    """Returns joint values on a wrong branch at the end of the segment."""
     z = robot.configuration(q)
     z[-1, 1] += 0.5
     return z
@@ -204,7 +204,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
 
 
 def in_other_mode(robot, z):
-    """Returns the joints of another assembly mode for the same actuator values."""
+    """Returns the joints of a different assembly mode for the same actuator values."""
     actuated = [item.index for item in robot.manifest.loops.actuated_in_z]
     poses = robot.functions["modes"](z[actuated])[0]
     poses = poses[np.isfinite(poses).all(1)]

@@ -1,4 +1,4 @@
-"""MJCF import: random models against MuJoCo's kinematics, and invalid models."""
+"""MJCF import: random models against MuJoCo's kinematics, and errors for invalid models."""
 
 import random
 

@@ -61,7 +61,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=400):
-    """Finds the poses of three circles from random starts by Newton's method."""
+    """Finds the poses on three circles by Newton's method from random start poses."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
