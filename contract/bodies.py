@@ -29,7 +29,7 @@ class Shape:
             "barrel", "piston" or "rod" (end to end).
         name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
-        axis: The direction of the joint's axis in the body's frame; () if there is none.
+        axis: The direction of the joint's axis in the body's frame; () for a shape without axis.
         ends: "pin" or "ball" for the ends of a strut, else "".
     """
 

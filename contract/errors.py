@@ -27,11 +27,11 @@ class DescriptionError(ChaslesError, ValueError):
     A description built in Python has no file, and the remaining attributes may also be empty.
 
     Attributes:
-        file: Name of the file as passed by the caller; empty without a file.
-        line: Line number, starting at 1; None without a line.
+        file: Name of the file as passed by the caller; empty if there is no file.
+        line: Line number, starting at 1; None if no line is known.
         field: Dotted path of the field; empty for the description as a whole.
-        value: The value found; None without a value.
-        expected: Description of a valid value; empty if the message alone states it.
+        value: The value found; None if no value was found.
+        expected: Description of a valid value; empty if only the message states it.
     """
 
     def __init__(

@@ -171,7 +171,8 @@ class InverseFacts:
     Attributes:
         tier: "exact" for a closed form. "snapped" for iteration from the closed form of a nearby
             nominal arm. "general" for the roots of a determinant. "none" if there is no inverse.
-        missing: The reason why there is no inverse; "" if there is an inverse or no stated reason.
+        missing: The reason why there is no inverse; "" if there is an inverse, or if no reason is
+            stated.
     """
 
     tier: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"

@@ -104,7 +104,7 @@ class Role:
         name: One of :data:`ROLES`.
         domain: The vector of its first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
-        given: Indices in q of the coordinates that all inputs of an inverse after the first
+        given: Indices in q of the coordinates that the second and later inputs of an inverse
             determine. These coordinates are constant during refinement.
         labels: The branch label of each slot, for an inverse or for branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a

@@ -40,8 +40,8 @@ def files(
         languages: The languages to write, see :func:`write`.
 
     Returns:
-        The files of every language and the manifest; the same bytes for the same description on
-        any machine.
+        The files of every language and the manifest. A description gives the same bytes on any
+        machine.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -82,7 +82,7 @@ def without_search_for_cycles() -> Iterator[None]:
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
-    """The text of every generated file of a derivation, by its path."""
+    """Returns the text of every generated file of a derivation, keyed by path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
     with beside(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
@@ -185,7 +185,7 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
 
 
 def _listed(folder: Path) -> set[str]:
-    """Returns the files listed in the manifest of an earlier run; empty without a manifest."""
+    """Returns the files listed in the manifest of an earlier run; empty if there is no manifest."""
     try:
         found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -183,7 +183,7 @@ def _derive(job: Job) -> Report:
 
 
 def _warning(job: Job, robot: Described) -> str:
-    """Returns a warning about the robot of a job; empty if there is none."""
+    """Returns a warning about the robot of a job; empty if nothing is wrong."""
     return robot.cleaning.warning and f"warning: {job.file}: {robot.cleaning.warning}"
 
 

@@ -60,7 +60,8 @@ class Hybrid:
 
         Args:
             mechanism: The description.
-            terms: The terms of another mechanism with the same parameters; new ones by default.
+            terms: The terms of a different mechanism with the same parameters. By default, new
+                terms are created.
         """
         self.missing: dict[str, str] = {}
         self._known_behind: dict[sp.Symbol, set[sp.Symbol]] = {}
@@ -132,7 +133,7 @@ class Hybrid:
 
     @cached_property
     def backward(self) -> Solution:
-        """All joints as functions of the main-chain joints; empty without a reference branch.
+        """All joints as functions of the main-chain joints; empty if the branch is undetermined.
 
         An undetermined branch is an error, unless the loops have no closed form or describe an
         as-built robot.
@@ -170,7 +171,7 @@ class Hybrid:
 
     @cached_property
     def closed(self) -> dict[str, float]:
-        """Joint values at the reference configuration; empty without a closed form."""
+        """Joint values at the reference configuration; empty if the loops have no closed form."""
         of = self.forward.reference.of
         if self.forward.open:
             return {}

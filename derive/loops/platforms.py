@@ -53,7 +53,7 @@ OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """Returns the builders of a platform's functions; empty for other robots."""
+    """Returns the builders of a platform's functions; empty if the robot is not a platform."""
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
@@ -83,7 +83,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 
 def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
-    """Returns the builders of functions with handwritten C; empty for other robots."""
+    """Returns the builders of a platform's functions that have handwritten C."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None

@@ -66,7 +66,7 @@ class Cleaning:
 
     @property
     def line(self) -> str:
-        """The number of cleaned values with the bounds; empty if there are none."""
+        """The number of cleaned values, with the bounds; empty if no value was cleaned."""
         count = len(self.numbers)
         if not count:
             return ""

@@ -69,8 +69,8 @@ def read(
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
         names: The parameters that the text may contain.
-        angle_unit: The unit (radian) of the arguments of sin, cos, tan and of the results of atan,
-            atan2.
+        angle_unit: The angle unit (in radian) for arguments of sin, cos, tan and for results of
+            atan, atan2.
 
     Returns:
         A SymPy expression of Rationals, pi and the named symbols.

@@ -15,8 +15,8 @@ joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is
 The sine and cosine waves model eccentric encoders and gears; prismatic joints have none. If the
 robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,
 and the joint deflects like a spring. The deflection changes the torque by a product of two small
-values, which is neglected. The values of fixed joints are not parameters, because the parameters of
-the next joint, or of the tool, have the same effect.
+values, which is neglected. Fixed joints have no parameters, because the parameters of the next
+joint, or of the tool, have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models

@@ -40,7 +40,7 @@ LARGE_CLEANING = 5e-4
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
-nines follow the decimal. One in 500 intended values has such digits by chance."""
+nines follow the written digits. One in 500 intended values has such digits by chance."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
 radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
@@ -151,8 +151,8 @@ step of its iteration is 1e-14; for redundant equations it iterates on the squar
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest are zero (no unit).
 
-The value is far above the rounding of a Jacobian at a closed configuration (1e-15), and far below
-the smallest singular value away from singularities (1e-3).
+The value is far above the rounding error of a Jacobian at a closed configuration (1e-15), and far
+below the smallest singular value away from singularities (1e-3).
 """
 REPEATED_EQUATION = 1e-4
 """Singular values of redundant equations near closure, relative to the largest.
@@ -224,8 +224,8 @@ The eye resolves a hundred times as much, and exact placements in double precisi
 DRAWN_DIGITS = 9
 """Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
 
-The eye resolves four decimal places. Five more places exclude differences between machines and
-still resolve micrometres.
+The eye resolves four decimal places. With five more decimal places, drawings are equal on all
+machines and still resolve micrometres.
 """
 
 # --- loops: paths of complex unit poses in Study's coordinates ---
@@ -281,8 +281,8 @@ LED_BESIDE = 0.5
 """Fraction of random configurations with a nearby nominal branch: nearly 1 for suitable nominal
 arms, 0 if the nominal inverse has different configurations."""
 LED_BACK = 1e-6
-"""Distance (radian, or relative to the arm's length) at which the iteration has recovered a
-configuration; eight steps leave 1e-14 away from singularities."""
+"""Distance (radian, or relative to the arm's length) below which the iteration has recovered a
+configuration. Away from singularities, the error after eight steps is 1e-14."""
 LED_STEP = 0.3
 """Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
 different branch."""

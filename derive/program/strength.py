@@ -1,4 +1,4 @@
-"""Strength reduction: replaces expensive operations by cheap vector operations.
+"""Strength reduction: replaces expensive operations by cheaper operations on vectors.
 
 Square roots, divisions and arc tangents dominate the cost of an inverse. The results equal the
 original results up to rounding error.

@@ -246,7 +246,7 @@ class BodiesInNumbers:
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
-        """States which pin axes deviate from their loop's parallel axes; "" if none does."""
+        """States which pin axes deviate from their loop's parallel axes; "" if no axis deviates."""
         if closer.name in self.normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)

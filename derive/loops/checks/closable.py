@@ -33,7 +33,7 @@ LITTLE = 0.5
 
 
 def limits_of(h: Hybrid) -> tuple[str, ...]:
-    """States the joint limits at which a robot's loops do not close; empty if they always close."""
+    """States the joint limits at which a robot's loops do not close; empty if all loops close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(BodiesInNumbers(mechanism), h.at_reference)

@@ -34,7 +34,7 @@ DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
 """First step of the search for a range's far end (radian, or relative to the size)."""
 ASIDE = 0.2
-"""Step away from a dead point (radian, or relative to the mechanism size)."""
+"""Distance moved away from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 """Display unit and conversion factor for a length, and for an angle."""
 

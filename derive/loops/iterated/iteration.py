@@ -164,7 +164,8 @@ class Iteration:
 
         Args:
             function: The function.
-            seed: Name of the start-configuration input; "" starts from the reference.
+            seed: Name of the start-configuration input; with "", the iteration starts from the
+                reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}

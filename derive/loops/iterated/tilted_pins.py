@@ -68,7 +68,7 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def what_holds_it_open(mechanism: Mechanism) -> str:
-    """Explains why no length closes the loops; "" without an explanation.
+    """Explains why no length closes the loops; "" if no explanation is found.
 
     The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
     constraints, and the gaps.

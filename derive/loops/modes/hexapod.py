@@ -71,7 +71,7 @@ def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) 
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Returns the rods in pairs that share an end; empty without three double joints."""
+    """Returns the rods in pairs that share an end; empty unless there are three such pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)

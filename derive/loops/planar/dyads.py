@@ -101,7 +101,7 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """Returns the rotation between two single vectors of equal length without a root, or None."""
+    """Returns the rotation between two equally long vectors without a square root, or None."""
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
     ((angle, a),) = here.terms.items()

@@ -164,7 +164,7 @@ class LoopStep(ABC):
 
     @property
     def branch(self) -> str:
-        """Name of the branch; empty for a unique solution."""
+        """Name of the branch; empty if the solution is unique."""
         return self.branches.get(self.sign, "")
 
     @property

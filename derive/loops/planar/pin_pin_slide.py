@@ -215,7 +215,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def branch(self) -> str:
-        """Name of the larger or smaller travel; empty for a length."""
+        """Name of the branch: the larger or smaller travel; empty if the travel is a length."""
         return "" if self.is_length else self.branches[self.sign]
 
     @property

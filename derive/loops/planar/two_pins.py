@@ -30,8 +30,8 @@ class TwoPins(PlanarStep):
     """The rotation of a body that aligns its vector between two pins with the base's vector.
 
     Attributes:
-        vectors: Components of the vectors on the base (C) and on the other body (A), by letter;
-            empty if the rotation is exact.
+        vectors: Components of the vectors on the base (C) and on the rotated body (A), keyed by
+            letter; empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)

@@ -64,7 +64,7 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Returns both ends of a loop that a ball closes; empty for other loops."""
+    """Returns both ends of a loop that a ball closes; empty if the closer is not a ball."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "ball":
         return ()
@@ -72,7 +72,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the pin axis at both ends of a pin closure; empty otherwise."""
+    """Returns two points of the pin axis at both ends of a closure; empty if it is not a pin."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "pin":
         return ()

@@ -1,4 +1,4 @@
-"""A slide between revolute joints and a ball, as in RPS and UPS legs (a telescope).
+"""A telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
 The foot, where the revolute axes intersect, is a fixed point. For a single hinge, the hinge axis is
 fixed. The travel sets the distance from the ball to the foot. The revolute joints then direct the

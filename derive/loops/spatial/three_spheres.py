@@ -144,7 +144,7 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns the sphere of each strut of a translating platform; empty for other struts."""
+    """Returns each strut's sphere; empty if the struts do not support a translating platform."""
     way = _way(legs, struts)
     if way is None:
         return []
