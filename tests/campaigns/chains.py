@@ -77,7 +77,7 @@ MOTIONS = (
 
 
 def check_motions(seed: int) -> bool:
-    """Compares Hessian, twists and accelerations of a seeded chain with Pinocchio.
+    """Compares the Hessian, twists and accelerations of the chain for a seed with Pinocchio.
 
     Returns:
         Whether the chain has a mimic joint, which shares the coordinate of its leader.

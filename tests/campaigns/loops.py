@@ -42,7 +42,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Returns the numbers of closed and wrong configurations, and the largest closure error."""
+    """Returns the numbers of closed and of wrong configurations, and the largest closure error."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0

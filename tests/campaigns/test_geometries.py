@@ -65,7 +65,7 @@ joints = [
   { name = "j7", axis = [1, 0, 0] },
 ]
 """
-"""Arm with two revolute axes that coincide if a prismatic joint along them is at 0."""
+"""Arm with two coincident revolute axes, and a prismatic joint along them between both joints."""
 
 
 def test_essential_prismatic_joint_is_not_fixed(monkeypatch):

@@ -19,7 +19,10 @@ FIVE_JOINTS = (152, 389)
 OBLIQUE_WRISTS = (80, 579)
 """Arms with an undetermined rotation. Their wrist or center reaches only some orientations."""
 LOST_BEFORE = (53007, 50925, 91081)
-"""Arms with poses that the closed form misses; a search or steps with a fixed joint find them."""
+"""Arms with poses that the closed form misses.
+
+A search, or steps with a fixed joint, find these poses.
+"""
 FOLDED = (33, 2144, 9074, 20350, 53401)
 """Arms whose elbow is nearly folded in poses near right angles."""
 OTHERS = (88, 376, 764, 1478)

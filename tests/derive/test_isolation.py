@@ -20,7 +20,7 @@ SHORT = Limits(seconds=2.0, memory=1 << 30)
 
 @pytest.fixture(params=["forked", "started"])
 def run(request, monkeypatch):
-    """Runs isolated functions as on Linux, and as on other systems."""
+    """Runs each test of isolated functions as on Linux, and as on other systems."""
     if request.param == "started":
         monkeypatch.setattr(isolation, "_forked", isolation._started)
     return isolated

@@ -167,7 +167,8 @@ def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
             return zeros(3, 1).as_immutable(), S.Zero
         theta = atan2(sine, cosine)
     else:
-        # Unevaluated, because SymPy would write atan if it can prove that the cosine is positive.
+        # The atan2 is left unevaluated, because SymPy would write atan if it can prove that the
+        # cosine is positive.
         theta = atan2(sine, cosine, evaluate=False)
     return sine_axis * (theta / sine), theta
 

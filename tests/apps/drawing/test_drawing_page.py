@@ -9,7 +9,10 @@ PAGE = "how-to/drawing.md"
 
 
 LONG, SHORT = "np.linspace(0, 0.2, 6)", "np.linspace(0, 0.2, 2)"
-"""The path on the page, and its shorter replacement; the film of it takes a third of the time."""
+"""The path on the page, and a shorter path.
+
+The film of the shorter path takes a third of the time.
+"""
 
 
 def test_drawing_page_examples_run(tmp_path, monkeypatch):

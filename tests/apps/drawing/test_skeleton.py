@@ -22,7 +22,10 @@ from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
 CLOSED = 1e-9
-"""Tolerance of poses: the loop residual of 1e-12 after Newton's method grows along a chain."""
+"""Tolerance of poses.
+
+The loop residual of 1e-12 after Newton's method grows along a chain of bodies.
+"""
 ROBOTS = chasles.robots()
 
 

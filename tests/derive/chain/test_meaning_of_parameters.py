@@ -1,4 +1,4 @@
-"""Each parameter causes the motion that its name states, compared with matrix products.
+"""Each parameter causes the displacement that its name states, compared with matrix products.
 
 Derivatives would agree with poses even if a parameter caused a different motion. Here the poses of
 random geometries, far from the nominal geometry, are products of NumPy matrices, built from the

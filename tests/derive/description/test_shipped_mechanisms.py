@@ -90,7 +90,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """Returns the angle of a strut on the body at its first end, about z, or -y if z is up."""
+    """Returns the angle of a strut about z of the body at its first end, or about -y if z is up."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -245,7 +245,7 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """With N = 14, j = 15, sum f = 15 and two loops, no constraint is redundant: three freedoms."""
+    """N = 14, j = 15, sum f = 15, two loops, no redundant constraint, three degrees of freedom."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)

@@ -1,4 +1,4 @@
-"""Outline of the workspace: known areas, samples inside, and reproducible bytes."""
+"""The outline of a workspace has the known area, contains samples, and is reproducible."""
 
 import math
 import re

@@ -18,8 +18,11 @@ COMPILERS = {
     "clang": ["clang", "-std=c99", "-fsyntax-only"],
     "g++": ["g++", "-std=c++11", "-x", "c++", "-fsyntax-only"],
 }
-"""Compiler commands. Clang reports all warnings before optimization. GCC's optimizer reports the
-same for C and C++, so C++ needs no full compilation."""
+"""Compiler commands.
+
+Clang reports all warnings before optimization. GCC's optimizer reports the same warnings for C and
+C++, so C++ needs no full compilation.
+"""
 
 
 NAMES = ("ur5e", "iiwa14", "jaco2", "five_bar", "well_manipulator", "stewart_gough")

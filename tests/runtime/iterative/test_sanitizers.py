@@ -35,7 +35,7 @@ pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
 """A robot that compiles fast, with vector code, branches and both joint types; a large robot."""
 SHAPES = ("fk", "fk_jacobian_mixed", "acceleration_mixed", "ik")
-"""Functions with one and several inputs and results, and with branches.
+"""Functions with a single input or result, with several of them, and with branches.
 
 The campaign ``memory`` runs all functions.
 """

@@ -202,7 +202,7 @@ def noise(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
-    """Writes single-precision numbers with the digits of doubles."""
+    """Rounds numbers to single precision, and writes them with the digits of doubles."""
     return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
 
 

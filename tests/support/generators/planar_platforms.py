@@ -65,8 +65,8 @@ class DrawnLeg:
         kinds: Joint types (R or P) from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
-        front: Frames from the base before each joint up to the closure.
-        back: Frames from the platform before each joint back to the closure.
+        front: Frames from the base: the frame before each joint, up to the closure.
+        back: Frames from the platform: the frame before each joint, back to the closure.
         values: Values of the joints near the reference (radian or metre).
     """
 

@@ -7,9 +7,9 @@ A text lists the axes and the relations between them, from base to last axis:
     =  parallel                  x  intersecting            +  intersecting at right angles
     /  skew                      L  skew at right angles
 
-A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All other
-values are random. Test poses are computed from the screws with NumPy, independently of the
-compiler.
+A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values not
+determined by the text are random. Test poses are computed from the screws with NumPy, independently
+of the compiler.
 """
 
 from dataclasses import dataclass

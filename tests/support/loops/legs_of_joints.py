@@ -1,4 +1,4 @@
-"""Platforms with jointed legs: random ones, a 3-RPS, a tripod and an agile eye."""
+"""Platforms with jointed legs: random platforms, a 3-RPS, a tripod and an agile eye."""
 
 import random
 from functools import cache

@@ -20,7 +20,7 @@ def errors(q, modes, rod):
 
 
 def residuals(q, phi, rod):
-    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and height^2.
+    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and their height^2.
 
     Purely geometric: the platform origin lies on three circles.
     """

@@ -3,8 +3,8 @@
 Let J be the derivative of all measured values with respect to the variables, at the true values and
 in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
 estimator with this covariance has the error K dx at validation configurations. Here K is their
-derivative, and dx is sampled from C. Outlier rows count as valid rows, so the true bound is higher
-than this bound.
+derivative, and dx is sampled from C. Outlier rows are counted as valid rows, so the true bound is
+higher.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.

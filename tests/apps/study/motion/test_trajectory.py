@@ -1,4 +1,4 @@
-"""Trajectory files are read without loss, also from tables, or rejected with a reason."""
+"""Trajectory files and tables are read without loss, or rejected with a reason."""
 
 import numpy as np
 import pytest

@@ -55,7 +55,7 @@ def test_every_brick_is_released_at_its_position(laying):
     assert len(places) == 8
     released = [found.T[found.stage == 4 * k + 2][0, :3, 3] for k in range(len(places))]
     np.testing.assert_allclose(released, places, atol=1e-12)
-    # Each brick is supported, and no vertical joint continues through two courses.
+    # Each brick is supported, and no vertical mortar joint continues through two courses.
     for k, place in enumerate(places):
         if place[2] > places[0][2]:
             below = [other for other in places[:k] if abs(place[2] - other[2] - BRICK[2]) < 1e-9]

@@ -12,7 +12,7 @@ from tests.support.derivations import ROBOTS
 
 
 def drawn_four_bar(rng):
-    """Returns lengths (mm) of a linkage that closes with its crank normal to the ground."""
+    """Returns lengths (mm) of a linkage whose loop closes with the crank normal to the ground."""
     while True:
         a, b, c, d = rng.integers(50, 500, 4)
         if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:
