@@ -13,7 +13,8 @@ def test_tracking_page_examples_print_documented_output(capsys):
         exec(compile(example, PAGE, "exec"), names)
         said = " ".join(re.findall(r"^# (.*)$", example, re.MULTILINE))
         printed = capsys.readouterr().out
-        # Rounding differs between machines, and so does the time that each joint is saturated.
+        # Rounding errors differ between machines, and so do the times during which joints are
+        # saturated.
         assert kept(said) == kept(printed)
         assert ("Held at its rate limit: wrist_" in said) == ("Held at its rate limit" in printed)
     assert names["track"].error[names["away"]].max() < 1e-10

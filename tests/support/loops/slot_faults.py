@@ -11,7 +11,10 @@ FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
 """Tolerances of equal poses and equal coordinates (relative to the size, or radian)."""
 CLEAR = 1e-3
-"""Minimum margin for recovery; closer to a dead point, accuracy is lost."""
+"""Minimum margin at which slots must recover a configuration.
+
+Closer to a dead point, accuracy is lost.
+"""
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:

@@ -37,7 +37,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     }
 }
 
-/* Sets the arm; forward kinematics are computed from the tables. */
+/* Sets the arm. Its forward kinematics is computed from the tables. */
 void take(const chasles_general_arm *told)
 {
     arm = *told;
@@ -51,7 +51,7 @@ void jacobian(const double *q, double *J)
     pose_jacobian(q, T, J);
 }
 
-/* Solves the poses of configurations with their fixed joint values; returns all slots. */
+/* Solves the poses of configurations with the same fixed joint values. Returns all slots. */
 void solve(int count, const double *q, double *found, double *residual)
 {
     double T[16], J[6 * CHASLES_MOST_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_MOST_GIVEN];

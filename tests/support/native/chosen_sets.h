@@ -1,6 +1,7 @@
-/* Instruction sets reported as available: those in the variable CHOSEN_SETS.
+/* Reports the instruction sets in the environment variable CHOSEN_SETS as available.
  *
- * It is read before all other files, which choose what the system's headers declare. */
+ * This file is included first, so it declares getenv without a system header. Later files select
+ * what the system headers declare. */
 extern char *getenv(const char *name);
 
 static inline int chosen_sets_have(const char *set)

@@ -1,11 +1,11 @@
 /* Calls every function of a robot without Python, under compiler sanitizers.
  *
- *   kernels bounds    all batch lengths, steps and alignments, in memory of exactly the size
- *                     needed, whose ends the address sanitizer watches
- *   kernels pages     the same between protected pages, which also stop streaming stores, unknown
- *                     to the sanitizer
- *   kernels threads   several threads at once: on the same inputs, into parts of the same results
- *   kernels race      two threads write one variable, which the thread sanitizer must find
+ *   kernels bounds    all batch lengths, steps and alignments, in memory blocks of exactly the
+ *                     required size, so that the address sanitizer detects access beyond them
+ *   kernels pages     the same cases between protected pages, which also detect streaming stores
+ *                     that the sanitizer misses
+ *   kernels threads   several threads with the same inputs, which write parts of the same results
+ *   kernels race      two threads write one variable, which the thread sanitizer must report
  */
 #define _DEFAULT_SOURCE
 #include <math.h>
@@ -44,18 +44,18 @@ static double input_value(size_t row, int argument, int k)
 
 enum { FROM_MALLOC, PAGE_BEHIND, PAGE_BEFORE };
 
-/* Rows of one operand in a block that holds little more: memory between and before the rows must
- * not change. */
+/* Rows of one operand in a memory block that is only slightly larger. Memory between and before the
+ * rows must not change. */
 typedef struct {
     double *block, *first;
     size_t doubles;
     ptrdiff_t step;
     int size;
-    char *pages; /* the first and the last are protected; NULL for a block from malloc */
+    char *pages; /* first and last page are protected; NULL for a block from malloc */
     size_t bytes;
 } rows;
 
-/* The block begins `shift` doubles before the rows; a negative step lays them out backwards. */
+/* The block begins `shift` doubles before the rows. With a negative step, the last row is first. */
 static rows make_rows(size_t n, int size, ptrdiff_t step, size_t shift, int place)
 {
     size_t apart = (size_t)(step < 0 ? -step : step);
@@ -90,7 +90,7 @@ static void free_rows(rows *made)
     }
 }
 
-/* Tests whether the memory around the rows is unchanged; overwrites the rows. */
+/* Tests whether the memory outside the rows is unchanged. Overwrites the rows. */
 static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {

@@ -1,9 +1,9 @@
-/* Checks shared solver functions on scattered numbers and limit cases. Prints the
- * number of cases checked.
+/* Checks shared solver functions with pseudorandom numbers and limit cases. Prints the number of
+ * checked cases.
  *
  *   numerics solve       symmetric linear systems of every size up to 8
- *   numerics decompose   singular values and vectors, of matrices that lack rank or columns as well
- *   numerics logarithm   rotations by every angle from 0 to pi
+ *   numerics decompose   singular values and vectors, also of matrices without full rank
+ *   numerics logarithm   rotations by angles from 0 to pi
  */
 #include <math.h>
 #include <stdio.h>
@@ -167,8 +167,8 @@ static void exponential(const double *twist, double *T)
     }
 }
 
-/* The twist from A to exp(twist) A, measured at the origin of A; A is a displacement without
- * rotation, so that the twist at the base's origin is the one at A's less w x a. */
+/* Tests the twist from A to exp(twist) A, expressed at the origin a of A. A is a displacement
+ * without rotation. The twist at the origin of the base has the linear part v - w x a. */
 static int check_twist(int row, double angle)
 {
     double axis[3], twist[TWIST], found[TWIST], displacement[TWIST], at_base[TWIST], E[POSE];

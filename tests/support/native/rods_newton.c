@@ -1,9 +1,9 @@
-/* Newton's iteration on the lengths of six rods, from many starts; for bench/accuracy. */
+/* Newton's iteration for the lengths of six rods, from many start poses; for bench/accuracy. */
 #include <math.h>
 
 enum { RODS = 6, MOST_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Regularizes singular systems; far below the distance of equal modes. */
+/* Regularizes singular systems. The value is far below the distance of equal modes. */
 static const double NOISE = 1e-12;
 
 /* Rotates a vector by a unit quaternion. */
@@ -92,15 +92,15 @@ static void move(double A[RODS][RODS + 1], double e[4], double p[3])
 }
 
 /*
- * Poses where six rods have their lengths, led to from many starts.
+ * Finds poses at which six rods have specified lengths, from many start poses.
  *
- * a, b     (6, 3) ends at the ground, and at the platform in its own axes
- * lengths  (6,)
- * count   number of starts
- * e, p     (count, 4) unit quaternions and (count, 3) positions: the starts; then where they led
- * closes   largest excess of a length where the iteration ends
+ * a, b     (6, 3) rod ends on the ground, and on the platform in platform axes
+ * lengths  (6,) rod lengths
+ * count    number of start poses
+ * e, p     (count, 4) unit quaternions and (count, 3) positions: the start poses, then the results
+ * closes   length error at which the iteration ends
  *
- * Returns the number of poses that were led to; they come first in e and p.
+ * Returns the number of poses found. These poses come first in e and p.
  */
 __attribute__((visibility("default"))) int rods_newton(const double *a, const double *b,
                                                        const double *lengths, int count, double *e,

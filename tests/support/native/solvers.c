@@ -1,10 +1,10 @@
-/* Calls the iterative and the damped solvers on a robot without Python, for the compiler's
- * sanitizers to watch. Prints the number of cases checked.
+/* Calls the iterative and the damped solvers for a robot without Python, under the compiler's
+ * sanitizers. Prints the number of checked cases.
  *
- *   solvers tool       inverse kinematics of the tool, on one thread and on several
- *   solvers link       of the last link but one; standard input has the number of its screws, and
- *                      8 numbers for each
- *   solvers box        steps within bounds along a path that ends at a singularity
+ *   solvers tool       inverse kinematics of the tool, on one thread and on several threads
+ *   solvers link       inverse kinematics of the second-to-last link; standard input contains the
+ *                      number of its screws, and 8 numbers for each screw
+ *   solvers box        damped steps within bounds along a path that ends at a singularity
  */
 #include <math.h>
 #include <stdio.h>
@@ -168,8 +168,8 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that poses within reach are solved within the limits and the last two are not, and that
- * several threads give the same result as one. */
+/* Checks that poses within reach are solved within the limits and the last two poses are not. Also
+ * checks that several threads give the same results as one thread. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
@@ -234,7 +234,7 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each pose is fixed; the others have other start values. */
+    /* The first coordinate of each pose is fixed. All other coordinates have new start values. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);
@@ -263,7 +263,7 @@ static int check_box(void)
         fail("no memory", 0);
     }
     for (int step = 0; step < STEPS; step++) {
-        /* Moves towards 0, where the axes of most arms are aligned. */
+        /* Moves the joints towards 0, where axes of most arms are aligned. */
         for (int k = 0; k < n; k++) {
             q[k] = scattered(0, k) * (1 - (double)step / (STEPS - 1));
             low[k] = -0.02 * (1 + scattered(step, k));

@@ -36,7 +36,8 @@ def expanded(terms, expressions):
 def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
     found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
-    # Three circles about A_i - R b_i: subtract the first, apply Cramer's rule, and substitute.
+    # The platform is on three circles about A_i - R b_i. Subtract the first equation, apply
+    # Cramer's rule, and substitute.
     x, y = sp.symbols("x y", real=True)
     circles = [
         sp.expand((x + C * bx - S * by - ax) ** 2 + (y + S * bx + C * by - ay) ** 2 - rod**2)
