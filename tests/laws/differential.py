@@ -59,7 +59,7 @@ def dexp_right_so3(omega: Matrix) -> Matrix:
 
 
 def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
-    """Inverse of `dexp_left_so3`: angular velocity in the fixed frame to rate of rotation vector.
+    """Inverse of `dexp_left_so3`, from fixed-frame angular velocity to rotation vector rate.
 
     `I - W/2 + (1 - t/2 cot(t/2))/t^2 W^2`, with W = hat(omega) and t = |omega|.
 

@@ -26,7 +26,10 @@ def hexapod():
 
 
 def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
-    """A leg with limits reaches a spherical shell; the workspace is the intersection of six."""
+    """A leg with limits reaches a spherical shell.
+
+    The workspace is the intersection of six shells.
+    """
     rng, checked = np.random.default_rng(1), 0
     q_0 = np.array(hexapod.reference.q)
     T_0 = hexapod.fk(q_0)

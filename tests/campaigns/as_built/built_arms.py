@@ -35,7 +35,7 @@ class Judged:
         absent: 1 if the arm has no inverse.
         lost: Fraction of the configurations that ``ik`` does not return for their poses.
         wrong: Largest difference between the pose of a valid solution and the target pose (metre,
-            1).
+            rotation entries).
     """
 
     absent: float

@@ -1,4 +1,4 @@
-"""Conversion of joints to suitable conventions preserves the kinematics to all digits."""
+"""The conversion of joints to suitable conventions preserves the kinematics exactly."""
 
 import numpy as np
 import pytest

@@ -362,7 +362,7 @@ def test_first_branch_sign_varies_slowest(function):
 def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
-    # The sign of the elbow is the sign of joint 3, and the sign of the wrist that of joint 5.
+    # The sign of the elbow is the sign of joint 3. The sign of the wrist is the sign of joint 5.
     as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
     assert as_told[margin > 0].all()
     assert (margin > 0).sum() > 300

@@ -59,7 +59,7 @@ def test_missing_function_error_lists_available_functions(robot):
 
 
 def test_robot_and_functions_survive_pickling(robot, monkeypatch):
-    # The robot was compiled without the developer's flags, and so is the unpickled robot.
+    # The robot is compiled without the developer's flags. The same holds for the unpickled robot.
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     again = pickle.loads(pickle.dumps(robot))
     assert again == robot

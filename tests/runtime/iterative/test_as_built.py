@@ -1,4 +1,4 @@
-"""Robots with loops, refined from their design, against independently closed loops."""
+"""As-built robots with loops, refined from their design, against independently closed loops."""
 
 import tempfile
 from dataclasses import replace

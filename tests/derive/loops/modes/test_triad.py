@@ -130,7 +130,8 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis, and all rods reach the same point of it.
+    # The centers A_i - R b_i are on the platform's x axis, and all rods reach the same point of
+    # this axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = held(pose, heights)
     a = polynomial(p)
