@@ -72,10 +72,13 @@ def received(receiver: Connection) -> Any:
 
 def _picklable(error: BaseException) -> BaseException:
     """Returns the error, or a RuntimeError with the traceback if the error cannot be pickled."""
+    text = "".join(traceback.format_exception(error))
+    # With dask, pickle includes causes and contexts, and errors of lxml cannot be pickled.
+    error.__cause__ = error.__context__ = None
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
-        return RuntimeError("".join(traceback.format_exception(error)))
+        return RuntimeError(text)
     return error
 
 

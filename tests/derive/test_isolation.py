@@ -77,3 +77,12 @@ def test_robot_is_read_in_either_process(run, tmp_path):
         '<limit lower="-1" upper="1"/></joint></robot>'
     )
     assert read(file).joints[0].name == "j"
+
+
+def test_errors_with_causes_arrive_while_dask_is_imported(tmp_path):
+    """Dask lets pickle include the causes of errors."""
+    pytest.importorskip("distributed", reason="missing package distributed")
+    file = tmp_path / "arm.urdf"
+    file.write_text("<robot><link>")
+    with pytest.raises(DescriptionError, match="expected well-formed XML"):
+        read(file)

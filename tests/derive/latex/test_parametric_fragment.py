@@ -61,7 +61,7 @@ def test_parametric_fragment_is_printed_only_on_request():
 def test_parametric_fragment_lists_all_parameters(sagging, written):
     text = written[f"{FOLDER}/parametric.tex"]
     count = len(sagging.geometry.parameters)
-    assert f"${count}$ numbers" in text
+    assert f"${count}$ parameters" in text
     assert rf"p_{{{count}}}" in text
     assert r"d = 0.1625" in text
     assert r"+ p_{37} \tau_{1}" in text
@@ -72,7 +72,7 @@ def test_parametric_fragment_of_loops_is_printed_and_compiles(tmp_path):
     derived = derive(read(ROBOTS / "five_bar.toml"), functions=["fk", "fk_p"])
     written = files(derived, NO_PROGRAMS)
     text, count = written[f"{FOLDER}/parametric.tex"], len(derived.geometry.parameters)
-    assert f"${count}$ numbers" in text
+    assert f"${count}$ parameters" in text
     assert rf"p_{{{count}}}" in text
     assert r"\mathit{length} = 0.3" in text
     assert "parametric.tex" not in article("five_bar")

@@ -340,7 +340,7 @@ def test_undriven_parts_stay_open_without_blocking_other_loops():
 
 
 def test_reference_is_converted_through_drive_with_named_radius():
-    text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8")
+    text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8").split("[reference]")[0]
     assert "limits = [0, 400]" in text
     robot = read_text(text.replace("limits = [0, 400]", "limits = [3, 400]"), file="gantry.toml")
     h = Hybrid(robot)

@@ -273,7 +273,7 @@ def test_invalid_description_error_names_cause(arm, tmp_path, cache):
     )
     for _ in range(2):
         with pytest.raises(
-            chasles.UnknownRobotError, match=r"\(hinge_flap, hinge_lid\); derive them"
+            chasles.UnknownRobotError, match=r"\(hinge_flap, hinge_lid\); run chasles-derive"
         ):
             chasles.load(two)
     shutil.rmtree(cache)

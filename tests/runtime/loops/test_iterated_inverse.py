@@ -103,7 +103,7 @@ def test_pose_of_another_mode_is_out_of_reach():
     np.testing.assert_array_equal(slots.other_mode[:, 0], ~own)
     np.testing.assert_allclose(slots.q[:, 0], np.tile(robot.reference.q, (len(T), 1)), atol=1e-9)
     other = robot.ik(T[~own][0])
-    with pytest.raises(chasles.OutOfReachError, match="another assembly mode"):
+    with pytest.raises(chasles.OutOfReachError, match="does not follow the assembly mode"):
         other.nearest(robot.reference.q)
     assert not other.within_tolerance(np.inf).valid.any()
     assert np.isnan(other.least_squares().q).all()

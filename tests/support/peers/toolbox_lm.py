@@ -5,6 +5,7 @@ constant transform to the tool. No shorter sequence of elements describes the ar
 """
 
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import roboticstoolbox as rtb
@@ -17,11 +18,12 @@ TOLERANCE = 1e-13
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
-    """Returns a function from a pose (4, 4) to a solution with `q` and `success`."""
+    """Returns a function from a pose (4, 4) to a solution with `q` and `valid`."""
     elements = sequence(chain, lower, upper)
 
     def call(T: np.ndarray):
-        return elements.ik_LM(T, tol=TOLERANCE)
+        found = elements.ik_LM(T, tol=TOLERANCE)
+        return SimpleNamespace(q=found.q, valid=found.success)
 
     return call
 

@@ -43,7 +43,7 @@ def test_npz_trajectory_loads_without_robot(tmp_path):
     made.to_npz(tmp_path / "motion.npz")
     np.testing.assert_array_equal(Trajectory.load(tmp_path / "motion.npz").V, made.V)
     made.to_csv(tmp_path / "motion.csv")
-    with pytest.raises(InputValueError, match="expected robot="):
+    with pytest.raises(InputValueError, match="robot= is required"):
         Trajectory.load(tmp_path / "motion.csv")
 
 

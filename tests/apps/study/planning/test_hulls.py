@@ -88,7 +88,7 @@ def test_hexapod_leg_shapes_match_rod_equations():
             c for c, h in zip(corners, hulls.hulls, strict=True) if h.part == "platform"
         )
         ways = np.array([corners[k][1] - corners[k][0] for k in legs])
-        a, length = robot.rod_ends(q)[:2]
+        a, length = robot.functions["rod_ends"](q)[:2]
         np.testing.assert_allclose(np.linalg.norm(ways, axis=1), length, atol=1e-12)
         np.testing.assert_allclose(hulls.poses(z[None])[1][0, legs], length, atol=1e-12)
         tops = np.array([corners[k][1] for k in legs])
