@@ -1,7 +1,7 @@
 /* Runs fk() and fk_jacobian() of the file that includes it over an array of joint vectors.
  *
- * With step 0, all results overwrite each other, without memory traffic; with step 1, each result has
- * its own location. KEEP makes the compiler assume that each result is read.
+ * With step 0, all results overwrite each other, without memory traffic; with step 1, each result
+ * has its own location. KEEP makes the compiler assume that each result is read.
  */
 #define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 #define EXPORT __attribute__((visibility("default")))
