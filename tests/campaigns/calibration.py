@@ -183,7 +183,7 @@ def _intervals(
     axes = [k for k, name in enumerate(known.names) if "_shift_" in name or "_tilt_" in name]
     C = np.linalg.inv(J.T @ J)[np.ix_(axes, axes)]
     std = np.sqrt(np.diag(C))
-    low, high = known.intervals[axes].T
+    low, high = known.confidence_intervals[axes].T
     half = (high - low) / 2
     z = (true[axes] - (low + high) / 2) / half * stats.t.ppf(0.975, known.residual_dof)
     value = z @ np.linalg.solve(C / np.outer(std, std), z) / len(axes)
