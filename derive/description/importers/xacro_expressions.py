@@ -4,7 +4,7 @@ Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a fi
 Python function. In this module, Python only parses an expression. The evaluator below supports
 numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
 functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
-and ``str.format``.
+and ``str.format``. No symbol may lead to a rejected function: ``map`` calls whatever it receives.
 """
 
 import ast
@@ -84,11 +84,22 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
             setattr(module, name, value)
 
 
+def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
+    """Returns a copy of xacro's symbols without ``REFUSED_FUNCTIONS``, in namespaces too."""
+    copy: Any = type(symbols)()
+    for name, value in symbols.items():
+        if name not in REFUSED_FUNCTIONS:
+            own = allowed_symbols(value) if isinstance(value, Mapping) else value
+            # Namespaces of xacro evaluate strings that are assigned to them.
+            dict.__setitem__(copy, name, own)
+    return copy
+
+
 def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
     """Returns the replacement for xacro's evaluator of ``${...}``.
 
     Args:
-        symbols: Symbols of xacro: functions, constants, and nested mappings of both.
+        symbols: The :func:`allowed_symbols`: functions, constants, and mappings of both.
     """
     functions = set(_functions(symbols))
 
@@ -123,7 +134,7 @@ def _functions(symbols: Mapping[str, Any]) -> Iterator[Callable[..., Any]]:
     for name, value in symbols.items():
         if isinstance(value, Mapping):
             yield from _functions(value)
-        elif callable(value) and name not in REFUSED_FUNCTIONS and not name.startswith("_"):
+        elif callable(value) and not name.startswith("_"):
             yield value
 
 
@@ -159,7 +170,9 @@ class _Evaluator:
         evaluator = getattr(self, f"_{type(node).__name__.lower()}", None)
         if evaluator is None:
             raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
-        return evaluator(node)
+        found = evaluator(node)
+        # `_attribute` checks its own values: methods of strings and lists are not symbols.
+        return found if isinstance(node, ast.Attribute) else self._checked(node, found)
 
     def _expression(self, node: ast.Expression) -> Any:
         return self.value(node.body)
@@ -173,14 +186,14 @@ class _Evaluator:
                 return scope[node.id]
         _check_name(node.id)
         try:
-            found = self.symbols[node.id]
+            return self.symbols[node.id]
         except KeyError:
             raise NameError(f"name {node.id!r} is not defined") from None
-        return self._checked(node.id, found)
 
-    def _checked(self, name: str, found: Any) -> Any:
-        """Returns the value of a symbol; a function must be allowed."""
+    def _checked(self, node: ast.AST, found: Any) -> Any:
+        """Returns a value; a function must be allowed."""
         if callable(found) and not (_is_hashable(found) and found in self.functions):
+            name = ast.unparse(node)
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
         return found
 
@@ -189,7 +202,7 @@ class _Evaluator:
         owner = self.value(node.value)
         if isinstance(owner, dict) and node.attr not in METHODS[dict]:
             # Dotted access to namespaces and to YAML dictionaries.
-            return self._checked(node.attr, getattr(owner, node.attr))
+            return self._checked(node, getattr(owner, node.attr))
         allowed = next((names for kind, names in METHODS.items() if isinstance(owner, kind)), ())
         if node.attr not in allowed:
             raise RefusedExpressionError(f"the attribute {node.attr!r} is not allowed")

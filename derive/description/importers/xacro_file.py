@@ -13,7 +13,12 @@ from chasles.contract.errors import DescriptionError, NotInstalledError
 
 from ..toml_file import file_error
 from .robot_xml import read_xml
-from .xacro_expressions import expression_evaluator, replaced, substitution_evaluator
+from .xacro_expressions import (
+    allowed_symbols,
+    expression_evaluator,
+    replaced,
+    substitution_evaluator,
+)
 from .xacro_hints import incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
@@ -62,12 +67,14 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     values = arguments_of(file, arguments)
     said = io.StringIO()
     before = len(xacro.all_includes)
+    symbols = allowed_symbols(xacro._global_symbols)
+    evaluator = expression_evaluator(symbols)
     try:
         with (
             redirect_stdout(said),
             redirect_stderr(said),
             _packages_found(substitution_args, file),
-            replaced(xacro, safe_eval=expression_evaluator(xacro._global_symbols)),
+            replaced(xacro, safe_eval=evaluator, _global_symbols=symbols),
             replaced(substitution_args, _eval=substitution_evaluator(substitution_args)),
         ):
             document = xacro.process_file(str(file), mappings=values)
