@@ -9,7 +9,7 @@ import os
 import re
 import tomllib
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -106,10 +106,8 @@ def _description(job: Job) -> list[bytes]:
     ending = file.suffix.lower()
     if ending == ".xacro":
         # The included files depend on conditions and arguments in the file.
-        from ..description.importers.xacro_file import expanded  # noqa: PLC0415
-
         try:
-            return [expanded(file, job.arguments).encode()]
+            return [_expanded(file, job)[0].encode()]
         except DescriptionError:
             # The reader of the description reports an invalid file.
             return [file.read_bytes()]
@@ -126,14 +124,20 @@ def source_files(job: Job) -> list[Path]:
     """
     file, ending = job.file.resolve(), job.file.suffix.lower()
     if ending == ".xacro":
-        from ..description.importers.xacro_file import expanded_with_files  # noqa: PLC0415
-
-        return list(dict.fromkeys([file, *expanded_with_files(file, job.arguments)[1]]))
+        return list(dict.fromkeys([file, *_expanded(file, job)[1]]))
     if ending == ".xml":
         included: dict[Path, bytes] = {}
         _included(file, file.parent, included)
         return list(included)
     return list(_named_along(file, {})) if ending == ".toml" else [file]
+
+
+def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
+    """Returns the XML of a xacro file and the files that it includes, within reading limits."""
+    from ..description.importers.chains import within_limits  # noqa: PLC0415
+    from ..description.importers.xacro_file import expanded_with_files  # noqa: PLC0415
+
+    return within_limits(file, partial(expanded_with_files, file, job.arguments))
 
 
 def write_sources(job: Job, to: Path) -> None:

@@ -5,6 +5,7 @@ from functools import partial
 import pytest
 
 from chasles.derive import DescriptionError, isolation, read
+from chasles.derive.build.freshness import Job, source_files
 from chasles.derive.description.importers import chains
 from chasles.derive.isolation import IsolatedWorkError, Limits, isolated
 
@@ -86,3 +87,11 @@ def test_errors_with_causes_arrive_while_dask_is_imported(tmp_path):
     file.write_text("<robot><link>")
     with pytest.raises(DescriptionError, match="expected well-formed XML"):
         read(file)
+
+
+def test_listing_the_files_of_an_endless_xacro_ends(tmp_path, monkeypatch):
+    monkeypatch.setattr(chains, "READING", SHORT)
+    file = tmp_path / "arm.xacro"
+    file.write_text(ENDLESS)
+    with pytest.raises(DescriptionError, match="longer than 2 s"):
+        source_files(Job(file, tmp_path))

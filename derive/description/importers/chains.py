@@ -64,7 +64,7 @@ def imported(
     Raises:
         DescriptionError: The file is invalid, has no such chain, or exceeds a limit.
     """
-    return _isolated(file, partial(_robot, file, arguments, base, tip, name))
+    return within_limits(file, partial(_robot, file, arguments, base, tip, name))
 
 
 def _robot(
@@ -73,7 +73,7 @@ def _robot(
     return opened(file, arguments).robot(base, tip, name)
 
 
-def _isolated(file: Path, work: Callable[[], Result]) -> Result:
+def within_limits(file: Path, work: Callable[[], Result]) -> Result:
     """Reads a file in a separate process, with limits on its time and memory."""
     try:
         return isolated(work, READING)
@@ -124,7 +124,7 @@ def chains(
     Raises:
         DescriptionError: A file is invalid, or the group is unknown.
     """
-    return _isolated(file, partial(_chains, file, arguments, base, groups, srdf))
+    return within_limits(file, partial(_chains, file, arguments, base, groups, srdf))
 
 
 def _chains(
