@@ -4,6 +4,7 @@ import pickle
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -32,20 +33,34 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work
         return
+    with forked(work) as receiver:
+        yield partial(_wait, receiver)
+
+
+@contextmanager
+def forked(work: Callable[[], object]) -> Iterator[Connection]:
+    """Starts work in a forked process, which ends at the end of the ``with`` block.
+
+    Yields:
+        The connection from which :func:`received` reads the outcome.
+    """
     context = get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=send, args=(work, sender))
-    process.start()
+    process = context.Process(target=_send, args=(work, sender))
+    with warnings.catch_warnings():
+        # Python 3.12 warns about forks while other threads run; callers decide about them.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
     sender.close()
     try:
-        yield partial(_wait, receiver)
+        yield receiver
     finally:
         process.kill()
         process.join()
         receiver.close()
 
 
-def send(work: Callable[[], object], sender: Connection) -> None:
+def _send(work: Callable[[], object], sender: Connection) -> None:
     """Runs work, and sends the result or the error."""
     sender.send(outcome_of(work))
 

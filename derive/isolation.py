@@ -4,14 +4,12 @@ import os
 import pickle
 import subprocess
 import sys
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
-from .beside import outcome_of, received, send
+from .beside import forked, outcome_of, received
 
 if sys.platform != "win32":
     import resource
@@ -62,25 +60,14 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
 
 
 def _forked(work: Callable[[], Result], limits: Limits) -> Result:
-    context = get_context("fork")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=send, args=(lambda: _limited(work, limits), sender))
-    with warnings.catch_warnings():
-        # Python 3.12 warns about forks while other threads run; the docstring gives the remedy.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        process.start()
-    sender.close()
-    try:
+    with forked(lambda: _limited(work, limits)) as receiver:
         if not receiver.poll(limits.seconds):
             raise _late(limits)
-        outcome: Result = received(receiver)
+        try:
+            outcome: Result = received(receiver)
+        except EOFError:
+            raise _crashed() from None
         return outcome
-    except EOFError:
-        raise _crashed() from None
-    finally:
-        process.kill()
-        process.join()
-        receiver.close()
 
 
 def _started(work: Callable[[], Result], limits: Limits) -> Result:

@@ -118,7 +118,7 @@ def is_own(robot: RobotFacts, fixed: Mapping[str, FloatArray]) -> bool:
 def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
     """Return the values (N,) of a redundancy parameter, joint or coordinate at q_seed (N, n)."""
     names, joints = robot.coordinate_names, robot.joint_names
-    is_parameter = is_own(robot, {name: q_seed})
+    is_parameter = any(item.name == name for item in robot.redundancy)
     swivel = robot._roles.get(("redundancy", "actuators", ""))
     if swivel is not None and name == swivel.__name__:
         return np.ascontiguousarray(swivel(q_seed))
