@@ -11,7 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from chasles.derive import DescriptionError, SerialRobot
+from chasles import InputValueError
+from chasles.derive import SerialRobot
 from tests.campaigns import displaced, general
 from tests.campaigns.general import Judged, configurations, loaded
 
@@ -42,7 +43,7 @@ def run(count: int, first: int) -> int:
             name = f"{number}, {title}: {robot.title or robot.name}"
             try:
                 rows.append((name, *times(robot, number, bar)))
-            except DescriptionError as error:
+            except InputValueError as error:
                 out.print(f"{name} is left out: {error}", markup=False)
     table("Inverses of random arms, time of a pose", COLUMNS, rows)
     return int(any(row[-1] for row in rows))

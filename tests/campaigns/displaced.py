@@ -18,7 +18,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import chasles
-from chasles.derive import DescriptionError, SerialRobot, read
+from chasles import InputValueError
+from chasles.derive import SerialRobot, read
 from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
@@ -56,7 +57,7 @@ def trial(number: int) -> Outcome:
     with TemporaryDirectory() as folder:
         try:
             arm = loaded(robot, Path(folder) / "own")
-        except DescriptionError:
+        except InputValueError:
             if not is_drawn:
                 raise
             return Outcome({"arms without ik": 1})

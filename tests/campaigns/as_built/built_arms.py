@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from chasles.derive import DescriptionError, Mechanism, write
+from chasles import InputValueError
+from chasles.derive import Mechanism, write
 from tests.support.fixed import fixed_at
 from tests.support.generators.driven_arms import built_arm
 
@@ -64,7 +65,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     with tempfile.TemporaryDirectory() as folder:
         try:
             write(arm, folder, functions=FUNCTIONS, languages=C_ALONE)
-        except DescriptionError as error:
+        except InputValueError as error:
             if "has no function ik" not in str(error):
                 raise
             return Judged(1.0)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import chasles
+from chasles import InputValueError
 from chasles.derive import DescriptionError, Mechanism, write
 from tests.support.fixed import fixed_at
 from tests.support.generators.as_built import single_errors
@@ -111,7 +112,7 @@ def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) 
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)
-    except DescriptionError as error:
+    except InputValueError as error:
         text = str(error).partition("has no function ")[2].partition(";")[0]
         absent = set(text.split(", "))
         if not absent & set(OPTIONAL):
