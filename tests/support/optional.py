@@ -17,7 +17,13 @@ class OptionalPackage:
         self._name = name
 
     def __getattr__(self, attribute: str):
-        """Returns an attribute of the package."""
+        """Returns a public attribute of the package.
+
+        Pytest looks for private attributes in all objects of a test file when it collects the
+        tests. This must not import the package.
+        """
+        if attribute.startswith("_"):
+            raise AttributeError(f"{self._name}: only public attributes can be used")
         return getattr(pytest.importorskip(self._name, reason=reason(self._name)), attribute)
 
 

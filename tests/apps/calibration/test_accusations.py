@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy import stats
 
 from chasles import se3
 from chasles.calibration import Distances, PlaneContacts, identify
@@ -162,6 +161,8 @@ def test_rounding_errors_leave_no_row_out():
 
 
 def test_limit_of_rows_is_five_deviations_of_many_numbers():
+    from scipy import stats
+
     assert limit(1e6) == pytest.approx(OUTLYING, rel=1e-3)
     assert limit(30) > stats.t.ppf(1 - 1e-6, 30)
     assert limit(0.1) > 1e3 or math.isinf(limit(0.1))

@@ -12,9 +12,10 @@ import pytest
 import chasles
 from chasles.errors import ChaslesError, InputValueError, ShapeError
 from chasles.study.motion import Motion, joint_line, time_scaling
+from tests.support.optional import requires
 
 image = pytest.importorskip("PIL.Image")
-pytest.importorskip("matplotlib")
+pytestmark = requires("matplotlib")
 
 
 def motion(robot, n):

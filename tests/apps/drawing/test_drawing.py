@@ -20,9 +20,10 @@ from tests.support.chains import random_chain
 from tests.support.derivations import NAMES as SERIAL
 from tests.support.derivations import description
 from tests.support.fixed import fixed_at
+from tests.support.optional import requires
 from tests.support.skeletons import described_skeleton
 
-pytest.importorskip("matplotlib")
+pytestmark = requires("matplotlib")
 
 TRUE = 1e-9
 """The points of shapes are rounded to nine digits."""

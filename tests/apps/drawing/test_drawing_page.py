@@ -1,10 +1,9 @@
 """The examples of docs/how-to/drawing.md run."""
 
-import pytest
-
+from tests.support.optional import requires
 from tests.support.pages import examples
 
-pytest.importorskip("matplotlib")
+pytestmark = requires("matplotlib")
 PAGE = "how-to/drawing.md"
 
 

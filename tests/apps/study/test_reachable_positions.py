@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 
 import chasles
 from chasles import so3
@@ -40,7 +39,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
         box = found.grid.upper - found.grid.lower
-        points = found.grid.lower + box * qmc.Sobol(3, rng=np.random.default_rng(2)).random(2**16)
+        points = found.grid.lower + box * sobol(2**16, 2)
         inside = in_shells(points, shells)
         volume = inside.mean() * box.prod()
         assert abs(found.size.value - volume) < found.size.error
@@ -53,6 +52,13 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
         assert (points[inside].max(0) <= found.bounds[1] + found.grid.side).all()
         checked += inside.sum()
     assert checked > 4000
+
+
+def sobol(count, seed):
+    """Returns points (count, 3) of a scrambled Sobol sequence in the unit cube."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(3, rng=np.random.default_rng(seed)).random(count)
 
 
 def in_shells(points, shells):
@@ -76,7 +82,7 @@ def shell(places, q):
 def test_delta_workspace_volume_matches_jacobian_integral():
     delta = chasles.load("delta")
     found = reachable_positions(delta, resolution=128)
-    unit = qmc.Sobol(3, rng=np.random.default_rng(3)).random(2**14)
+    unit = sobol(2**14, 3)
     q = delta.lower + unit * (delta.upper - delta.lower)
     T, J = delta.fk_jacobian_mixed(q)
     closed = np.isfinite(T[:, 0, 3])

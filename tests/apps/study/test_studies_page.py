@@ -1,6 +1,5 @@
 """The examples on the pages about workspaces, motions and plans run."""
 
-import matplotlib
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ pytest.importorskip("coal", reason="coal comes with pin")
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """A folder for the example files, with a Matplotlib backend without windows."""
+    matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     yield

@@ -10,9 +10,10 @@ from chasles.errors import InputValueError
 from chasles.study.motion import Trajectory
 from chasles.view import LiveView
 from chasles.view.display import Display
+from tests.support.optional import requires
 from tests.support.waiting import until
 
-viser = pytest.importorskip("viser", reason="viser is not installed")
+pytestmark = requires("viser")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
 """Console messages of viser's own page, which occur for any content."""
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
