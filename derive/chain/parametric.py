@@ -16,6 +16,7 @@ Source:
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import sympy as sp
 
@@ -139,13 +140,27 @@ class Parametric:
 
     def _column(self, screws: Sequence[Twist], variable: sp.Symbol) -> Twist:
         """Returns sum_m S_m dv_m/dx for one coordinate or parameter x."""
-        rates = [self._rate(value, variable) for value in self.values]
-        moved = [(screw, rate) for screw, rate in zip(screws, rates, strict=True) if rate != 0]
+        moved = self._rates[variable]
         return weighted(
             self.forward.terms,
-            [screw for screw, _ in moved],
-            [self.forward.terms.let(rate) for _, rate in moved],
+            [screws[m] for m in moved],
+            [self.forward.terms.let(rate) for rate in moved.values()],
         )
+
+    @cached_property
+    def _rates(self) -> dict[sp.Symbol, dict[int, sp.Expr]]:
+        """The nonzero rates dv_m/dx for each coordinate or parameter x, keyed by motion m."""
+        found: dict[sp.Symbol, dict[int, sp.Expr]] = {}
+        symbols = [value.free_symbols for value in self.values]
+        for variable in (x for argument in self.arguments.values() for x in argument.symbols):
+            sources = {variable, *self.geometry.torques}
+            rates = {
+                m: self._rate(value, variable)
+                for m, value in enumerate(self.values)
+                if not sources.isdisjoint(symbols[m])
+            }
+            found[variable] = {m: rate for m, rate in rates.items() if rate != 0}
+        return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
         """Returns dv_m/dx, including the gravity torques if x is a coordinate."""

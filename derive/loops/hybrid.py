@@ -357,7 +357,7 @@ class Hybrid:
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
         """Returns the symbols on which an entry depends."""
         definitions, known = self.terms.definitions, self._known_behind
-        for symbol in self.terms.needed([entry]):
+        for symbol in self.terms.needed(entry.free_symbols - known.keys()):
             if symbol not in known:
                 own = definitions[symbol].free_symbols
                 known[symbol] = own.union(*(known.get(s, ()) for s in own))

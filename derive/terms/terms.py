@@ -48,6 +48,7 @@ class Terms:
         self._partials: dict[tuple[sp.Expr, sp.Symbol], sp.Expr] = {}
         self._addends: dict[sp.Symbol, int] = {}
         self._sizes: dict[sp.Symbol, int] = {}
+        self._positions: dict[sp.Symbol, int] = {}
         for symbol, value in self.parameters.items():
             self._values.know(symbol, self._values.of(value))
 
@@ -182,11 +183,11 @@ class Terms:
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
         """Returns the constants of an expression, in the order of their definition."""
-        return _below(self.constants, [expression])
+        return self._below(self.constants, [expression])
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """Returns the terms on which expressions depend, in the order of their definition."""
-        return _below(self.definitions, expressions)
+        return self._below(self.definitions, expressions)
 
     def _counted(
         self,
@@ -242,9 +243,23 @@ class Terms:
             elif -value in self.definitions:
                 self.turning.setdefault(-value, (angle, -derivative))
 
+    def _below(
+        self, definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
+    ) -> list[sp.Symbol]:
+        """Returns the defined symbols on which expressions depend, in the order of definition."""
+        found: set[sp.Symbol] = set()
+        waiting = [symbol for e in expressions for symbol in e.free_symbols]
+        while waiting:
+            symbol = waiting.pop()
+            if symbol in definitions and symbol not in found:
+                found.add(symbol)
+                waiting.extend(definitions[symbol].free_symbols)
+        return sorted(found, key=self._positions.__getitem__)
+
     def _name(self, expression: sp.Expr) -> sp.Expr:
         symbol = sp.Symbol(f"{TERM}{len(self.definitions) + 1}", real=True)
         self.definitions[symbol] = expression
+        self._positions[symbol] = len(self._positions)
         self._names[expression] = symbol
         return symbol
 
@@ -258,26 +273,13 @@ class Terms:
         if positive not in self._names:
             symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
             self.constants[symbol] = positive
+            self._positions[symbol] = len(self._positions)
             self._values.know(symbol, self._values.of(positive))
             self._names[positive] = symbol
             self._constant_symbols.add(symbol)
             if is_number:
                 self._numbers.add(symbol)
         return sign * self._names[positive]
-
-
-def _below(
-    definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
-) -> list[sp.Symbol]:
-    """Returns the defined symbols on which expressions depend, in the order of their definition."""
-    found: set[sp.Symbol] = set()
-    waiting = [symbol for e in expressions for symbol in e.free_symbols]
-    while waiting:
-        symbol = waiting.pop()
-        if symbol in definitions and symbol not in found:
-            found.add(symbol)
-            waiting.extend(definitions[symbol].free_symbols)
-    return [symbol for symbol in definitions if symbol in found]
 
 
 def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
