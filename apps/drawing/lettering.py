@@ -195,6 +195,8 @@ class Lettering:
         at = self.to_pixels(tried[0][1])
         box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
         for cost, place, angle in tried:
+            if cost >= least:
+                continue  # the other costs are not negative
             x, y = self.to_pixels(place)
             total = cost + self._cost(box0 + np.array([x, y, x, y]))
             if total < least:
