@@ -1,4 +1,7 @@
-"""Compiles each article to build/docs/<robot>.pdf, and sees that no line leaves the page."""
+"""Compiles each article to build/docs/<robot>.pdf without warnings.
+
+No line may leave the page.
+"""
 
 import re
 import shutil
@@ -7,6 +10,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+WARNINGS = ("LaTeX Warning", "Missing character", "undefined")
+"""Words in the log of an article with a wrong reference or character."""
 OUTPUT = ROOT / "build" / "docs"
 WIDEST_EXCESS = 1.0
 """Largest excess of a line into the margin (pt): less than the eye sees."""
@@ -26,13 +31,16 @@ def main() -> int:
         result = OUTPUT / f"{article.stem}.pdf"
         log = result.with_suffix(".log").read_text(encoding="utf-8", errors="replace")
         excess = max(map(float, re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)), default=0.0)
+        warned = any(told in log for told in WARNINGS)
         if done.returncode:
             print(f"{article.name}: failed")
+        elif warned:
+            print(f"{article.name}: LaTeX prints a warning, see {result.with_suffix('.log')}")
         elif excess > WIDEST_EXCESS:
             print(f"{article.name}: a line is {excess:g} pt too wide")
         else:
             print(result.relative_to(ROOT))
-        failed += bool(done.returncode) or excess > WIDEST_EXCESS
+        failed += bool(done.returncode) or warned or excess > WIDEST_EXCESS
     return failed
 
 

@@ -11,6 +11,7 @@ import chasles.derive
 from chasles.derive import Derivation, derive, read
 from chasles.derive.description.mechanism_file import has_loops
 from chasles.derive.latex import fragments
+from chasles.derive.model.mechanism import Described
 from chasles.derive.program.programs import Programs, programs
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
@@ -39,9 +40,15 @@ def description(name: str) -> Path:
 
 
 @cache
+def robot_of(name: str) -> Described:
+    """Reads the description of a shipped robot."""
+    return read(description(name))
+
+
+@cache
 def derivation(name: str) -> Derivation:
     """Derives all functions of a shipped robot."""
-    return derive(read(description(name)))
+    return derive(robot_of(name))
 
 
 @cache

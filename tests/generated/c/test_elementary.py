@@ -22,7 +22,7 @@ from chasles.derive.program.programs import programs
 from chasles.derive.terms.casadi_graph import LoweringError, lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
-from tests.support.derivations import derivation
+from tests.support.derivations import robot_of
 from tests.support.processor import require_features
 from tests.support.tolerances import ANGLE, COS_SIN, LIBMVEC
 from tests.support.tools import needs, path_of
@@ -123,7 +123,7 @@ def function(name, *expressions):
 
 
 SCOPE = Terms({})
-ROBOT = derivation("scara").robot
+ROBOT = robot_of("scara")
 FUNCTIONS = [function(name, expression) for name, (expression, _) in CASES.items()]
 FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 

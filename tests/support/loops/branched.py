@@ -4,14 +4,14 @@ from pathlib import Path
 
 import sympy as sp
 
-from chasles.derive.derivation import Derivation
+from chasles.derive.derivation import Derivation, derive
 from chasles.derive.emit.c import language
 from chasles.derive.emit.manifest import manifest
 from chasles.derive.program.programs import Programs, programs
 from chasles.derive.terms.role import Role
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
-from tests.support.derivations import derivation
+from tests.support.derivations import robot_of
 
 D1, A2, A3, D4, D5, D6 = (
     sp.Rational(*pair)
@@ -155,7 +155,7 @@ def programs_of(functions, prefix):
 
 def write(folder: Path, functions):
     """Writes a loadable robot with only these functions."""
-    derived = derivation("ur5e")
+    derived = derive(robot_of("ur5e"), functions=["fk"])
     robot = derived.robot
     texts = dict(files(functions, robot))
     whole = Derivation(robot, derived.terms, (), tuple(functions))
