@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError, Robot
 from chasles.contract import requires
 
+from .access import Access, checked_by
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .escaping import markdown
 from .meshes import BodyMesh, body_meshes
@@ -51,7 +52,7 @@ class LiveView:
     trajectory.
 
     Attributes:
-        address: The address of the page, http://localhost:... .
+        address: The address of the page; its token keeps other pages of the browser out.
         posture: The displayed configuration.
         handle_size: Length of the arrows at the tool [m].
         is_dragged: Whether a user is dragging the tool.
@@ -89,8 +90,10 @@ class LiveView:
         self._units = slider_units(robot, self._display.start.q)
         meshes = body_meshes(Path(urdf), self._display.skeleton) if urdf else ()
         number = _free_port(port)
-        self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
-        self.address = f"http://localhost:{number}"
+        access = Access()
+        with checked_by(access):
+            self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
+        self.address = access.address(self._server.get_port())
         self.posture, self.is_dragged = self._display.start, False
         self.handle_size = _GIZMO * self._display.skeleton.size
         self._server.scene.set_up_direction("+z")

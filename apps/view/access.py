@@ -1,0 +1,99 @@
+"""Access to the live view: only the page with the token in its address may connect.
+
+Every program on this machine can reach a server on 127.0.0.1, and so can a page of any web site in
+the browser. Three checks keep other pages out: the Host header names this machine (a foreign name
+that resolves to 127.0.0.1 does not), the Origin of a WebSocket is the page itself, and the request
+has the token, in the address or in the cookie that the first response sets.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+_LOOPBACK = {"localhost", "127.0.0.1", "::1"}
+_REFUSED = "Open the address that chasles printed, with its token.\n"
+_STARTING = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Access:
+    """The token of one view.
+
+    Attributes:
+        token: A random text, part of the address of the page.
+    """
+
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(16))
+
+    def address(self, port: int) -> str:
+        """Return the address of the page."""
+        return f"http://localhost:{port}/?token={self.token}"
+
+    def allows(self, path: str, headers: Any) -> bool:
+        """Return whether a request with a path and headers may connect."""
+        host, origin = headers.get("Host", ""), headers.get("Origin")
+        if urlsplit(f"//{host}").hostname not in _LOOPBACK:
+            return False
+        if origin is not None and origin != f"http://{host}":
+            return False
+        given = (self._in_address(path), self._in_cookie(headers.get("Cookie", ""), host))
+        return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
+
+    def cookie(self, host: str) -> str:
+        """Return the Set-Cookie header of a host; cookies of two ports would share a plain name."""
+        return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
+
+    @staticmethod
+    def _in_address(path: str) -> str:
+        return parse_qs(urlsplit(path).query).get("token", [""])[0]
+
+    @staticmethod
+    def _in_cookie(header: str, host: str) -> str:
+        try:
+            cookies = SimpleCookie(header)
+        except CookieError:
+            return ""
+        found = cookies.get(_cookie_name(host))
+        return found.value if found else ""
+
+
+def _cookie_name(host: str) -> str:
+    return f"chasles-{urlsplit(f'//{host}').port or 80}"
+
+
+@contextmanager
+def checked_by(access: Access) -> Iterator[None]:
+    """Context in which a started viser server checks each request.
+
+    viser has no hook for requests, so its call of `websockets.asyncio.server.serve` is wrapped.
+    """
+    from websockets.asyncio import server  # noqa: PLC0415
+
+    serve = server.serve
+
+    def checking(*arguments: Any, process_request: Callable[..., Any], **options: Any) -> Any:
+        def check(connection: Any, request: Any) -> Any:
+            headers = request.headers
+            if not access.allows(request.path, headers):
+                return connection.respond(HTTPStatus.FORBIDDEN, _REFUSED)
+            response = process_request(connection, request)
+            if response is not None:
+                response.headers["Set-Cookie"] = access.cookie(headers["Host"])
+            return response
+
+        return serve(*arguments, process_request=check, **options)
+
+    with _STARTING:
+        server.serve = checking  # type: ignore[assignment,misc]
+        try:
+            yield
+        finally:
+            server.serve = serve  # type: ignore[misc]
