@@ -45,9 +45,10 @@ class Row:
     theta: str
 
 
-def rows_of(chain: str, *, right: bool) -> tuple[Row, ...]:
+def rows_of(chain: str, *, right: bool, seed: int = 0) -> tuple[Row, ...]:
     """Returns a random chain with a specified structure; skew axes have right or random angles."""
-    rng = np.random.default_rng(crc32(chain.encode()) + right)
+    of_chain = crc32(chain.encode()) + right
+    rng = np.random.default_rng([of_chain, seed] if seed else of_chain)
     axes, between = chain[::2], chain[1::2] + "/"
     rows = []
     for axis, link in zip(axes, between, strict=True):
@@ -167,9 +168,9 @@ def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return chain.axes, chain.points, chain.slides
 
 
-def robot_of(chain: str, *, right: bool = False) -> SerialRobot:
-    """Returns a random chain with a specified structure."""
-    robot = read_text(described(rows_of(chain, right=right)))
+def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
+    """Returns a random chain with a specified structure; each seed has other lengths and angles."""
+    robot = read_text(described(rows_of(chain, right=right, seed=seed)))
     assert isinstance(robot, SerialRobot)
     return robot
 
