@@ -11,28 +11,25 @@ from tests.campaigns.losses import determines, losses_of, right_angles, sets
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.generators.poses import PoseSet
 from tests.support.generators.synthetic import robot_of
-from tests.support.oracles.tasks import wrapped
 from tests.support.oracles.verdict import judged
 
-FIVE_JOINTS = (152, 389)
-"""Five-joint arms whose poses equal the poses of a six-joint arm with the last joint at 0."""
-OBLIQUE_WRISTS = (80, 579)
-"""Arms with an undetermined rotation. Their wrist or center reaches only some orientations."""
-LOST_BEFORE = (53007, 50925, 91081)
+FIVE_JOINTS = (389,)
+"""Five-joint arm whose poses equal the poses of a six-joint arm with the last joint at 0."""
+OBLIQUE_WRISTS = (80,)
+"""Arm with an undetermined rotation. Its wrist reaches only some orientations."""
+LOST_BEFORE = (53007, 50925)
 """Arms with poses that the closed form misses.
 
 A search, or steps with a fixed joint, find these poses.
 """
-FOLDED = (33, 2144, 9074, 20350, 53401)
+FOLDED = (33, 20350, 53401)
 """Arms whose elbow is nearly folded in poses near right angles."""
-OTHERS = (88, 376, 764, 1478)
+OTHERS = (88, 764, 1478)
 SLIDES = (
-    *((chain, False) for chain in ("R/P/P", "P=R/P", "RLP/R", "RLPLR/RxrxR")),
-    *((chain, True) for chain in ("RLPLP", "R=P/P", "P/R=P")),
-    *((chain, True) for chain in ("P=RLP/RxrxR", "R/P/P/RxrxR", "R=P=R/RxrxR")),
+    *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
+    *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
 """Chains, and whether their skew axes are at right angles."""
-PATHS, STEPS = 4, 300
 
 
 def clean(case, seed):
@@ -106,34 +103,6 @@ def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
     assert len(q) == 300
     found = judged(case, PoseSet("right angles", q, regular=determines(case)), case.answers)
     assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
-
-
-@pytest.mark.parametrize("chain", ["R/R=R=R/R/R", "R/RxrxR/R/R"])
-def test_slot_sign_stays_constant_between_singularities(chain):
-    (case,) = cases_of(robot_of(chain))
-    rng = np.random.default_rng(1)
-    s = np.linspace(0, 1, STEPS)[:, None]
-    followed = 0
-    for _ in range(PATHS):
-        waves = rng.normal(size=(3, case.robot.n))
-        bend = sum(wave * np.sin((k + 1) * np.pi * s / 2) for k, wave in enumerate(waves))
-        q = rng.uniform(-np.pi, np.pi, case.robot.n) + bend
-        found = case.found(q)
-        far = np.abs(wrapped(found.q - q[:, None])).max(axis=-1)
-        slot = np.where(found.valid, far, np.inf).argmin(axis=1)
-        known = far.min(axis=1) < 1e-6
-        second = slot // 2 % 2
-        same = np.sign(np.linalg.det(case.jacobian(q)))
-        steady = known[1:] & known[:-1] & (same[1:] == same[:-1])
-        followed += steady.sum()
-        assert (second[1:] == second[:-1])[steady].all()
-    assert followed > 0.9 * PATHS * STEPS
-
-
-def test_rounding_noise_is_not_used_as_divisor():
-    """The square of a vector of length 1e-17 is 0, and its direction is arbitrary."""
-    for case in cases_of(random_arm(20715)):
-        clean(case, 20715)
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():

@@ -3,19 +3,18 @@
 import numpy as np
 import pytest
 
+import chasles
 from chasles.derive import explain, read
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
 from tests.campaigns.losses import losses_of
-from tests.support.compiling import compiled
-from tests.support.derivations import ROBOTS
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.generators.poses import PoseSet
 from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import judged
 
 TITLE = "a turntable with two parallel axes and a hand that turns"
-CHAINS = ("R/R=R/R", "R+R=R+R", "RLR=RLR", "RxR=R+R", "R+R=RxR")
+CHAINS = ("R/R=R/R", "RxR=R+R")
 SOLD = """<robot name="arm"><link name="base"/>
 <link name="l1"/><link name="l2"/><link name="l3"/><link name="l4"/><link name="tool0"/>
 <joint name="yaw" type="revolute"><parent link="base"/><child link="l1"/>
@@ -47,8 +46,8 @@ def test_single_joint_ik_solves_every_pose(chain, right):
     assert not lost_of(cases)
 
 
-def test_slider_crank_ik_returns_both_crank_branches(tmp_path):
-    press = compiled(read(ROBOTS / "slider_crank.toml"), tmp_path / "slider_crank", ["fk", "ik"])
+def test_slider_crank_ik_returns_both_crank_branches():
+    press = chasles.load("slider_crank")
     q = np.linspace(-3, 3, 50)[:, None]
     T = press.fk(q)
     found = press.ik(T)
@@ -75,19 +74,17 @@ def test_ik_of_turntable_arms_solves_every_pose(chain, right):
 
 
 @pytest.mark.parametrize(
-    ("chain", "title", "right"),
+    ("chain", "title"),
     [
-        ("R/R=R/RxR", "spherical wrist", False),
-        ("R/R=R/RxR", "spherical wrist", True),
-        ("R=R=R/R/R", "three parallel axes 2, 3, 4", False),
+        ("R/R=R/RxR", "spherical wrist"),
+        ("R=R=R/R/R", "three parallel axes 2, 3, 4"),
     ],
 )
-def test_five_joint_ik_with_added_axis_solves_every_pose(chain, title, right):
-    cases = cases_of(robot_of(chain, right=right))
-    found = {case.inverses.classification.found.title for case in cases}
-    assert found == {title} or (right and found)
+def test_five_joint_ik_with_added_axis_solves_every_pose(chain, title):
+    cases = cases_of(robot_of(chain))
+    assert {case.inverses.classification.found.title for case in cases} == {title}
     assert {case.function for case in cases} == {"ik"}
-    if chain == "R/R=R/RxR" and not right:
+    if chain == "R/R=R/RxR":
         added = cases[0].inverses.classification.lines.added
         assert [axis.name for axis in added] == ["added_axis"]
     assert not lost_of(cases)

@@ -353,3 +353,10 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
     beside = direction(terms, zero, y)
     at = compiled(terms, (y,), (beside.c, beside.s))(1, np.array([[0.0], [2.0], [-1e-9]]))
     np.testing.assert_allclose(at, [[1, 0], [0, 1], [0, -1]], rtol=0, atol=1e-15)
+
+
+def test_direction_of_rounding_noise_is_zero_angle():
+    """The square of a vector of length 1e-17 is 0, and its direction is arbitrary."""
+    terms, noise = Terms({}), sp.Rational(1, 10**17)
+    turn = direction(terms, noise, -noise)
+    assert [float(terms.value(x)) for x in (turn.c, turn.s)] == [1.0, 0.0]
