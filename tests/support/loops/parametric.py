@@ -10,9 +10,6 @@ from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 
-RODS = ["five_bar", "slider_crank", "planar_3rrr", "delta", "excavator"]
-EVERY = [*RODS, "four_bar", "stewart_gough", "bricklaying_gantry"]
-
 
 @cache
 def loops_of(name):
