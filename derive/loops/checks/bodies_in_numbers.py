@@ -13,7 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
-from ...model.placements import Rotation, Translation
+from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
 from ...model.tolerances import CLOSING_GAIN, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
 from ...terms.terms import Terms
@@ -60,6 +60,8 @@ class BodiesInNumbers:
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
         self._numbers: dict[sp.Expr, float] = {}
+        self._uses: dict[str | sp.Expr, frozenset[str]] = {}
+        self._constants: dict[str, float] = {}
         self.constants = {p.name: float(p.value) for p in mechanism.parameters}
         self._symbols = tuple(p.symbol for p in mechanism.parameters)
         self.normals = _normals(mechanism) if normals is None else normals
@@ -79,14 +81,17 @@ class BodiesInNumbers:
 
     @constants.setter
     def constants(self, values: dict[str, float]) -> None:
+        changed = {name for name, value in values.items() if self._constants.get(name) != value}
         self._constants = values
-        self._placed.clear()
-        self._numbers.clear()
+        uses = self._uses
+        self._placed = {k: T for k, T in self._placed.items() if uses[k].isdisjoint(changed)}
+        self._numbers = {k: x for k, x in self._numbers.items() if uses[k].isdisjoint(changed)}
 
     def number(self, expression: sp.Expr) -> float:
         """Returns the value of an expression of parameters."""
         if expression not in self._numbers:
             function = _function(self._symbols, expression)
+            self._uses[expression] = frozenset(symbol.name for symbol in expression.free_symbols)
             self._numbers[expression] = float(function(*self._given()))
         return self._numbers[expression]
 
@@ -134,6 +139,7 @@ class BodiesInNumbers:
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)
+            self._uses[name] = frozenset({name, *(symbol.name for symbol in symbols_of(placement))})
             T[:3, 3] *= self.constants[name] / self._bare[name] if name in self._bare else 1.0
         return T
 
