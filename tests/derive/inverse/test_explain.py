@@ -12,8 +12,13 @@ from chasles.derive.inverse.explanation import notes
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.inverse.structure.self_motion import self_motion
 from chasles.derive.terms.terms import Terms
-from tests.support.derivations import NAMES, ROBOTS
+from tests.support.derivations import ROBOTS
 
+NAMES = (
+    *("ur5e", "puma560", "iiwa14", "panda", "scara", "jaco2", "lynxmotion", "photo_robot"),
+    "bricklaying_planar",
+)
+"""Serial robots with each structure, a general arm, and arms whose joints are fixed."""
 LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
 """Mechanisms with and without a main-chain structure."""
 
@@ -21,6 +26,12 @@ LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
 @cache
 def explained(name):
     return explain(read(ROBOTS / f"{name}.toml"))
+
+
+@cache
+def text_of(name):
+    """Returns the explanation of a shipped robot as text."""
+    return str(explained(name))
 
 
 def arm(lifts):
@@ -34,8 +45,7 @@ def arm(lifts):
 
 @pytest.mark.parametrize("name", [*NAMES, *LOOPED])
 def test_explanation_states_structure_or_missing_inverse(name):
-    found = explained(name)
-    text = str(found)
+    found, text = explained(name), text_of(name)
     if found.inverses is None:
         assert "The actuators follow from the main chain" in text
     else:
@@ -108,10 +118,10 @@ def test_explanation_names_actuator_that_does_not_move_the_tool():
     ],
 )
 def test_explanation_states_structure_and_solution_count(name, structure, most):
-    found = explained(name)
+    found, text = explained(name), text_of(name)
     assert found.max_solutions == most
-    assert f"Structure: {structure}.\n" in str(found)
-    assert "Tier: exact" in str(found)
+    assert f"Structure: {structure}.\n" in text
+    assert "Tier: exact" in text
     assert structure in found.line
 
 
@@ -121,14 +131,14 @@ def test_explanation_has_a_step_for_every_joint(name):
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return
-    text = str(found).split("\n\nik_")[0]
+    text = text_of(name).split("\n\nik_")[0]
     for joint in read(ROBOTS / f"{name}.toml").moving:
         given = f"given {joint.name}" in text or f"and {joint.name}." in text
         assert given or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
 
 
 def test_explanation_states_signs_and_degenerate_cases():
-    text = str(explained("ur5e"))
+    text = text_of("ur5e")
     assert text.count("Two solutions, sign ") == 3
     assert "Two solutions, sign 3 of 3; they meet at the boundary" in text
     assert "shoulder_lift + elbow + wrist_1, by subproblem 2: " in text
@@ -159,9 +169,24 @@ def test_deviation_of_nearly_meeting_axes_is_a_length():
     assert all(row.endswith(" 50 mm") for row in rows)
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("stewart_gough", "Gruebler-Kutzbach: 6 (14 - 1 - 18) + 42 = 12"),
+        ("slider_crank", "connecting_rod (planar, 2 equations): crank, rod_angle, conn"),
+        ("planar_3rrr", "by Newton's iteration at run time"),
+        ("excavator", "boom_cylinder: two pins and a slide"),
+    ],
+)
+def test_mechanism_explanation_states_mobility_and_loop_steps(name, words):
+    text = text_of(name)
+    assert "Freedoms: " in text
+    assert words in text
+
+
 def test_mechanism_explanation_lists_actuator_steps():
-    assert "through the loops in 4 steps" in str(explained("excavator"))
-    text = str(explained("stewart_gough"))
+    assert "through the loops in 4 steps" in text_of("excavator")
+    text = text_of("stewart_gough")
     assert text.startswith("Stewart-Gough platform\n======================\n\nFreedoms: 6, ")
     steps = [f"  {k}. leg_{k}: a distance, for leg_{k}" for k in range(1, 7)]
     told = "The actuators follow from the main chain in closed form, through the loops in 6 steps."
@@ -172,7 +197,7 @@ def test_mechanism_explanation_lists_actuator_steps():
 
 
 def test_general_arm_explanation_states_solution_method():
-    text = str(explained("jaco2"))
+    text = text_of("jaco2")
     assert "ik(T): at most 16 solutions in 16 slots, by the roots of a determinant." in text
     assert (
         "spherical wrist\n  axes joint_4, joint_5 and joint_6 pass through one point   37 mm"
@@ -203,13 +228,13 @@ def test_arm_singular_everywhere_names_joints_of_self_motion():
         "singular in every configuration: the tool depends on joint5 + joint6 alone; ik takes the "
         "value of joint6"
     )
-    collinear, regular = general_arm(last=0), general_arm(last=0.1)
-    for shown in (str(explain(collinear)), explain(collinear).line):
-        assert text in shown
-    (note,) = notes(explain(collinear).inverses)
+    collinear, regular = explain(general_arm(last=0)), explain(general_arm(last=0.1))
+    assert text in str(collinear)
+    assert text in collinear.line
+    (note,) = notes(collinear.inverses)
     assert text in note
-    assert "singular in every" not in str(explain(regular))
-    assert notes(explain(regular).inverses) == ()
+    assert "singular in every" not in str(regular)
+    assert notes(regular.inverses) == ()
 
 
 def test_self_motion_of_four_parallel_axes_names_them():
