@@ -52,19 +52,24 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
     T, _ = arm.pose_jacobian(q)
     inputs = [np.concatenate([TARGETS[aim](T) for aim in role.aims or WHOLE], axis=1).T]
     inputs += [q[:, k][None] for k in role.given]
-    least = _least_residuals(inverse, inputs)
-    return int((~(least <= LOST * min(arm.length, 1.0))).sum())
+    return _unsolved(inverse, inputs, LOST * min(arm.length, 1.0))
 
 
-def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) -> FloatArray:
-    """Returns the smallest residual (N,) over all branches."""
+def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
+    """Counts the samples of the inputs (size, N) that no branch solves.
+
+    Each branch is evaluated only at the samples that the branches before it leave unsolved.
+    """
     (kernel,) = lower([inverse], "inverse")
-    count = inputs[0].shape[1]
-    residuals = []
     for signs in patterns(inverse):
+        count = inputs[0].shape[1]
         choice = [np.repeat(np.array(signs)[:, None], count, 1)] if signs else []
-        residuals.append(np.array(kernel(*inputs, *choice)[1])[0])
-    return np.asarray(np.fmin.reduce(residuals))
+        residuals = np.array(kernel(*inputs, *choice)[1])[0]
+        unsolved = ~(residuals <= tolerance)
+        inputs = [values[:, unsolved] for values in inputs]
+        if not unsolved.any():
+            break
+    return inputs[0].shape[1]
 
 
 def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:

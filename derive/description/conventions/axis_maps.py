@@ -145,14 +145,16 @@ class Motions:
         R, p = np.eye(3), np.zeros(3)
         for k in reversed(range(len(arguments))):
             turns, axis = self._axes[k]
-            e = np.eye(3)[axis]
+            # R[axis] is the axis of the motion in the last frame.
             if turns:
-                of_motions[:, k] = *(R.T @ np.cross(e, p)), *(R.T @ e)
+                i, j = (axis + 1) % 3, (axis + 2) % 3
+                of_motions[:3, k] = p[i] * R[j] - p[j] * R[i]
+                of_motions[3:, k] = R[axis]
                 turn = _turn(axis, arguments[k])
                 R, p = turn @ R, turn @ p
             else:
-                of_motions[:3, k] = R.T @ e
-                p = p + arguments[k] * e
+                of_motions[:3, k] = R[axis]
+                p[axis] += arguments[k]
         columns = np.zeros((6, self._count))
         for (k, i), rate in zip(self._places, rates, strict=True):
             columns[:, i] += of_motions[:, k] * rate
