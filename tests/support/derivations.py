@@ -58,6 +58,12 @@ def article(name: str) -> Mapping[str, str]:
 
 
 @cache
+def committed(name: str) -> Mapping[str, str]:
+    """Returns the committed article fragments of a shipped robot, keyed by file."""
+    return {path.name: path.read_text() for path in (GENERATED / name / "latex").iterdir()}
+
+
+@cache
 def kernels(name: str) -> dict:
     """Returns the CasADi functions of a shipped robot, keyed by name."""
     derived = derivation(name)

@@ -5,13 +5,12 @@ from functools import cache
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive
+from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import fragments
-from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.model.placements import rotation, translation
 from tests.support.chains import random_chain
-from tests.support.derivations import NAMES, article, derivation
+from tests.support.derivations import NAMES, committed, description
 
 R = sp.Rational
 BY_NAME = {convention.name: convention for convention in CONVENTIONS}
@@ -122,14 +121,13 @@ FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
 
 @cache
 def derived(name):
-    """Derives a serial robot, or the main chain of a robot with loops."""
+    """Derives the printed functions of a serial robot."""
     if name in BUILT:
         return derive(BUILT[name](), functions=FUNCTIONS)
-    robot = derivation(name).robot
-    return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
+    return derive(read(description(name)), functions=FUNCTIONS)
 
 
 @cache
 def printed(name):
     """Returns the article fragments of a robot, keyed by file."""
-    return article(name) if name in NAMES else fragments(derived(name))
+    return committed(name) if name in NAMES else fragments(derived(name))

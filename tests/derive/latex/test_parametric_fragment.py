@@ -8,11 +8,12 @@ import pytest
 
 from chasles.derive import derive, model_report, read, read_text
 from chasles.derive.build.generate import put
+from chasles.derive.description.conventions import dh, mdh
 from chasles.derive.latex import FOLDER, files, fragments, model_quality
 from chasles.derive.program.programs import NO_PROGRAMS
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.convention_robots import sagging_ur5e
-from tests.support.derivations import ROBOTS, article
+from tests.support.derivations import ROBOTS, committed
 from tests.support.tools import needs
 
 REPORT = r"""\documentclass{article}
@@ -47,15 +48,15 @@ def compiled(folder, name):
 def test_parametric_article_and_model_report_compile(tmp_path, sagging, written):
     put(written, tmp_path)
     compiled(tmp_path, sagging.robot.name)
-    report = model_quality(model_report(read(ROBOTS / "scara.toml")))
-    (tmp_path / "report.tex").write_text(REPORT % report)
+    report = model_report(read(ROBOTS / "scara.toml"), conventions=(dh, mdh))
+    (tmp_path / "report.tex").write_text(REPORT % model_quality(report))
     compiled(tmp_path, "report")
 
 
 def test_parametric_fragment_is_printed_only_on_request():
     robot = read(ROBOTS / "scara.toml")
     assert "parametric.tex" in fragments(derive(robot, functions=["fk", "fk_p"]))
-    assert "parametric.tex" not in article("scara")
+    assert "parametric.tex" not in committed("scara")
 
 
 def test_parametric_fragment_lists_all_parameters(sagging, written):
@@ -69,15 +70,16 @@ def test_parametric_fragment_lists_all_parameters(sagging, written):
 
 @needs("pdflatex")
 def test_parametric_fragment_of_loops_is_printed_and_compiles(tmp_path):
-    derived = derive(read(ROBOTS / "five_bar.toml"), functions=["fk", "fk_p"])
-    written = files(derived, NO_PROGRAMS)
-    text, count = written[f"{FOLDER}/parametric.tex"], len(derived.geometry.parameters)
+    derived = derive(read(ROBOTS / "five_bar.toml"), functions=["fk_p"])
+    texts = files(derived, NO_PROGRAMS)
+    text, count = texts[f"{FOLDER}/parametric.tex"], len(derived.geometry.parameters)
     assert f"${count}$ parameters" in text
     assert rf"p_{{{count}}}" in text
     assert r"\mathit{length} = 0.3" in text
-    assert "parametric.tex" not in article("five_bar")
-    put(written, tmp_path)
-    compiled(tmp_path, "five_bar")
+    assert r"\input{latex/parametric}" in texts["five_bar.tex"]
+    assert "parametric.tex" not in committed("five_bar")
+    (tmp_path / "fragment.tex").write_text(REPORT % text)
+    compiled(tmp_path, "fragment")
 
 
 TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
