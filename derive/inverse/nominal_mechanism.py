@@ -39,6 +39,8 @@ SAMPLES, MOST_DRAWN = 100, 600
 """Number of test configurations, and of random trials to find them; many loops can be closed in
 only one of five trials."""
 STEPS = 8
+CONVERGED = 1e-12
+"""Step below which a configuration has converged (radian, or relative to the robot length)."""
 
 
 @dataclass(frozen=True)
@@ -284,16 +286,20 @@ def _led(
     fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
 ) -> FloatArray:
     """Returns coordinates (N, n) after Newton's method with some coordinates fixed."""
-    q = q.copy()
+    q, moving = q.copy(), np.arange(len(q))
     for _ in range(STEPS):
-        here, J = fk(q)
+        here, J = fk(q[moving])
         J[..., held] = 0.0
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
+        q[moving[~sound]] = np.nan
+        moving = moving[sound]
         inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)
-        step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[sound]) * weights)
-        size = np.maximum(np.abs(step).max(-1, keepdims=True, initial=0.0), LED_STEP)
-        q[sound] += step * LED_STEP / size
-        q[~sound] = np.nan
+        step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[moving]) * weights)
+        size = np.abs(step).max(-1, keepdims=True, initial=0.0)
+        q[moving] += step * LED_STEP / np.maximum(size, LED_STEP)
+        moving = moving[size[:, 0] > CONVERGED]
+        if not len(moving):
+            break
     return q
 
 
