@@ -7,8 +7,7 @@ import pytest
 
 import chasles
 import chasles.derive
-from tests.support.compiling import BOARD, compiled_quickly, own_robots_compiled_quickly
-from tests.support.locking import locked
+from tests.support.compiling import deriving_only, own_robots_compiled_quickly
 from tests.support.pages import PAGES, ROOT, examples, run, text
 
 README = "../README.md"
@@ -16,9 +15,9 @@ README = "../README.md"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """A separate folder, because examples read and write files."""
+    """A separate folder, because examples read and write files; robots are derived quickly."""
     monkeypatch.chdir(tmp_path)
-    with own_robots_compiled_quickly():
+    with own_robots_compiled_quickly(), deriving_only():
         yield
 
 
@@ -117,8 +116,7 @@ def test_view_page_examples_run(tmp_path):
 
 def test_tolerances_page_examples_run():
     pytest.importorskip("scipy")
-    with compiled_quickly(), locked(BOARD):
-        names = run("how-to/tolerances.md")
+    names = run("how-to/tolerances.md")
     assert names["first"].covariance.shape == (200, 6, 6)
 
 

@@ -3,19 +3,18 @@
 import board_installer
 import pytest
 
-from tests.support.compiling import BOARD, compiled_quickly, own_robots_compiled_quickly
-from tests.support.locking import locked
+from tests.support.compiling import deriving_only, own_robots_compiled_quickly
 
 
 @pytest.fixture(autouse=True)
 def own_robots():
-    """Compiles the robots of the papers with fast compiler flags."""
-    with own_robots_compiled_quickly():
+    """Derives the robots of the papers in this process, and compiles them with fast flags."""
+    with own_robots_compiled_quickly(), deriving_only():
         yield
 
 
 @pytest.fixture(scope="session")
 def length_errors():
-    """The board installer with each length 0.1 mm too long; its functions take a minute at -O3."""
-    with compiled_quickly(), locked(BOARD):
+    """The board installer with each length 0.1 mm too long."""
+    with deriving_only():
         return board_installer.errors()

@@ -2,6 +2,7 @@
 
 import hashlib
 import shutil
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -12,20 +13,20 @@ import pytest
 import chasles
 import chasles.derive
 from chasles.contract import Manifest
-from chasles.derive import write
+from chasles.derive import read, write
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
 from chasles.library import cache as cache_module
 from chasles.library.cache import Recipe
-from tests.support.derivations import GENERATED
+from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
 """Callable output languages. The article is excluded; it takes a third of the derivation time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
-BOARD = BUILD / "board_installer"
-"""Lock for `chasles.load("board_installer", parametric=True)`; the derivation takes 12 s."""
+IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
+"""Functions that an identification calls."""
 
 QUICK, FAST = "-O0", "-O1"
 """Compiler flags: QUICK compiles a calibrated arm in 2.5 s (-O3: 11 s). FAST takes 5 s and is used
@@ -63,6 +64,28 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cache_module, "make_recipe", make)
+        yield
+
+
+@contextmanager
+def deriving_only(*functions: str) -> Iterator[None]:
+    """Context in which `chasles.load` derives few functions, in this process.
+
+    Robots with `parametric=True` get the functions `IDENTIFICATION`; a derivation of all functions
+    of a six-axis arm takes 8 s. Robot files get `functions`, by default all.
+    """
+    load = chasles.load
+
+    def load_quickly(name: str, *, parametric: bool = False, **options) -> chasles.Robot:
+        if not parametric and Path(name).suffix != ".toml":
+            return load(name, **options)
+        file, wanted = (
+            (description(name), IDENTIFICATION) if parametric else (name, functions or None)
+        )
+        return compiled(read(file), Path(tempfile.mkdtemp()) / Path(name).stem, wanted, ["c"])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chasles, "load", load_quickly)
         yield
 
 

@@ -5,11 +5,9 @@ from functools import cache
 import pytest
 
 from chasles.derive import read
-from tests.support.compiling import compiled
+from tests.support.compiling import IDENTIFICATION, compiled
 from tests.support.derivations import description
 from tests.support.measured_arms import drawn
-
-IDENTIFICATION = "identification_jacobian"
 
 
 @pytest.fixture(scope="session")
@@ -19,8 +17,7 @@ def loaded(tmp_path_factory):
     @cache
     def by_name(name):
         folder = tmp_path_factory.mktemp("parametric") / name
-        functions = ["fk", "fk_p", "jacobian_p", IDENTIFICATION]
-        return compiled(read(description(name)), folder, functions)
+        return compiled(read(description(name)), folder, IDENTIFICATION, ["c"])
 
     return by_name
 

@@ -1,10 +1,8 @@
 """Robots with loops: parameter derivatives, identification, and the calibrated robot file.
 
-`python test_calibrated_loops.py 50` generates 50 calibrations of two mechanisms and tests the maps
-of each in all configurations.
+The campaign `as_built` tests the maps of randomly calibrated excavators and board installers.
 """
 
-import sys
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -28,6 +26,7 @@ from chasles.calibration.fitting.noise import OUTLYING
 from chasles.calibration.fitting.problem import Fit, problem_at
 from chasles.derive import DescriptionError, casadi_function, derive, read, read_text
 from chasles.derive.chain.parametric import PARAMETRIC
+from chasles.derive.inverse import nominal_mechanism
 from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
 from tests.support.compiling import compiled
@@ -37,8 +36,7 @@ STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
 LEAST = 20.0
 """Minimum factor by which calibration reduces the error of validation poses."""
-MECHANISMS = ("excavator", "board_installer")
-POSTURES = 300
+POSTURES = 100
 DRAWN = 5e-4
 """Largest error (metre or radian) of axes, rods and tool of a random robot."""
 SAME = 1e-10
@@ -47,17 +45,19 @@ SAME = 1e-10
 
 IDENTIFIED = ("fk", "fk_p", "identification_jacobian", "parts_p")
 FUNCTIONS = {
-    **dict.fromkeys(("four_bar", "delta"), ("jacobian_mixed", *IDENTIFIED, *PARAMETRIC)),
-    **dict.fromkeys(("slider_crank", "well_manipulator"), IDENTIFIED),
+    "four_bar": ("jacobian_mixed", *IDENTIFIED, *PARAMETRIC),
+    "delta": ("jacobian_mixed", "jacobian_p", *IDENTIFIED),
+    "slider_crank": IDENTIFIED,
+    "well_manipulator": ("identification_jacobian", "parts_p"),
 }
-"""Functions of the nominal robots; `fk`, `fk_p` and `parts_p` suffice to generate random robots."""
+"""Functions of the nominal robots."""
 
 
 @cache
 def parametric(name):
     """Returns a nominal robot with its parametric functions."""
     folder = Path(tempfile.mkdtemp()) / name
-    functions = sorted(set(FUNCTIONS.get(name, ("fk", "fk_p", "parts_p"))))
+    functions = sorted(set(FUNCTIONS[name]))
     languages = ["c", "casadi"] if name == "four_bar" else ["c"]
     return compiled(read(ROBOTS / f"{name}.toml"), folder, functions, languages)
 
@@ -97,7 +97,7 @@ def differences(function, x, T):
 @pytest.mark.parametrize("name", ["four_bar", "delta"])
 def test_parametric_loop_functions_match_fk_and_finite_differences(name):
     robot, random = parametric(name), np.random.default_rng(1)
-    q, p = around(robot, random, 20), np.array([item.value for item in robot.geometry])
+    q, p = around(robot, random, 8), np.array([item.value for item in robot.geometry])
     assert_allclose(robot.fk_p(q, p), robot.fk(q), atol=1e-13)
     assert_allclose(robot.jacobian_p(q, p), robot.jacobian_mixed(q), atol=1e-11)
     p = drawn(robot, random, 1e-3)
@@ -109,6 +109,12 @@ def test_parametric_loop_functions_match_fk_and_finite_differences(name):
         for at, t in zip(q, T, strict=True)
     ]
     assert_allclose(robot.jacobian_p(q, p), by_q, atol=1e-8)
+
+
+def test_identification_jacobians_of_loops_differ_by_change_of_frame():
+    robot, random = parametric("four_bar"), np.random.default_rng(1)
+    q, p = around(robot, random, 20), drawn(robot, random, 1e-3)
+    T, J = robot.fk_p(q, p), robot.identification_jacobian(q, p)
     space, body = (getattr(robot, f"identification_jacobian_{k}")(q, p) for k in ("space", "body"))
     shifted = J[:, :3] - np.cross(J[:, 3:], T[:, :3, 3, None], axis=1)
     assert_allclose(space, np.concatenate([shifted, J[:, 3:]], 1), atol=1e-13)
@@ -123,7 +129,7 @@ def test_geometry_with_open_loops_gives_nan():
     assert np.isnan(robot.fk_p(np.array([robot.reference.q] * 2), p)[:, :3, 3]).all()
 
 
-@pytest.mark.parametrize("seed", [4, 6, 8])
+@pytest.mark.parametrize("seed", [4, 6])
 def test_identification_explains_randomly_perturbed_loop_robot(seed):
     robot, random = parametric("four_bar"), np.random.default_rng(seed)
     p, T_W_base = drawn(robot, random, 1e-3), se3.exp(random.normal(size=6))
@@ -172,10 +178,9 @@ def test_identify_converges_for_tool_that_hardly_rotates():
     assert found.outliers == ()
 
 
-@pytest.mark.parametrize("seed", [0, 6])
-def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
+def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start():
     """No tolerance restricts the probe position, which is decimetres away from its start value."""
-    robot, random = parametric("delta"), np.random.default_rng(seed)
+    robot, random = parametric("delta"), np.random.default_rng(6)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
@@ -309,30 +314,21 @@ def postures(name, seed):
     return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (POSTURES, robot.n))
 
 
-@cache
-def mapped(name, seed, *margin):
-    """Returns a calibrated robot with its maps between actuators and main-chain joints."""
-    functions = ["chain", "actuators", *margin]
-    return compiled(calibrated(name, seed), Path(tempfile.mkdtemp()), functions, ["c"])
+@pytest.fixture(scope="module")
+def built_four_bar(tmp_path_factory):
+    """A calibrated robot with its maps between actuators and main-chain joints."""
+    folder = tmp_path_factory.mktemp("built") / "four_bar"
+    return compiled(calibrated("four_bar", 5), folder, ["chain", "actuators"], ["c"])
 
 
-def check_maps(name, seed):
-    """Checks that the maps recover the coordinates wherever the loops can be closed."""
-    robot, q = mapped(name, seed, "actuator_margin"), postures(name, seed)
-    theta = robot.chain(q)
-    closed = np.isfinite(theta).all(-1)
-    assert closed.mean() > 0.9
-    q, theta = q[closed], theta[closed]
-    np.testing.assert_allclose(robot.actuators(theta), q, rtol=0, atol=SAME)
-    assert robot.actuator_margin(theta).min() > 0
+def test_calibrated_actuator_maps_recover_all_configurations(built_four_bar):
+    q = np.linspace(-3, 3, POSTURES)[:, None]
+    theta = built_four_bar.chain(q)
+    assert_allclose(built_four_bar.actuators(theta), q, rtol=0, atol=SAME)
 
 
-def test_calibrated_actuator_maps_recover_all_configurations():
-    check_maps("excavator", 5)
-
-
-def test_joint_values_that_violate_loop_closure_are_invalid():
-    robot = mapped("four_bar", 5)
+def test_joint_values_that_violate_loop_closure_are_invalid(built_four_bar):
+    robot = built_four_bar
     theta = robot.chain(np.linspace(-3, 3, POSTURES)[:, None])
     assert robot.chain_closes(theta).all()
     for joint in range(2):
@@ -343,9 +339,15 @@ def test_joint_values_that_violate_loop_closure_are_invalid():
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """A delta robot whose platform rotates slightly, because its rods have unequal lengths."""
+    """A delta robot whose platform rotates slightly, because its rods have unequal lengths.
+
+    The derivation tests the inverse at 20 configurations instead of 100.
+    """
     folder = tmp_path_factory.mktemp("built") / "delta"
-    return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(nominal_mechanism, "SAMPLES", 20)
+        patch.setattr(nominal_mechanism, "MOST_DRAWN", 120)
+        return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
 
 
 def test_built_delta_ik_recovers_generating_configuration(built_delta):
@@ -401,10 +403,3 @@ def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
     assert given in printed
     assert "true arm" in printed
     assert "slides" not in printed
-
-
-if __name__ == "__main__":
-    for mechanism in MECHANISMS:
-        for seed in range(int(sys.argv[1])):
-            check_maps(mechanism, seed)
-        print(mechanism, sys.argv[1], "calibrations, all postures found again")

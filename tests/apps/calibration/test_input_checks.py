@@ -119,18 +119,20 @@ def test_left_handed_device_frame_is_diagnosed(case):
 
 def test_prismatic_coordinates_in_millimetres_are_diagnosed(loaded):
     robot = loaded("stanford")
-    truth = drawn(robot, 3, count=40)
+    truth = drawn(robot, 3, count=24)
     slides = np.array([c.unit == "m" for c in robot.coordinates])
     with pytest.raises(InputValueError, match="prismatic coordinates are in millimeters"):
         found(robot, np.where(slides, 1e3, 1) * truth.q, truth.positions(robot, truth.q))
 
 
+@ONE_ARM
 def test_exchanged_targets_in_one_row_are_diagnosed(case):
     robot, q, points = case
     points[5] = points[5, [2, 1, 0]]
     assert found(robot, q, points).warnings == ("measurement 6: targets 1 and 3 are swapped",)
 
 
+@ONE_ARM
 def test_joint_coordinates_from_another_row_are_diagnosed(case):
     robot, q, points = case
     wrong = q.copy()
@@ -147,9 +149,10 @@ def test_base_that_moved_during_measurement_is_diagnosed(case):
     assert "contradict the others" in said or "error after the identification is" in said
 
 
+@ONE_ARM
 def test_joint_that_does_not_move_is_diagnosed(case):
     robot = case[0]
-    still = drawn(robot, 4, count=40)
+    still = drawn(robot, 4, count=24)
     still.q[:, 3] = 0.4
     result = found(robot, still.q, still.positions(robot, still.q))
     name = robot.coordinates[3].name
@@ -157,6 +160,7 @@ def test_joint_that_does_not_move_is_diagnosed(case):
     assert result.unidentifiable
 
 
+@ONE_ARM
 def test_too_few_or_repeated_configurations_are_diagnosed(case):
     robot, q, points = case
     with pytest.raises(InputValueError, match="do not determine"):
@@ -167,7 +171,7 @@ def test_too_few_or_repeated_configurations_are_diagnosed(case):
 
 def test_measurements_of_another_robot_are_diagnosed(loaded):
     robot = loaded("ur5e")
-    truth, random = drawn(robot, 3, count=20), np.random.default_rng(5)
+    truth, random = drawn(robot, 3, count=12), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
     result = identify(robot, other, Poses(truth.poses(robot, truth.q), (NOISE, NOISE)))
     assert any("error after the identification is" in said for said in result.warnings)
@@ -198,7 +202,7 @@ def as_quaternions(R):
 )
 def test_misread_orientations_are_diagnosed(loaded, misread, said):
     robot = loaded("stanford")
-    truth = drawn(robot, 0, zero=0.02, count=40)
+    truth = drawn(robot, 0, zero=0.02, count=24)
     T = truth.poses(robot, truth.q) @ se3.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
     assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).warnings == ()
     T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()

@@ -4,7 +4,7 @@ One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths 
 error. If the loops of a robot cannot be closed, the robot must report this, and is then closed in
 least squares. At configurations around the reference, the loops must close or minimize the sum of
 squared closure errors. If the design has an inverse, the inverse of the robot must return these
-configurations.
+configurations. If the loops close, the main chain must determine the actuated coordinates.
 """
 
 import tempfile
@@ -36,7 +36,7 @@ POSES, SHARPENED = 200, 5
 """Numbers of tested configurations, and of comparisons with the least-squares minimum."""
 AROUND = 0.05
 """Maximum distance from the reference, relative to the limit range or to pi."""
-BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0}
+BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,7 @@ class Judged:
         least: Largest joint difference from the least-squares configuration (radian, metre).
         lost: Number of configurations that ``ik`` does not return for their poses. Infinite if only
             the design has an inverse.
+        maps: Largest error of the coordinates from ``actuators`` (radian, metre).
     """
 
     tier: str
@@ -58,6 +59,7 @@ class Judged:
     gap: float
     least: float
     lost: float
+    maps: float
 
 
 def trial(number: int) -> Outcome:
@@ -99,11 +101,12 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
         closed = _valid(own, q)
         gap, least = _gaps(own, built, q[closed])
         return Judged(
-            LEAST_SQUARES if built.closure == LEAST_SQUARES else own.solution,
+            LEAST_SQUARES if built.closure == LEAST_SQUARES else own.loop_solution,
             int((~closed).sum()),
             gap,
             least,
             _lost(own, q[closed]) if has_ik else 0,
+            0.0 if built.closure == LEAST_SQUARES else _map_error(own, q[closed]),
         )
 
 
@@ -141,6 +144,14 @@ def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float,
     oracle = LeastGaps(numbers, names, numbers.actuated)
     apart = [np.abs(oracle.least(row) - row[oracle.free]).max() for row in z[:SHARPENED]]
     return 0.0, float(max(apart, default=0.0))
+
+
+def _map_error(robot: chasles.Robot, q: np.ndarray) -> float:
+    """Returns the largest error of the coordinates that ``actuators`` computes from ``chain``."""
+    if "actuators" not in robot.functions:
+        return 0.0
+    off = robot.actuators(robot.chain(q)) - q
+    return float(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi).max(initial=0.0))
 
 
 def _lost(robot: chasles.Robot, q: np.ndarray) -> float:

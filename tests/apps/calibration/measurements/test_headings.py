@@ -1,6 +1,5 @@
 """Measurement tables in practice: column headings, orientation formats, missing headers."""
 
-import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,7 +79,11 @@ def written(path, header, values, separator=",", decimal=".", before=()):
     return path
 
 
-@pytest.mark.parametrize(("joints", "places"), list(itertools.product(JOINTS, PLACES)))
+PAIRS = [(JOINTS[k % 26], PLACES[(k + k // 26) % 17]) for k in range(52)]
+"""Each joint name with two target names, and each target name with three joint names."""
+
+
+@pytest.mark.parametrize(("joints", "places"), PAIRS)
 def test_joint_and_target_headings_are_recognized_in_any_column_order(tmp_path, joints, places):
     """Tests 26 names for joint columns with 17 names for target columns, in any column order."""
     random = np.random.default_rng(len(joints) + 100 * len(places))
@@ -313,9 +316,9 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
 
 
 def test_damaged_table_raises_only_input_value_error(tmp_path):
-    """The 130 damaged tables have deleted, inserted or swapped characters."""
+    """The 52 damaged tables have deleted, inserted or swapped characters."""
     random, refused = np.random.default_rng(5), 0
-    for k in range(130):
+    for k in range(52):
         header = [JOINTS[k % 26].format(i + 1) for i in range(6)]
         header += [PLACES[k % 17].format(a, j + 1, a.upper()) for j in range(3) for a in "xyz"]
         separator = ",;\t |"[random.integers(5)]
@@ -333,7 +336,7 @@ def test_damaged_table_raises_only_input_value_error(tmp_path):
             read_measurements(path, ROBOT)
         except InputValueError as error:
             refused += "t.csv" in str(error)
-    assert 65 < refused < 130
+    assert 26 < refused < 52
 
 
 def test_spreadsheet_file_is_rejected_with_hint(tmp_path):
