@@ -32,7 +32,7 @@ def client():
 
 def test_workspace_on_cluster_is_bitwise_equal(client):
     robot = chasles.load("scara")
-    count = 8 * PIECE + 77
+    count = 3 * PIECE + 77
     here = workspace(robot, count, resolution=50, quality=("directions",), threads=1)
     there = workspace(robot, count, resolution=50, quality=("directions",), client=client)
     assert np.array_equal(here.hits, there.hits)
@@ -43,7 +43,7 @@ def test_workspace_on_cluster_is_bitwise_equal(client):
 @pytest.mark.parametrize("workers", [1, 5])
 def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
     """Workers in one process suffice, because workers share no counters."""
-    robot, count = chasles.load("scara"), 6 * PIECE + 77
+    robot, count = chasles.load("scara"), 2 * PIECE + 77
     quality = ("limit_margin", "directions")
     here = workspace(robot, count, resolution=30, quality=quality, threads=1)
     with (
@@ -53,18 +53,15 @@ def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
         distributed.Client(cluster) as client,
     ):
         assert len(cluster.workers) == workers
-        for threads in (1, 2):
-            there = workspace(
-                robot, count, resolution=30, quality=quality, threads=threads, client=client
-            )
-            for name in ("hits", *quality, "bounds"):
-                assert np.array_equal(getattr(here, name), getattr(there, name)), name
-            assert here.size == there.size
+        there = workspace(robot, count, resolution=30, quality=quality, threads=2, client=client)
+    for name in ("hits", *quality, "bounds"):
+        assert np.array_equal(getattr(here, name), getattr(there, name)), name
+    assert here.size == there.size
 
 
 def test_reach_on_cluster_equals_local_result(client):
     robot = chasles.load("ur5e")
-    places = np.random.default_rng(1).uniform(-1, 1, (2000, 3))
+    places = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     here, there = (
         reach(robot, places, uniform_orientations(5)),
         reach(robot, places, uniform_orientations(5), client=client),
@@ -74,7 +71,7 @@ def test_reach_on_cluster_equals_local_result(client):
 
 def test_killed_worker_does_not_change_result(client):
     robot = chasles.load("scara")
-    count = 40 * PIECE
+    count = 16 * PIECE
     expected = workspace(robot, count, resolution=50, threads=1)
     pids, killed, done = client.run(os.getpid), [], threading.Event()
 

@@ -32,7 +32,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
     rng, checked = np.random.default_rng(1), 0
     q_0 = np.array(hexapod.reference.q)
     T_0 = hexapod.fk(q_0)
-    for turn in rng.uniform(-0.2, 0.2, (4, 3)):
+    for turn in rng.uniform(-0.2, 0.2, (2, 3)):
         R = so3.exp(turn) @ T_0[:3, :3]
         found = reachable_positions(hexapod, R, resolution=64)
         # Sampled positions determine the center of each leg's sphere: q = |p - c| - l.
@@ -51,7 +51,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
         assert (points[inside].min(0) >= found.bounds[0] - found.grid.side).all()
         assert (points[inside].max(0) <= found.bounds[1] + found.grid.side).all()
         checked += inside.sum()
-    assert checked > 4000
+    assert checked > 2000
 
 
 def sobol(count, seed):
@@ -95,7 +95,7 @@ def test_delta_workspace_volume_matches_jacobian_integral():
 
 
 def test_finer_cells_reduce_error_consistently(hexapod):
-    found = [reachable_positions(hexapod, resolution=n).size for n in (32, 64, 128)]
+    found = [reachable_positions(hexapod, resolution=n).size for n in (32, 64)]
     for rough, fine in itertools.pairwise(found):
         assert abs(rough.value - fine.value) < rough.error
         assert fine.error < 0.6 * rough.error
@@ -124,7 +124,7 @@ def test_box_that_cuts_region_grows_to_cover_it(hexapod):
     T_0, size = hexapod.fk(hexapod.reference.q), hexapod.unit_length
     # The region has a mirror image below the base, which the box must not contain.
     up = np.array([0, 0, 0.5])
-    for away in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]):
+    for away in ([1, 0, 0], [0, -1, 0]):
         T = T_0.copy()
         T[:3, 3] += size * (0.9 * np.array(away) + up)
         q_seed = hexapod.ik(T).q[0]

@@ -36,7 +36,7 @@ def by_least_squares(robot, T, q):
 @pytest.mark.parametrize("name", ARMS)
 def test_minimum_norm_configuration_matches_scipy(name):
     robot, rng, checked = chasles.load(name), np.random.default_rng(1), 0
-    for q_0, curve in lines(robot, rng, 12):
+    for q_0, curve in lines(robot, rng, 3):
         motion = Motion(
             robot,
             curve,
@@ -53,7 +53,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
             checked += 1
         # Fewer samples give the same configurations.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
-    assert checked == 24
+    assert checked == 6
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -65,7 +65,7 @@ def chord(centers, inner, outer, y):
 
 
 @pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
-@pytest.mark.parametrize("degrees", [15, 30, 45, 60])
+@pytest.mark.parametrize("degrees", [15, 60])
 def test_constant_orientation_area_matches_chord_integration(name, coupler, degrees):
     """The joints of the platform are at its corners, and rotate with the platform."""
     corners = np.radians([210, 330, 90])
@@ -110,7 +110,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
     checked = 0
     for phi in np.radians([15, 30, 45, 60]):
         found = constant_orientation_workspace(platform, phi)
-        points = rng.uniform(-0.35, 0.35, (2000, 2))
+        points = rng.uniform(-0.35, 0.35, (1000, 2))
         poses = np.column_stack([points, np.full(len(points), phi)])
         valid = platform.ik_planar(poses).valid
         distance = np.min(
@@ -124,7 +124,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
         clear = distance > 1e-9
         assert np.array_equal(found.contains(points)[clear], valid.any(-1)[clear])
         checked += valid.any(-1).sum()
-    assert checked > 300
+    assert checked > 150
 
 
 @pytest.fixture(scope="module")
@@ -139,17 +139,17 @@ def dexterous_platform(tmp_path_factory):
 
 def test_dexterous_region_contains_all_orientations(dexterous_platform):
     rng = np.random.default_rng(3)
-    points = rng.uniform(-0.15, 0.15, (3000, 2))
-    angles = np.linspace(0, 2 * np.pi, 181)
+    points = rng.uniform(-0.15, 0.15, (1000, 2))
+    angles = np.linspace(0, 2 * np.pi, 91)
     regions = [constant_orientation_workspace(dexterous_platform, phi) for phi in angles]
     always = np.all([region.contains(points) for region in regions], axis=0)
     found = dexterous_workspace(dexterous_platform).contains(points)
-    assert 300 < found.sum() < 2700
+    assert 100 < found.sum() < 900
     assert (always | ~found).all()
     assert (found != always).mean() < 0.01
 
 
-@pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60), (330, 300, 20)])
+@pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
     """Unequal links leave an unreachable disc at each pivot. This hole may orbit the tool."""
     file = tmp_path / "holed.toml"
@@ -158,26 +158,26 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     platform = compiled(read(file), tmp_path / "holed", ["actuators", "actuator_margin"])
     hole, r = abs(crank - coupler) / 1000, r_p / 1000
     regions = [
-        constant_orientation_workspace(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)
+        constant_orientation_workspace(platform, phi) for phi in np.linspace(0, 2 * np.pi, 121)
     ]
     assert regions[0].pieces[0][0].inner == pytest.approx(hole, abs=1e-6)
     pivots = np.array(
         [
             (here.center + there.center) / 2
-            for here, there in zip(regions[0].pieces[0], regions[180].pieces[0], strict=True)
+            for here, there in zip(regions[0].pieces[0], regions[60].pieces[0], strict=True)
         ]
     )
     rng = np.random.default_rng(6)
-    near = pivots[rng.integers(3, size=3000)] + rng.uniform(-0.12, 0.12, (3000, 2))
-    points = np.vstack([rng.uniform(-0.3, 0.3, (1000, 2)), near])
+    near = pivots[rng.integers(3, size=1000)] + rng.uniform(-0.12, 0.12, (1000, 2))
+    points = np.vstack([rng.uniform(-0.3, 0.3, (400, 2)), near])
     always = np.all([region.contains(points) for region in regions], axis=0)
     inside = dexterous_workspace(platform).contains(points)
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
-    assert 500 < inside.sum() < 3900
+    assert 150 < inside.sum() < 1350
     # Points inside the orbit of the hole belong to the region; points that the hole sweeps do not.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
-    assert (inside & (away < r - hole)).sum() > 10 or hole > r
+    assert (inside & (away < r - hole)).any() or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()
 
 
@@ -190,7 +190,7 @@ def test_total_area_never_exceeds_inclusive_area():
 
 
 def test_total_area_over_full_rotation_equals_dexterous_area(dexterous_platform):
-    whole = orientation_grid(dexterous_platform, np.linspace(0, 2 * np.pi, 90), resolution=300)
+    whole = orientation_grid(dexterous_platform, np.linspace(0, 2 * np.pi, 60), resolution=200)
     assert whole.total == pytest.approx(dexterous_workspace(dexterous_platform).area, rel=3e-2)
     assert whole.fraction.max() == 1
     assert dexterous_workspace(chasles.load("planar_3rrr_170")).area == 0

@@ -41,7 +41,7 @@ def test_collision_shapes_match_drawn_skeleton(name):
         body.parent == 0 or (body.span is not None and 0 in body.span.bodies)
         for body in bones.bodies
     )
-    for q, z in zip(*closed(robot, np.random.default_rng(1), 5), strict=True):
+    for q, z in zip(*closed(robot, np.random.default_rng(1), 2), strict=True):
         poses, own = bones.poses(q), {}
         for hull, points in zip(hulls.hulls, hulls.corners(z), strict=True):
             own.setdefault(hull.part, []).append(points)
@@ -63,14 +63,14 @@ def test_collision_shapes_match_drawn_skeleton(name):
                     away = np.cross(drawn[1] - drawn[0], ends[1] - ends[0])
                     assert np.linalg.norm(away) < 1e-9
                     checked += 1
-    assert checked >= 10
+    assert checked >= 4
 
 
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "bricklaying_gantry"])
 def test_tool_lies_on_a_collision_shape(name):
     robot = chasles.load(name)
     hulls = hulls_of(robot)
-    for q, z in zip(*closed(robot, np.random.default_rng(2), 5), strict=True):
+    for q, z in zip(*closed(robot, np.random.default_rng(2), 2), strict=True):
         tool = robot.fk(q)[:3, 3]
         corners = hulls.corners(z)
         near = min(to_segment(tool, a, b) for own in corners for a in own for b in own)

@@ -105,7 +105,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
     """Cylinders exceed their limits, so triangles cannot be closed or are almost stretched."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
-    for _ in range(3000):
+    for _ in range(800):
         a = rng.uniform(lower - span, upper + span)
         b = a + rng.normal(size=robot.n) * 0.03 * span
         z = robot.configuration(a + np.linspace(0, 1, 60)[:, None] * (b - a))
@@ -114,7 +114,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
             continue
         assert bounds.joints(a, b) is None
         dead += 1
-    assert dead > 20
+    assert dead > 5
 
 
 class Changed:

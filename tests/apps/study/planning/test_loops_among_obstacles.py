@@ -93,7 +93,7 @@ def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
             break
     assert len(kept) == 1
     for path in kept:
-        places = path.at(np.linspace(0, 1, 500))
+        places = path.at(np.linspace(0, 1, 200))
         assert space.is_free(places).all()
         assert left(space, places) == (0, 0)
 

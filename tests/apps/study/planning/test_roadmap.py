@@ -35,10 +35,10 @@ def random_map(rng):
 def test_free_segment_check_agrees_with_fine_sampling():
     rng = np.random.default_rng(1)
     free = 0
-    for _ in range(300):
+    for _ in range(80):
         space = random_map(rng)
         a, b = rng.uniform(space.lower, space.upper, (2, 2))
-        points = a + np.linspace(0, 1, 20001)[:, None] * (b - a)
+        points = a + np.linspace(0, 1, 5001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
         # The sampled check may miss the corner of an obstacle, but never reports a free cell as
@@ -48,13 +48,13 @@ def test_free_segment_check_agrees_with_fine_sampling():
         if sampled and not found:
             finer = a + np.linspace(0, 1, 2_000_001)[:, None] * (b - a)
             assert not space.is_free(finer).all()
-    assert free > 10
+    assert free > 2
 
 
 def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
     space = passage()
     found = 0
-    for key in range(12):
+    for key in range(4):
         plan = prm(space, 300, rng=key).plan(START, GOAL)
         if not plan.found:
             assert "parts of the roadmap" in plan.reason or "no free edge" in plan.reason
@@ -62,15 +62,15 @@ def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
             continue
         found += 1
         for better in (plan, shortcut(space, plan, rng=key)):
-            assert space.is_free(better.at(np.linspace(0, 1, 20001))).all()
+            assert space.is_free(better.at(np.linspace(0, 1, 5001))).all()
             np.testing.assert_array_equal(better.q[[0, -1]], [START, GOAL])
             assert better.length <= plan.length * (1 + 1e-12)
-    assert found >= 6
+    assert found >= 2
 
 
 def test_astar_and_dijkstra_find_equal_length():
     space = passage(4)
-    for key in range(5):
+    for key in range(2):
         made = prm(space, 200, rng=key)
         lengths = [
             made.plan(START, GOAL, algorithm=algorithm).length
