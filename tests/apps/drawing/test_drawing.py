@@ -29,10 +29,8 @@ TRUE = 1e-9
 """The points of shapes are rounded to nine digits."""
 ROBOTS = chasles.robots()
 PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
-CROWDED = ("panda", "photo_robot", "excavator", "planar_3rrr", "stewart_gough")
-"""One robot of each kind: a wrist, a fixed joint, cylinders, planar loops, and spatial struts."""
-SHELF = ("crx10ia", "sawyer", "tx2_60")
-"""Arms with an offset wrist, with seven joints, and with a spherical wrist."""
+CROWDED = ("photo_robot", "excavator", "planar_3rrr", "stewart_gough")
+"""One robot of each kind: a fixed joint, cylinders, planar loops, and spatial struts."""
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):
@@ -144,7 +142,7 @@ def test_planar_dimensions_match_description_lengths():
     assert {"0.1 m", "0.3 m", "0.25 m", "0.35 m"} <= texts
 
 
-@pytest.mark.parametrize("name", ["slider_crank", "four_bar", "five_bar", "planar_3rrr"])
+@pytest.mark.parametrize("name", ["four_bar", "planar_3rrr"])
 def test_lengths_stand_at_their_own_lines_and_on_no_other(name):
     (scene,) = shown(skeleton(chasles.load(name)))[1]
     (ax,) = figure_of([scene], (), has_path=False).axes
@@ -179,13 +177,13 @@ def test_drawing_shows_at_most_three_inverses_by_itself(ghosts):
     assert len(legend.get_texts()) == (3 if ghosts else others.count) < 8
 
 
-@pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "excavator"])
+@pytest.mark.parametrize("name", ["ur5e", "panda", "excavator"])
 def test_ghosts_show_every_other_ik_solution(name):
     robot = chasles.load(name)
     bodies = skeleton(robot)
     generator = np.random.default_rng(8)
     counted = 0
-    for _ in range(3):
+    for _ in range(1 if robot.n > 4 else 3):
         near = bodies.posture if robot.reference else generator.uniform(-1, 1, robot.n)
         q = near + 0.02 * generator.uniform(-1, 1, robot.n)
         others = other_inverses(robot, q)
@@ -207,9 +205,9 @@ def test_ghosts_show_every_other_ik_solution(name):
 def test_drawn_path_follows_tool_positions(tmp_path):
     robot = chasles.load("excavator")
     q = np.array(robot.reference.q) + np.linspace(0, 0.1, 12)[:, None]
-    figure = chasles.draw(robot, q[-1], path=q, file=tmp_path / "path.svg")
+    figure = chasles.draw(robot, q[-1], path=q, views=("front",), file=tmp_path / "path.svg")
     tips = robot.fk(q)[:, :3, 3]
-    drawn = [line.get_xydata() for line in figure.axes[2].lines]
+    drawn = [line.get_xydata() for line in figure.axes[0].lines]
     assert any(len(d) == 12 and np.allclose(d, tips[:, [0, 2]], atol=TRUE) for d in drawn)
     root = ET.parse(tmp_path / "path.svg").getroot()
     assert root.tag.endswith("svg")
@@ -226,9 +224,8 @@ def test_labels_do_not_overlap_for_shipped_robots(name):
     assert figure.get_figwidth() == pytest.approx(8 / 2.54, abs=0.01)
 
 
-@pytest.mark.parametrize("name", SHELF)
-def test_labels_do_not_overlap_for_shelf_robots(name):
-    bodies = described_skeleton(read(description(name)))
+def test_labels_do_not_overlap_for_arm_with_seven_joints():
+    bodies = described_skeleton(read(description("sawyer")))
     figure = lettered(bodies)
     assert len(letters(figure)) >= bodies.robot.n
     assert overlaps(figure) == []
@@ -236,18 +233,14 @@ def test_labels_do_not_overlap_for_shelf_robots(name):
 
 def test_labels_do_not_overlap_for_random_arms():
     generator = random.Random(17)
-    checked, sure = 0, 0
-    for _ in range(4):
+    for _ in range(2):
         bodies = described_skeleton(random_chain(generator, generator.randint(3, 7)).robot())
-        figure = lettered(bodies)
-        sure += overlaps(figure) == []
-        checked += 1
-    assert (checked, sure) == (4, 4)
+        assert overlaps(lettered(bodies)) == []
 
 
 def test_marks_of_random_arms_are_finite_and_near_the_robot():
     generator = random.Random(4)
-    for _ in range(8):
+    for _ in range(3):
         bodies = described_skeleton(random_chain(generator, generator.randint(2, 8)).robot())
         poses = bodies.poses(bodies.posture)
         found = marks(bodies, poses, AXONOMETRIC, 0.02 * bodies.size)

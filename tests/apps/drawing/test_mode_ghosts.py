@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import read
 from chasles.drawing import skeleton
 from chasles.drawing.assembly import assembly_modes, others
 from chasles.errors import InputValueError
-from tests.support.compiling import compiled_quickly
+from tests.support.compiling import compiled
 from tests.support.derivations import description
 
 TRUE = 1e-9
@@ -93,8 +94,9 @@ def test_link_legs_close_in_every_assembly_mode(tmp_path):
     assert ROD in text
     file = tmp_path / "linked.toml"
     file.write_text(text.replace(ROD, LINK).replace("planar_3rrr", "linked"), encoding="utf-8")
-    with compiled_quickly():
-        robot = chasles.load(file)
+    functions = ["fk", "configuration", "configuration_near", "constraint", "constraint_D_z"]
+    functions += ["modes"]
+    robot = compiled(read(file), tmp_path / "linked", functions)
     rods = chasles.load("planar_3rrr")
     bodies, counted = skeleton(robot), 0
     names = [variable.name for variable in robot.configuration_variables]
