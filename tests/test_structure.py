@@ -74,11 +74,19 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
     return found
 
 
+def statements(body: list) -> Iterator[ast.AST]:
+    """Yields statements and their nested statements, without the many expressions."""
+    for node in body:
+        yield node
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from statements(getattr(node, part, []))
+
+
 @cache
 def imports(path: Path) -> list[tuple[int, str, list[str]]]:
     """Returns level, module and names of every import of a file, including imports in functions."""
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8")).body):
         if isinstance(node, ast.Import):
             found += [(0, alias.name, []) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

@@ -4,46 +4,52 @@ import os
 import subprocess
 import sys
 
-import pytest
-
 from tests.support.waiting import SECONDS
 
+COMPLETE = """
+import os, sys
+answers, *lines = sys.argv[1:]
+os.dup2(int(answers), 8)
+os.dup2(2, 9)
+from chasles.cli import main
+for line in lines:
+    if not os.fork():
+        os.environ.update(COMP_LINE=line, COMP_POINT=str(len(line)))
+        main([])
+    _, status = os.wait()
+    assert status == 0
+    os.write(8, b";")
+"""
+"""Completes each command line in a forked process, as a shell does in a new process."""
 
-def completed(line):
-    """Returns the words that complete a command line."""
-    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "COMP_LINE": line}
-    environment = os.environ | asked | {"COMP_POINT": str(len(line)), "COMP_TYPE": "9"}
+
+def completed(lines):
+    """Returns the sorted words that complete each command line."""
+    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "COMP_TYPE": "9"}
     read, write = os.pipe()
-    command = f"import os; os.dup2({write}, 8); os.dup2(2, 9); from chasles.cli import main; "
     subprocess.run(
-        [sys.executable, "-c", f"{command}main([])"],
-        env=environment,
+        [sys.executable, "-c", COMPLETE, str(write), *lines],
+        env=os.environ | asked,
         pass_fds=[write],
         check=True,
         timeout=SECONDS,
     )
     os.close(write)
     with os.fdopen(read) as answer:
-        return [word.strip() for word in answer.read().split("\n")]
+        texts = answer.read().split(";")[:-1]
+    return [sorted(word.strip() for word in text.split("\n")) for text in texts]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("chasles ca", ["calibrate"]),
-        ("chasles view --h", ["--help", "--html"]),
-        ("chasles info ur1", ["ur10", "ur10e", "ur16e"]),
-        ("chasles calibrate table.csv --robot pan", ["panda"]),
-    ],
-    ids=["command", "option", "robot", "robot option"],
-)
-def test_shell_completes_commands_options_and_robots(line, words):
-    assert sorted(completed(line)) == words
-
-
-def test_shell_completes_file_names(tmp_path):
+def test_shell_completes_commands_options_robots_and_file_names(tmp_path):
     (tmp_path / "measured.csv").touch()
-    assert completed(f"chasles calibrate {tmp_path}/mea") == [f"{tmp_path}/measured.csv"]
+    expected = {
+        "chasles ca": ["calibrate"],
+        "chasles view --h": ["--help", "--html"],
+        "chasles info ur1": ["ur10", "ur10e", "ur16e"],
+        "chasles calibrate table.csv --robot pan": ["panda"],
+        f"chasles calibrate {tmp_path}/mea": [f"{tmp_path}/measured.csv"],
+    }
+    assert dict(zip(expected, completed(expected), strict=True)) == expected
 
 
 def test_derive_command_completes_robot_names():
