@@ -39,7 +39,7 @@ POSTURES = np.radians(
     [[50, -25, 45, -60, 0], [60, -30, 50, -55, 0], [70, -35, 55, -50, 0], [80, -40, 60, -45, 0]]
 )
 """Configurations of table 1.2, with theta5 = 0."""
-SAMPLES, FINEST = 2_000_000, 30
+SAMPLES, FINEST = 500_000, 30
 """Number of workspace samples, and number of cells along its longest side."""
 D1 = 0.05
 """Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""

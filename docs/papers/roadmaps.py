@@ -31,7 +31,7 @@ CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
 """Number of points, and step, of each figure; the report labels all three 3.2."""
 MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
-RUNS, SPREAD_RUNS = 20, 4
+RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
 """Number of points that suffice if the step is the smallest distance."""
 COUNTS = (50, 100, 200, 400)
