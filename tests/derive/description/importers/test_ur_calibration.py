@@ -15,7 +15,7 @@ from tests.support.derivations import ROBOTS
 from tests.support.tolerances import ORACLE
 from tests.support.ur_files import DELTAS, LINKS, conf
 
-MADE, POSES = 12, 6
+MADE, POSES = 2, 3
 
 FORUM = {
     "theta": "-8.20642406610186392e-05, -0.103609197138685979, 0.673631891251821102, "

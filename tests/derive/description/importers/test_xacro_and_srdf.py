@@ -78,7 +78,7 @@ def arm(tmp_path):
 
 
 def run(*words):
-    options = ("--functions", "fk", "--detail", "none", "--jobs", "1")
+    options = ("--functions", "fk", "--languages", "c", "--jobs", "1")
     return CliRunner().invoke(app, [*map(str, words), *options])
 
 
