@@ -26,7 +26,6 @@ from tests.support.loops.mechanisms import (
     BASE,
     at,
     excavator_arm,
-    five_bar,
     four_bar,
     four_bar_rod,
     geared,
@@ -124,10 +123,8 @@ def tilted(build):
 KINDS = {
     four_bar: [ThreePins],
     four_bar_rod: [ThreePins],
-    five_bar: [ThreePins],
     geared: [ThreePins],
     welded: [ThreePins],
-    excavator_arm: [ThreePins],
     slider_crank: [TwoPinsAndSlide],
     slotted_rocker: [TwoPinsAndSlide],
     crank_slider_offset: [ThreePins],
@@ -160,7 +157,7 @@ def kernels(name):
     return dict(zip(names, lower(functions, "test"), strict=True))
 
 
-def random_q(name, n=200):
+def random_q(name, n=40):
     h = hybrid(name)
     known = h.at_reference
     reference = np.array([known[c.moves] / float(c.ratio) for c in h.mechanism.coordinates])

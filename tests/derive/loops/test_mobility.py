@@ -19,14 +19,10 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, near, pin, slid
 KNOWN = {
     # bodies, joints, lambda, Kutzbach count, count by loops, idle freedoms, true mobility
     "four_bar": (4, 4, 3, 1, 1, 0, 1),
-    "four_bar_rod": (4, 4, 3, 1, 1, 0, 1),
     "slider_crank": (4, 4, 3, 1, 1, 0, 1),
     "five_bar": (5, 5, 3, 2, 2, 0, 2),
-    "excavator_arm": (5, 5, 6, -1, 2, 0, 2),
     "parallelogram": (5, 6, 3, 0, 0, 0, 1),
     "trammel": (4, 4, 3, 1, 1, 0, 1),
-    "slotted_rocker": (4, 4, 3, 1, 1, 0, 1),
-    "welded": (5, 5, 3, 1, 1, 0, 1),
     "planar_3rrr": (8, 9, 3, 3, 3, 0, 3),
     "rssr": (4, 4, 6, 2, 2, 1, 1),
     "bennett": (4, 4, 6, -2, -2, 0, 1),
@@ -56,6 +52,7 @@ def test_repeated_constraints_are_reported(name):
 def test_excavator_arm_is_reported_as_overconstrained():
     m = mobility(mechanisms.excavator_arm())
     assert m.is_overconstrained
+    assert (m.bodies, m.joints, m.order, m.kutzbach, m.by_loops) == (5, 5, 6, -1, 2)
     assert m.report[3:] == ("Gruebler-Kutzbach gives -1, actual mobility 2: overconstrained",)
 
 

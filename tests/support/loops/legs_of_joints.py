@@ -50,13 +50,16 @@ axis = {[*axis]}
 def leg(rng, k, kind, foot, heading):
     """Returns a leg: text, name of the driven joint, and reference values.
 
-    Planar legs lie in the x-z plane of their foot; joints of spatial legs have random positions.
+    Planar legs lie in the x-z plane of their foot; joints of spatial legs have random positions. A
+    leg of the kind "C" is a cylinder between two ball joints.
     """
 
     def drawn(*share):
         flat = share if kind in FLAT else (1, 1, 1)
         return np.round(rng.uniform(-0.15, 0.15, 3), 3) * flat
 
+    if kind == "C":
+        return cylinder(rng, k, np.round(foot, 3))
     xyz, R, at = np.round(foot, 3), np.eye(3), np.round(foot, 3)
     rpy = np.round([*rng.uniform(-0.4, 0.4, 2), heading], 3)
     parent, text, driven, travel = "0", "", "", 0.0
@@ -90,6 +93,20 @@ a = {{ body = "{parent}", xyz = {[*map(float, end)]} }}
 b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 """
     return text, driven, travel
+
+
+def cylinder(rng, k, foot):
+    """Returns a cylinder between two ball joints: text, its name, and its reference length."""
+    ball = np.round(foot + rng.uniform(-0.15, 0.15, 3) + [0, 0, 0.6], 3)
+    text = f"""
+[[cylinders]]
+name = "c_{k}"
+retracted = 0
+ends = "ball"
+a = {{ body = "0", xyz = {[*map(float, foot)]} }}
+b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
+"""
+    return text, f"c_{k}", float(np.linalg.norm(ball - foot))
 
 
 @cache

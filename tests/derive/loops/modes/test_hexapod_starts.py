@@ -103,7 +103,7 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)
-    a, b = points("6-6", generator)
+    a, b = points("3-3", generator)
     found = family(a, b, generator)
     _, x = starts(found)
 

@@ -1,7 +1,7 @@
-"""Platforms on random legs with a ball joint: three RPS, PRS, RRS legs, six UPS, PUS, RUS legs.
+"""Platforms on random legs with a ball joint: RPS, PRS, RRS legs, and UPS, PUS, RUS legs.
 
 A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave three
-degrees of freedom. Six legs with three joints constrain nothing.
+degrees of freedom. Six legs with three joints, or cylinders, constrain nothing.
 """
 
 from dataclasses import replace
@@ -19,8 +19,8 @@ from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
 
 POSES = 12
-KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "UPS", "RUS", "UPS", "UPS")}
-"""Platform seeds and leg types: first platforms with planar legs, then with spatial legs."""
+KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
+"""Platform seeds and leg types: planar legs, then spatial legs and three cylinders."""
 SLOTS = 4
 """Number of branches: two for a prismatic joint, times two for an arm.
 

@@ -33,34 +33,38 @@ def expanded(terms, expressions):
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
 
 
-def test_triad_polynomial_equals_elimination_of_the_position():
-    terms = Terms({})
-    found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
-    # The platform is on three circles about A_i - R b_i. Subtract the first equation, apply
-    # Cramer's rule, and substitute.
+def eliminated(points, c, s):
+    """Returns the elimination of the platform's position from three circles, about A_i - R b_i.
+
+    The first equation is subtracted from the others, which are then solved by Cramer's rule.
+    """
     x, y = sp.symbols("x y", real=True)
     circles = [
-        sp.expand((x + C * bx - S * by - ax) ** 2 + (y + S * bx + C * by - ay) ** 2 - rod**2)
-        for (ax, ay), (bx, by), rod in zip(POINTS, PINS, RODS, strict=True)
+        sp.expand((x + c * bx - s * by - ax) ** 2 + (y + s * bx + c * by - ay) ** 2 - rod**2)
+        for (ax, ay), (bx, by), rod in zip(points, PINS, RODS, strict=True)
     ]
-    pair = [sp.expand(circle - circles[0]) for circle in circles[1:]]
+    one, *others = circles
+    pair = [sp.expand(circle - one) for circle in others]
     M = sp.Matrix([[p.coeff(x), p.coeff(y)] for p in pair])
     v = -sp.Matrix([p.subs({x: 0, y: 0}) for p in pair])
     D = M.det()
-    X, Y = (M.adjugate() * v).applyfunc(sp.expand)
-    one = circles[0]
-    left = one.coeff(x, 2) * (X**2 + Y**2) + D * (
-        one.coeff(x, 1).subs(y, 0) * X + one.coeff(y, 1).subs(x, 0) * Y
-    )
-    left += D**2 * one.subs({x: 0, y: 0})
+    X, Y = M.adjugate() * v
+    linear = one.coeff(x, 1).subs(y, 0) * X + one.coeff(y, 1).subs(x, 0) * Y
+    return one.coeff(x, 2) * (X**2 + Y**2) + D * linear + D**2 * one.subs({x: 0, y: 0})
+
+
+def test_triad_polynomial_equals_elimination_of_the_position():
+    terms = Terms({})
+    found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
     # Up to a constant factor, the polynomials agree for all points if c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
     for _ in range(6):
         t = sp.Rational(int(rng.integers(-20, 20)), 7)
         place = {n: sp.Rational(int(rng.integers(-30, 30)), 11) for n in NAMES}
-        place |= {C: (1 - t**2) / (1 + t**2), S: 2 * t / (1 + t**2)}
-        value = left.subs(place) / found.subs(place)
+        c, s = (1 - t**2) / (1 + t**2), 2 * t / (1 + t**2)
+        points = [(place[ax], place[ay]) for ax, ay in POINTS]
+        value = eliminated(points, c, s) / found.xreplace(place | {C: c, S: s})
         ratio = ratio or value
         assert value == ratio
 
