@@ -20,15 +20,15 @@ axes miss a third of the poses.
 
 @pytest.mark.parametrize("links", PATTERNS[:2])
 def test_axis_patterns_miss_no_configuration(links):
-    found = any_geometry.judged(random_arm(11, links), 200)
+    found = any_geometry.judged(random_arm(11, links), 100)
     assert found is not None
     assert not any(found)
 
 
-@pytest.mark.parametrize("place", [0, 2, 3, 5])
+@pytest.mark.parametrize("place", [2, 3])
 def test_prismatic_joint_at_any_position_misses_no_configuration(place):
     links = PATTERNS[place % len(PATTERNS)]
-    found = any_geometry.judged(random_arm(20 + place, links, {place}), 200)
+    found = any_geometry.judged(random_arm(20 + place, links, {place}), 100)
     assert found is not None
     assert not any(found)
 
@@ -74,7 +74,7 @@ def test_essential_prismatic_joint_is_not_fixed(monkeypatch):
     assert general is not None
     assert general.given != ("j4",)
     monkeypatch.setattr(any_geometry, "general_inverse", lambda _: general)
-    random, _ = any_geometry.judged(arm, 300)
+    random, _ = any_geometry.judged(arm, 100)
     assert not random
 
 

@@ -10,7 +10,7 @@ from chasles.derive.latex import fragments
 from tests.campaigns.robust import attempt, mutants, written
 from tests.support.generators.round_arms import round_arm
 
-READ = 40
+READ = 20
 ARMS = (9,)
 
 

@@ -9,7 +9,7 @@ from tests.support.peers.case_answers import own_answers, peer_answers
 from tests.support.peers.interface import INSTALL, Answers, Unsolved, absent, answers
 from tests.support.tolerances import ORACLE, WORST_INVERSE
 
-SMALL = Sizes(random=2_000, singular=100, grid=1024)
+SMALL = Sizes(random=500, singular=50, grid=512)
 TARGETS = 1
 """Number of targets whose solutions Newton's method counts."""
 SIX = ("ur5e", "puma560", "irb6640")

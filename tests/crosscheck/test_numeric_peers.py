@@ -20,7 +20,7 @@ from tests.support.tolerances import AGREEMENT
 optimize = pytest.importorskip("scipy.optimize", reason="an oracle needs the extra `crosscheck`")
 rtb = OptionalPackage("roboticstoolbox")
 
-POSES = 1000
+POSES = 300
 STARTS = 10
 NEAREST = 1e-7
 """Tolerance of the smallest distance [m, rad], which is flat near its minimum."""

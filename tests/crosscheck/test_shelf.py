@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chasles.derive import SerialRobot, derive, read
-from chasles.derive.terms.casadi_graph import lower
+from chasles.derive import SerialRobot, read
 from tests.support.derivations import ALL, ROBOTS
+from tests.support.oracles.screws import screws_of
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
@@ -35,11 +35,12 @@ def test_shelf_arm_poses_match_source(file):
     assert isinstance(robot, SerialRobot)
     assert (robot.name, bool(robot.title), bool(robot.source)) == (file.stem, True, True)
     reference = REFERENCE[robot.name]
-    (fk,) = lower(derive(robot, functions=["fk"]).functions, robot.name)
+    screws = screws_of(robot)
     rounded = len(robot.joints) * reference.get("rounded", 0) * WIDEST
     poses = reference["poses"]
     worst = max(
-        np.abs(np.array(fk(pose["q"]))[:12, 0] - np.ravel(pose["T"])).max() for pose in poses
+        np.abs(screws.fk(np.array(pose["q"])).ravel()[:12] - np.ravel(pose["T"])).max()
+        for pose in poses
     )
     assert len(poses) == 3
     assert worst <= PRINTED_9 + rounded

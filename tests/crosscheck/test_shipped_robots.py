@@ -8,7 +8,7 @@ from tests.support.tolerances import EXACT_CODE, ORACLE, ORACLE_RATES
 
 pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
 
-POSES = 2_000
+POSES = 200
 P = np.pi / 2
 INCH = 0.0254
 FRAMES = {

@@ -12,7 +12,7 @@ from tests.support.generators.planar_platforms import drawn_platform
 
 FUNCTIONS = ("modes", "velocity_relation", "chain_fk", "actuators_all")
 LINE_FUNCTIONS = ("modes", "actuators_all")
-STARTS = 100
+STARTS = 30
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
 THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
@@ -113,7 +113,7 @@ def apart(one, other, leg):
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
-def leg_inverse(platform, k, pose, generator, starts=120):
+def leg_inverse(platform, k, pose, generator, starts=60):
     """Finds a leg's actuator values at a pose by Newton's method in both joint unknowns."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])

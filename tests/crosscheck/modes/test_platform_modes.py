@@ -82,7 +82,7 @@ def test_linuxcnc_hexapod_modes_match_newton():
     assert len(theta) % 2 == 0
     np.testing.assert_allclose(theta[:, 2], -theta[::-1, 2], atol=1e-9)
     assert errors(a, b, lengths, theta).max() < 1e-12 * 50
-    found, positions = platforms.newton(a, b, lengths, 1_000, generator)
+    found, positions = platforms.newton(a, b, lengths, 400, generator)
     assert len(found) == len(theta)
     apart = np.abs(positions[:, None] - theta[None, :, :3]).max(-1)
     assert apart.min(1).max() < 1e-6
@@ -92,7 +92,7 @@ def test_linuxcnc_hexapod_modes_match_newton():
 def test_modes_contain_every_newton_solution(kind):
     generator = np.random.default_rng(22)
     rods = platforms.random_rods(kind, generator)
-    found = platforms.judged(*rods, 1_000, generator)
+    found = platforms.judged(*rods, 300, generator)
     assert (found.missed, found.wrong, found.unsure) == (0, 0, False)
     assert found.modes >= 4
 
@@ -138,7 +138,7 @@ def test_mode_count_drops_by_two_at_singularity():
     a, _, lengths = general_rods()
     platform = general_platform()
     counts = []
-    for stretch in np.linspace(1, 2, 60):
+    for stretch in np.linspace(1, 2, 30):
         stretched = lengths * [stretch, 1, 1, 1, 1, 1]
         found = platforms.solved(platform, a, stretched)
         assert found.unsure == 0
