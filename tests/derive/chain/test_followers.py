@@ -9,11 +9,10 @@ import pytest
 from chasles.derive import Mimic, derive, explain, files
 from tests.support.generators.synthetic import Function, robot_of
 
-POSES = 500
+POSES = 100
 CHAINS = (
     ("R+R=R=R", {"j4": ("j3", -1, 0)}),
     ("R+R=R=R", {"j3": ("j2", -2, "1/5")}),
-    ("R/R=R/RxrxR", {"j3": ("j2", -1, "1/3")}),
     ("R/R=R/RxrxR", {"j3": ("j2", 1, 0), "j5": ("j4", -1, "1/7")}),
 )
 

@@ -14,12 +14,12 @@ from chasles.derive.chain.singular.nearest import nearest_singular
 from chasles.derive.chain.singular.postures import words
 from chasles.derive.latex.chain.singularity_fragment import singularities
 from chasles.derive.latex.setting.page import Page
-from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.round_arms import round_arm
+from tests.support.generators.synthetic import jacobian as of_screws
+from tests.support.oracles.screws import screws_of
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "stanford", "scara")
-ON_SHELF = ("m0609", "crx10ia")
 SEVERAL = ("iiwa14", "lynxmotion")
 """Arms with seven and five joints, whose Jacobians have several minors."""
 TEN_DIGITS = 1e-10
@@ -68,12 +68,10 @@ def product(found):
     return sp.Mul(found.constant, *(factor**power for factor, power in found.factors))
 
 
-@cache
 def jacobian(robot):
-    (kernel,) = lower(
-        [chasles.derive.derive(robot, functions=["jacobian_mixed"]).functions[0]], "arm"
-    )
-    return lambda q: np.array(kernel(q)).reshape(6, -1)
+    """Returns the Jacobian of the screws of an arm, as a function of the coordinates."""
+    screws = screws_of(robot)
+    return lambda q: of_screws(screws, np.asarray(q))
 
 
 def volume(J):
@@ -81,13 +79,14 @@ def volume(J):
     return np.sqrt(abs(np.linalg.det(J.T @ J)))
 
 
-@pytest.mark.parametrize("name", [*SQUARE, *ON_SHELF])
+@pytest.mark.parametrize("name", SQUARE)
 def test_factor_product_equals_jacobian_determinant(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
     found = in_numbers(robot, product(whole_determinant(name)))
-    for posture in np.random.default_rng(5).uniform(-3, 3, (POSTURES, len(q))):
-        expected = volume(J(posture))
+    postures = np.random.default_rng(5).uniform(-3, 3, (POSTURES, len(q)))
+    for posture, at in zip(postures, J(postures), strict=True):
+        expected = volume(at)
         assert abs(abs(found(posture)) - expected) <= TEN_DIGITS * max(1.0, expected)
 
 
@@ -162,8 +161,9 @@ def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
     made = determinant(robot, q)
     assert len(made.factors) >= 2
     found = in_numbers(robot, product(made))
-    for posture in np.random.default_rng(6).uniform(-3, 3, (POSTURES, len(q))):
-        expected = volume(J(posture))
+    postures = np.random.default_rng(6).uniform(-3, 3, (POSTURES, len(q)))
+    for posture, at in zip(postures, J(postures), strict=True):
+        expected = volume(at)
         assert abs(abs(found(posture)) - expected) <= TEN_DIGITS
 
 
@@ -190,11 +190,11 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
     found = found_conditions(name)
-    least = [np.linalg.svd(J(posture))[1][-1] for posture in on_conditions(robot, found)]
+    least = np.linalg.svd(J([*on_conditions(robot, found)]))[1][:, -1]
     assert len(least) >= len(found) * 10
     assert max(least) <= LOST
     drawn = np.random.default_rng(7).uniform(-3, 3, (POSTURES, len(q)))
-    assert min(np.linalg.svd(J(posture))[1][-1] for posture in drawn) > FULL / 10
+    assert np.linalg.svd(J(drawn))[1][:, -1].min() > FULL / 10
 
 
 @pytest.mark.parametrize("name", SEVERAL)
@@ -237,8 +237,9 @@ def test_determinant_with_last_joint_fixed_matches_six_columns(name):
         whole = whole.xreplace(notation.meanings)
     own = dict(zip(notation.q, coordinates(robot), strict=True))
     value, J = in_numbers(robot, whole.xreplace(own)), jacobian(robot)
-    for q in np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7)):
-        assert abs(value(q)) == pytest.approx(volume(J(q)[:, :6]), abs=TEN_DIGITS)
+    postures = np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7))
+    for q, at in zip(postures, J(postures), strict=True):
+        assert abs(value(q)) == pytest.approx(volume(at[:, :6]), abs=TEN_DIGITS)
     assert len(found.conditions) == len(factors)
 
 
@@ -293,8 +294,8 @@ def test_a_mill_is_nowhere_singular():
     assert page.singular.is_regular
     assert "the robot has no singularity" in singularities(page)
     J = jacobian(robot)
-    for posture in np.random.default_rng(0).choice([0, np.pi / 2, np.pi, 1.0], (50, 5)):
-        assert np.linalg.svd(J(posture), compute_uv=False)[-1] > 0.1
+    postures = np.random.default_rng(0).choice([0, np.pi / 2, np.pi, 1.0], (50, 5))
+    assert np.linalg.svd(J(postures), compute_uv=False).min() > 0.1
 
 
 @pytest.mark.parametrize("name", ["scara", "lynxmotion"])
