@@ -210,11 +210,15 @@ def _terms(robot: SerialRobot) -> Terms:
     return Terms({p.symbol: p.value for p in robot.parameters})
 
 
-def cases_of(robot: SerialRobot) -> list[Derived]:
+def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
     """Returns one case per closed-form inverse of a serial robot. An arm that is only close to a
     closed-form family has no case, because its nominal inverse is refined in compiled C.
+
+    Args:
+        robot: The robot.
+        found: Its inverses; derived by default.
     """
-    found = inverses(robot, _terms(robot))
+    found = found or inverses(robot, _terms(robot))
     if found.polished is not None:
         return []
     return [

@@ -9,10 +9,9 @@ import pytest
 from chasles.derive import derive, read_text
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
-from tests.support.loops.mechanisms import body_poses
-from tests.support.oracles.multi_start import Multistart
+from tests.support.loops.closures import Model
 
-POSES, DRAWS = 3, 1
+POSES, STARTS, CLOSED = 3, 6, 1e-12
 HEXA = """
 name = "hexa"
 convention = "urdf"
@@ -127,34 +126,34 @@ def solved(make):
     return of
 
 
-def poses_at(mechanism, q):
-    """Returns platform poses (m, 4, 4) at coordinates (n,) by Newton's method."""
-    numbers = Multistart(mechanism)
-    (modes,) = numbers.modes(q[None], numbers.actuated)
-    return np.array([body_poses(mechanism, mode)["platform"] for mode in modes])
+@cache
+def drawn(make):
+    """Returns random coordinates (n,) near the reference, and platform poses (m, 4, 4) there.
+
+    Newton's method finds the poses from several start configurations.
+    """
+    mechanism, rng = make(), np.random.default_rng(0)
+    model, at = Model(mechanism), dict(mechanism.reference)
+    reach = np.where([c.kind == "prismatic" for c in mechanism.coordinates], 0.1, 0.3)
+    z = np.array([[float(at.get(name, 0)) for name in model.names]])
+    q = z[0, model.actuated] + reach * rng.uniform(-1, 1, len(reach))
+    z = z + rng.uniform(-0.2, 0.2, (STARTS, z.shape[1]))
+    z[:, model.actuated] = q
+    z = model.newton(z, model.actuated)
+    return q, model.tip(z[model.gap(z) < CLOSED])
 
 
 @pytest.mark.parametrize("make", [hexa, twisted_delta, tripod])
 def test_leg_inverse_recovers_generating_actuators(make):
-    mechanism = make()
-    at, ik = dict(mechanism.reference), solved(make)
-    middle = np.array([float(at.get(c.name, 0)) for c in mechanism.coordinates])
-    rng, checked = np.random.default_rng(0), 0
-    reach = np.where([c.kind == "prismatic" for c in mechanism.coordinates], 0.1, 0.3)
-    for q in middle + reach * rng.uniform(-1, 1, (DRAWS, len(middle))):
-        T = poses_at(mechanism, q)
-        if not len(T):
-            continue
-        found, residual = ik(T)
-        back = np.abs(np.remainder(found - q + np.pi, 2 * np.pi) - np.pi).max(-1) < 1e-7
-        assert (back & (residual < 1e-9)).any(0).all()
-        checked += len(T)
-    assert checked >= DRAWS
+    q, T = drawn(make)
+    assert len(T)
+    found, residual = solved(make)(T)
+    back = np.abs(np.remainder(found - q + np.pi, 2 * np.pi) - np.pi).max(-1) < 1e-7
+    assert (back & (residual < 1e-9)).any(0).all()
 
 
 def test_pose_outside_three_dof_workspace_has_no_solution():
-    mechanism = twisted_delta()
-    T = poses_at(mechanism, np.zeros(3))[:1]
+    T = drawn(twisted_delta)[1][:1].copy()
     ik = solved(twisted_delta)
     assert ik(T)[1].min() < 1e-9
     T[:, :3, :3] = T[:, :3, :3] @ [
@@ -166,8 +165,7 @@ def test_pose_outside_three_dof_workspace_has_no_solution():
 
 
 def test_tripod_pose_has_a_single_solution():
-    mechanism, ik = tripod(), solved(tripod)
-    T = poses_at(mechanism, np.array([0.03, -0.05, 0.08]))
+    ik, T = solved(tripod), drawn(tripod)[1].copy()
     q, residual = ik(T)
     assert len(q) > 1
     assert ((residual < 1e-9).sum(0) == 1).all()
