@@ -85,7 +85,6 @@ BUILT = {
     "four_bar": mechanisms.four_bar,
     "four_bar_rod": mechanisms.four_bar_rod,
     "slider_crank": mechanisms.slider_crank,
-    "five_bar": mechanisms.five_bar,
     "arm": mechanisms.excavator_arm,
     "parallelogram": mechanisms.parallelogram,
     "trammel": mechanisms.trammel,
@@ -105,7 +104,7 @@ BUILT = {
 WITHOUT_DELTA = [name for name in BUILT if name != "delta"]
 """The delta is omitted: its ball-ended rods also occur in ``rssr`` and ``stewart``."""
 PLANAR = (
-    *("four_bar", "four_bar_rod", "slider_crank", "five_bar", "arm", "parallelogram", "trammel"),
+    *("four_bar", "four_bar_rod", "slider_crank", "arm", "parallelogram", "trammel"),
     *("slotted_rocker", "welded", "planar_3rrr"),
 )
 TILTED = at("1/10", "1/5", "3/10", ("x", sp.pi / 2), ("y", sp.pi / 6), ("z", sp.pi / 4))
@@ -260,7 +259,7 @@ def open_ends(c, loop, z, poses):
     }[closer.kind]
 
 
-@pytest.mark.parametrize("name", BUILT)
+@pytest.mark.parametrize("name", WITHOUT_DELTA)
 def test_residuals_vanish_only_at_closed_configurations(name):
     c, z = case(name), closed(name)
     assert (c.equations[0].kind == "planar") == (name in PLANAR)
