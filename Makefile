@@ -13,7 +13,7 @@ ELSEWHERE := PYTHONHASHSEED=4242 OPENBLAS_CORETYPE=Prescott \
   NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR"
 
 derive: .venv/derive ## derive, generate and compile every robot
-	@$(UNDER) $(BIN)/chasles-derive && $(BIN)/python -m chasles build
+	@$(UNDER) $(BIN)/chasles derive derive/robots/*.toml && $(BIN)/python -m chasles build
 
 # Compiles shipped robots first: workers would compile each of them several times. Tests wait for
 # compilers and browsers, so a worker more than there are cores keeps the cores busy.
@@ -31,7 +31,7 @@ campaign: .venv/dev ## random trials: SECONDS=300 SEED=7 ONLY=losses,field; TRIA
 check: format lint types check-generated test ## everything that a change must pass
 
 check-generated: .venv/dev ## derive again and compare every byte with generated/
-	@$(ELSEWHERE) $(BIN)/chasles-derive --up-to-date
+	@$(ELSEWHERE) $(BIN)/chasles derive --up-to-date derive/robots/*.toml
 
 format: .venv/dev ## fail where a formatter would change something
 	@$(BIN)/ruff format --check .

@@ -66,6 +66,7 @@ setup(
             "py.typed",
             "robots/*",
             "robots/shelf/*",
+            "description/templates/*.toml",
             "emit/c/support/*.h",
             "emit/c/support/*/*.h",
         ],

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .description.importers.ur_calibration import apply_calibration as apply_calibration
     from .description.robot_files import read as read
     from .description.robot_files import read_text as read_text
+    from .description.templates import template as template
     from .inverse.explanation import Explanation as Explanation
     from .inverse.explanation import explain as explain
     from .loops.mobility import Mobility as Mobility
@@ -71,6 +72,7 @@ _ROOMS = {
         "read",
         "read_text",
     ),
+    "description.templates": ("template",),
     "inverse.explanation": (
         "Explanation",
         "explain",

@@ -1,5 +1,20 @@
-"""The command line: `chasles build`, `calibrate`, `info`, `list` and `view`."""
+"""The command line: `chasles VERB ROBOT`; needs `pip install 'chasles[cli]'`."""
 
-from .command_line import main
+import sys
+
+from chasles import NotInstalledError
+from chasles.contract import requires
 
 __all__ = ["main"]
+_VERBS_OF_COMPILER = ["derive"], ["explain"], ["export"], ["new"]
+
+
+def main() -> None:
+    """Run the command line; without typer and rich, print the command that installs them."""
+    try:
+        is_compiler = sys.argv[1:2] in _VERBS_OF_COMPILER
+        with requires("chasles[derive]" if is_compiler else "chasles[cli]"):
+            from .app import run  # noqa: PLC0415
+    except NotInstalledError as error:
+        sys.exit(f"chasles: {error}")
+    sys.exit(run())

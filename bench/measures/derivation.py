@@ -12,7 +12,7 @@ import casadi as ca
 import sympy as sp
 
 from chasles.derive import Joint, Rotation, SerialRobot, derive, files, read
-from chasles.derive.cli import ROBOTS
+from chasles.derive.build import ROBOTS
 from chasles.derive.description.conventions import dh
 from chasles.derive.program.counting import count_operations
 from chasles.derive.program.reading import programs
@@ -86,7 +86,9 @@ def together(robots: tuple[str, ...]) -> dict[str, float]:
 
 
 def _make(robots: tuple[str, ...], folder: str, environment: dict[str, str]) -> None:
-    derive_all = [sys.executable, "-m", "chasles.derive", *robots, "--to", f"{folder}/generated"]
+    chosen = robots or sorted(str(file) for file in ROBOTS.glob("*.toml"))
+    command = [sys.executable, "-m", "chasles", "derive"]
+    derive_all = [*command, *chosen, "--to", f"{folder}/generated"]
     subprocess.run(derive_all, check=True, capture_output=True)
     folders = [str(path.parent) for path in Path(folder).glob("generated/*/manifest.json")]
     build = [sys.executable, "-m", "chasles", "build", *sorted(folders)]

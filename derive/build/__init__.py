@@ -1,1 +1,24 @@
-"""Jobs that derive generated folders from robot files, and checks of freshness."""
+"""What the command line calls: jobs of robots, their folders and whether these are up to date.
+
+`jobs` imports SymPy and CasADi; the names here do not.
+"""
+
+from typing import TYPE_CHECKING
+
+from ..description.shipped_files import ROBOTS, located
+from .freshness import GENERATED, Job, is_up_to_date, write_sources
+
+if TYPE_CHECKING:
+    from . import jobs as jobs
+    from .jobs import Report as Report
+
+__all__ = [
+    "GENERATED",
+    "ROBOTS",
+    "Job",
+    "Report",
+    "is_up_to_date",
+    "jobs",
+    "located",
+    "write_sources",
+]

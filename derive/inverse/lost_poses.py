@@ -69,7 +69,7 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
         inputs = [values[:, unsolved] for values in inputs]
         if not unsolved.any():
             break
-    return inputs[0].shape[1]
+    return int(inputs[0].shape[1])
 
 
 def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:

@@ -85,7 +85,7 @@ def _no_inverse(robot: Described) -> tuple[str, str]:
     found += [text for name, text in solvers.items() if name in dir(robot)]
     if robot.manifest.kind == "serial":
         found.append(
-            "chasles-derive FILE --fixed JOINTS, which writes an ik of given joints where they "
+            "chasles derive FILE --fixed JOINTS, which writes an ik of given joints where they "
             "leave a closed form"
         )
     missing = robot.manifest.inverse.missing

@@ -173,7 +173,7 @@ class FixedJoints:
             chosen = ",".join(names)
             raise DerivationError(
                 f"{self._label}: the description file of a robot loaded from a folder is unknown; "
-                f"run chasles-derive FILE --fixed {chosen} --to FOLDER"
+                f"run chasles derive FILE --fixed {chosen} --to FOLDER"
             )
         digest = _description_digest(self.manifest.folder)
         description, options = origin

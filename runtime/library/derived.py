@@ -1,6 +1,6 @@
 """Robots that are derived from their description files on first use, into the cache.
 
-The runtime starts `python -m chasles.derive` in a separate process. The folder name contains
+The runtime starts `python -m chasles derive` in a separate process. The folder name contains
 hashes of the description, of the files that it includes, and of the sources of chasles.derive.
 """
 
@@ -80,7 +80,7 @@ def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
         names = ", ".join(robot.name for robot in robots)
         raise UnknownRobotError(
             f"{description}: describes several robots ({names}); run "
-            f"chasles-derive {description} --to robots, then load ./robots/{robots[0].name}"
+            f"chasles derive {description} --to robots, then load ./robots/{robots[0].name}"
         )
     return robots[0]
 
@@ -195,7 +195,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     import subprocess  # noqa: PLC0415
 
     # -P: a module in the working directory must not replace an installed one.
-    python = [sys.executable or "python3", "-P", "-m", _COMPILER]
+    python = [sys.executable or "python3", "-P", "-m", "chasles", "derive"]
     # The article takes a large share of the time and is not needed in the cache.
     wanted = ["--to", folder, "--sources", folder / _SOURCES, "--jobs", "1", "--detail", "none"]
     command = [*python, *map(str, (description.absolute(), *wanted)), *options]
@@ -207,7 +207,8 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
     if result.returncode:
         # Reports on single robots are on stdout, errors that end the run on stderr.
-        said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
+        stderr = result.stderr.strip().removeprefix("chasles: ")
+        said = "\n".join(filter(None, (result.stdout.strip(), stderr)))
         names_it = said.startswith(f"{description.absolute()}:")
         raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
     for line in result.stderr.splitlines():

@@ -5,14 +5,12 @@ import math
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import chasles
-from chasles.derive import cli, read
+from chasles.derive import build, read
 from chasles.derive.build import freshness, jobs, time_limit
 from chasles.derive.build.time_limit import OutOfTime, at_most
-from chasles.derive.cli import app
-from chasles.derive.description import shipped_files
+from tests.support.command_line import run
 from tests.support.derivations import ALL, ROBOTS
 
 ARM = """\
@@ -25,16 +23,14 @@ type = "prismatic"
 alpha = "pi/2"
 """
 
+CURRENT = "nothing to derive: all is up to date\n"
+
 
 @pytest.fixture
 def arm(tmp_path):
     path = tmp_path / "arm.toml"
     path.write_text(ARM)
     return path
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 QUICKLY = ("--functions", "fk", "--languages", "c")
@@ -47,33 +43,38 @@ def files(folder):
 
 def test_cli_derives_again_only_after_a_change(arm, tmp_path):
     to = tmp_path / "out"
-    first = run(arm, "--to", to)
+    first = run("derive", arm, "--to", to)
     assert first.exit_code == 0, first.output
     assert "arm" in first.output
     assert "17 functions" in first.output
     assert {"arm.c", "arm.h", "arm.tex", "manifest.json"} <= {p.name for p in files(to)}
-    assert run(arm, "--to", to).output == "nothing to derive: all is up to date\n"
+    assert run("derive", arm, "--to", to).output == CURRENT
     words = (arm, "--to", to, *QUICKLY)
-    assert "1 function" in run(*words).output
+    assert "1 function" in run("derive", *words).output
     arm.write_text(ARM.replace("0.3", "0.31"))
-    assert "1 function" in run(*words).output
+    assert "1 function" in run("derive", *words).output
     (to / "arm" / "arm.c").write_text("tampered")
-    assert "1 function" in run(*words).output
+    assert "1 function" in run("derive", *words).output
     assert "tampered" not in (to / "arm" / "arm.c").read_text()
 
 
 def test_functions_option_limits_output_and_rejects_unknown_names(arm, tmp_path):
     to = tmp_path / "out"
-    assert run(arm, "--to", to, "--functions", "fk, twist_mixed", "--detail", "none").exit_code == 0
+    assert (
+        run(
+            "derive", arm, "--to", to, "--functions", "fk, twist_mixed", "--detail", "none"
+        ).exit_code
+        == 0
+    )
     assert "arm_twist_mixed(" in (to / "arm" / "arm.h").read_text()
-    done = run(arm, "--to", to, "--functions", "fk, jacobian_mixed", "--detail", "none")
+    done = run("derive", arm, "--to", to, "--functions", "fk, jacobian_mixed", "--detail", "none")
     assert done.exit_code == 0, done.output
     header = (to / "arm" / "arm.h").read_text()
     assert "arm_fk(" in header
     assert "arm_twist_mixed(" not in header
     for check in ((), ("--up-to-date",)):
-        unknown = run(arm, "--to", to, "--functions", "fkk", *check)
-        assert isinstance(unknown.exception, SystemExit)
+        unknown = run("derive", arm, "--to", to, "--functions", "fkk", *check)
+        assert unknown.exit_code == 1
         assert "arm has no function fkk" in unknown.output
 
 
@@ -81,7 +82,7 @@ def test_invalid_file_prevents_writing_of_all_robots(arm, tmp_path):
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(ARM.replace('"0.3"', '"0.3.1"'))
     to = tmp_path / "out"
-    done = run(arm, wrong, "--to", to)
+    done = run("derive", arm, wrong, "--to", to)
     assert done.exit_code == 1
     assert "wrong.toml:4: joints[1].a: expected" in done.output
     assert "nothing was written" in done.output
@@ -91,20 +92,20 @@ def test_invalid_file_prevents_writing_of_all_robots(arm, tmp_path):
 def test_two_robots_with_the_same_name_are_rejected(arm, tmp_path):
     twin = tmp_path / "twin.toml"
     twin.write_text(ARM)
-    done = run(arm, twin, "--to", tmp_path / "out")
+    done = run("derive", arm, twin, "--to", tmp_path / "out")
     assert done.exit_code == 1
     assert "robot 'arm' is also described in" in done.output
 
 
 def test_unknown_robot_error_lists_available_robots():
-    done = run("nope")
+    done = run("derive", "nope")
     assert done.exit_code == 1
     assert f"expected a robot file, or one of {', '.join(ALL)}" in done.output
 
 
 @pytest.mark.parametrize("name", ["panda.urdf", "robots/panda"])
 def test_missing_file_is_reported(name):
-    done = run(name, "--explain")
+    done = run("explain", name)
     assert done.exit_code == 1
     assert done.output.strip() == f"{name}: no such file"
 
@@ -120,7 +121,7 @@ def test_internal_error_stops_only_the_affected_robot(arm, tmp_path, monkeypatch
     monkeypatch.setattr(jobs, "derive", fails)
     other = arm.with_name("other.toml")
     other.write_text(ARM.replace('"arm"', '"other"'))
-    done = run(arm, other, "--to", tmp_path / "out", *QUICKLY)
+    done = run("derive", arm, other, "--to", tmp_path / "out", *QUICKLY)
     assert done.exit_code == 1
     assert f"{arm}: chasles fails on this file; please report" in done.output
     assert "KeyError: '[/key]'" in done.output
@@ -129,7 +130,7 @@ def test_internal_error_stops_only_the_affected_robot(arm, tmp_path, monkeypatch
 
 
 def test_repeated_robot_is_derived_only_once(arm, tmp_path):
-    done = run(arm, arm, "--to", tmp_path / "out", *QUICKLY)
+    done = run("derive", arm, arm, "--to", tmp_path / "out", *QUICKLY)
     assert done.exit_code == 0, done.output
     assert "1 robot written" in done.output
 
@@ -137,36 +138,36 @@ def test_repeated_robot_is_derived_only_once(arm, tmp_path):
 def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
     to = tmp_path / "out"
     words = (arm, "--to", to, "--functions", "fk", "--detail", "brief")
-    assert run(*words).exit_code == 0
-    assert run(*words, "--up-to-date").exit_code == 0
+    assert run("derive", *words).exit_code == 0
+    assert run("derive", *words, "--up-to-date").exit_code == 0
     source = to / "arm" / "arm.c"
     text = source.read_text()
     source.write_text(text + "\n")
-    assert "out of date: arm.c" in run(*words, "--up-to-date").output
+    assert "out of date: arm.c" in run("derive", *words, "--up-to-date").output
     source.unlink()
-    done = run(*words, "--up-to-date")
+    done = run("derive", *words, "--up-to-date")
     assert done.exit_code == 1
     assert "out of date: arm.c" in done.output
     source.write_text(text)
     (to / "arm" / "latex" / "old.tex").write_text("old")
-    assert "out of date: latex/old.tex" in run(*words, "--up-to-date").output
+    assert "out of date: latex/old.tex" in run("derive", *words, "--up-to-date").output
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Replaces the shipped robots by one robot, because a check derives all of them."""
-    for module in (cli, shipped_files):
-        monkeypatch.setattr(module, "ROBOTS", arm.parent)
+    """Replaces the shipped robots by one robot, because only a check of all of them tells."""
     to = tmp_path / "out"
+    monkeypatch.setattr(build, "GENERATED", to)
+    monkeypatch.setattr("chasles.cli.compiling.shipped_folders", lambda: {"arm": to / "arm"})
     for name in ("arm", "gone"):
         (to / name).mkdir(parents=True)
         (to / name / "manifest.json").write_text("{}")
-    done = run("--to", to, "--up-to-date", "--functions", "fk")
+    done = run("derive", arm, "--to", to, "--up-to-date", "--functions", "fk")
     assert done.exit_code == 1
     assert "no description for gone\n" in done.output
 
 
 def test_freshness_check_does_not_import_sympy_or_casadi():
-    text = Path(freshness.__file__).read_text() + (freshness.ROOM / "cli.py").read_text()
+    text = Path(freshness.__file__).read_text() + Path(build.__file__).read_text()
     assert "import sympy" not in text
     assert "import casadi" not in text
 
@@ -178,46 +179,40 @@ def test_shipped_file_names_equal_robot_names():
 
 
 def test_unshipped_robot_requires_an_output_folder(arm):
-    done = run(arm)
+    done = run("derive", arm)
     assert done.exit_code == 1
     assert "--to FOLDER is required, except for unmodified shipped robots" in done.output
 
 
 def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
     to = tmp_path / "out"
-    done = run("ur10e", "--functions", "fk", "--detail", "none", "--to", to)
+    done = run("derive", "ur10e", "--functions", "fk", "--detail", "none", "--to", to)
     assert done.exit_code == 0, done.output
     assert [path.name for path in to.iterdir()] == ["ur10e"]
-    everything = run("--shelf")
-    assert everything.exit_code == 1
-    assert (
-        "shelf/cr5.toml: --to FOLDER is required, except for unmodified shipped robots"
-        in everything.output
-    )
 
 
 def test_unwritable_output_folder_is_rejected(arm):
-    done = run(arm, "--to", arm)
+    done = run("derive", arm, "--to", arm)
     assert done.exit_code == 1
     assert "expected a folder that can be written to" in done.output
 
 
 def test_base_option_is_rejected_for_toml_files(arm, tmp_path):
-    done = run(arm, "--to", tmp_path / "out", "--base", "world")
+    done = run("derive", arm, "--to", tmp_path / "out", "--base", "world")
     assert done.exit_code == 1
     assert "base: expected none; it applies to files that end in .urdf" in done.output
 
 
 def test_misspelled_robot_name_gets_a_suggestion():
-    assert "did you mean puma560?" in run("puma").output
-    assert "did you mean ur10e?" in run("ur10ee").output
+    assert "did you mean puma560?" in run("derive", "puma").output
+    assert "did you mean ur10e?" in run("derive", "ur10ee").output
 
 
 def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     arm.write_text(ARM.replace('"pi/2"', '"1.5708"'))
     to = tmp_path / "out"
     words = (arm, "--to", to, *QUICKLY)
-    done = run(*words)
+    done = run("derive", *words)
     first, note = (line.strip() for line in done.output.splitlines()[:2])
     assert first.endswith("1 number cleaned, at most 0 m and 3.7e-06 rad")
     assert note == "1.5708 taken as pi/2: alpha of joint2"
@@ -234,29 +229,32 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     assert loaded.notes == tuple(manifest["notes"])
     cleaned = (to / "arm" / "arm.c").read_text()
     # The selection of functions is part of the options stored in the folder.
-    assert run(*words).output == "nothing to derive: all is up to date\n"
-    exact = run(*words, "--exact")
+    assert run("derive", *words).output == CURRENT
+    exact = run("derive", *words, "--exact")
     assert "cleaned" not in exact.output
     assert "cleaning" not in (to / "arm" / "manifest.json").read_text()
     assert (to / "arm" / "arm.c").read_text() != cleaned
-    assert run(*words, "--exact").output == "nothing to derive: all is up to date\n"
+    assert run("derive", *words, "--exact").output == CURRENT
     assert chasles.load(to / "arm").cleaning.numbers == ()
-    assert "1 function" in run(*words).output
+    assert "1 function" in run("derive", *words).output
 
 
 def test_model_option_prints_report_and_rejects_platforms():
-    done = run("four_bar", "--conventions")
+    done = run("explain", "four_bar", "--conventions")
     assert done.exit_code == 0, done.output
     assert "as described: 26 parameters with base and tool, rank 14: complete" in done.output
     assert "det(D^T D)" in done.output
-    platform = run("delta", "--conventions")
+    platform = run("explain", "delta", "--conventions")
     assert platform.exit_code == 1
     assert "legs carry its tool" in platform.output
 
 
-@pytest.mark.parametrize("options", [(), ("--explain",)], ids=["derive", "explain"])
-def test_time_limit_error_states_where_derivation_stopped(arm, tmp_path, options):
-    done = run(arm, "--to", tmp_path / "out", "--time-limit", "0.001", *options)
+@pytest.mark.parametrize(
+    "words", [("derive", "--to", "out"), ("explain",)], ids=["derive", "explain"]
+)
+def test_time_limit_error_states_where_derivation_stopped(arm, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    done = run(*words, arm, "--time-limit", "0.001")
     assert done.exit_code == 1
     assert "took longer than 0.001 s and was stopped in " in done.output
     assert "raise --time-limit" in done.output
@@ -292,7 +290,7 @@ def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
 def test_invalid_toml_names_are_rejected_and_urdf_names_adapted(arm, tmp_path):
     for name in ("two__arms", "arm_"):
         arm.write_text(ARM.replace('"arm"', f'"{name}"'))
-        done = run(arm, "--to", tmp_path / "out")
+        done = run("derive", arm, "--to", tmp_path / "out")
         assert "arm.toml:1: name: expected a robot's name" in done.output
     urdf = """<robot name="{}"><link name="a"/><link name="b"/><joint name="j" type="revolute">
     <parent link="a"/><child link="b"/><limit lower="-1" upper="1"/></joint></robot>"""
@@ -304,20 +302,20 @@ def test_invalid_toml_names_are_rejected_and_urdf_names_adapted(arm, tmp_path):
 
 def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     wanted = ("panda", "--functions", "ik,fk", "--detail", "none", "--fixed", "joint4")
-    own = run(*wanted)
+    own = run("derive", *wanted)
     assert own.exit_code == 1
     assert "--to FOLDER is required, except for unmodified shipped robots" in own.output
     to = tmp_path / "out"
-    done = run(*wanted, "--to", to)
+    done = run("derive", *wanted, "--to", to)
     assert done.exit_code == 0, done.output
     manifest = json.loads((to / "panda" / "manifest.json").read_text())
     inverse = next(f for f in manifest["functions"] if f["role"] == "inverse")
     assert [item["name"] for item in inverse["inputs"]] == ["T", "q4"]
-    assert "nothing to derive" in run(*wanted, "--to", to).output
-    wrong = run("panda", "--fixed", "elbow", "--to", to)
+    assert "nothing to derive" in run("derive", *wanted, "--to", to).output
+    wrong = run("derive", "panda", "--fixed", "elbow", "--to", to)
     assert wrong.exit_code == 1
     assert "panda has no joint elbow to be fixed; its joints are joint1, joint2" in wrong.output
-    explained = run("photo_robot", "--explain", "--fixed", "theta2, r4")
+    explained = run("explain", "photo_robot", "--fixed", "theta2, r4")
     assert "Structure: spherical wrist, for given theta2 and r4." in explained.output
 
 
@@ -337,12 +335,12 @@ def test_source_files_include_extended_and_nominal_files(tmp_path):
 def test_languages_and_detail_are_selected_on_the_command_line(tmp_path):
     to = tmp_path / "out"
     words = ("scara", "--functions", "fk", "--to", to)
-    assert run(*words, "--languages", "c, casadi_c", "--no-progress").exit_code == 0
+    assert run("derive", *words, "--languages", "c, casadi_c", "--no-progress").exit_code == 0
     assert (to / "scara" / "scara_casadi.c").is_file()
     assert not (to / "scara" / "latex").exists()
-    assert run(*words, "--languages", "c,latex", "--detail", "brief").exit_code == 0
+    assert run("derive", *words, "--languages", "c,latex", "--detail", "brief").exit_code == 0
     assert (to / "scara" / "latex").is_dir()
-    wrong = run(*words, "--languages", "c,fortran")
+    wrong = run("derive", *words, "--languages", "c,fortran")
     assert wrong.exit_code == 1
     assert "no language 'fortran'; the languages are c, casadi, python, latex" in wrong.output
-    assert "--to FOLDER is required" in run("scara", "--languages", "c").output
+    assert "--to FOLDER is required" in run("derive", "scara", "--languages", "c").output

@@ -29,11 +29,11 @@ class Family:
     """A structure of axes and its closed-form inverse.
 
     Attributes:
-        title: Description of the structure, for ``--explain`` and the article.
+        title: Description of the structure, for ``chasles explain`` and the article.
         joints: Possible joint counts of a chain in this family.
         requires: Returns the conditions on the axes, with their deviations.
         solve: Solves all joints for a tool displacement, step by step. Each step has a reason, a
-            degenerate case and an equation, printed by ``--explain`` and in the article.
+            degenerate case and an equation, printed by ``chasles explain`` and in the article.
         readings: The ends from which the axes may be numbered.
         behind_given: Whether the family is also tested on the free joints of a longer chain with
             fixed joints.

@@ -1,4 +1,4 @@
-"""Inverse of a general arm (an arm of no known family), and its text for ``--explain``."""
+"""Inverse of a general arm (an arm of no known family), and its text for ``chasles explain``."""
 
 from dataclasses import dataclass
 

@@ -131,7 +131,7 @@ _FREE = (
     "This is the structure of the chain with its dependent joints free. The solutions of the"
     " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
     " includes the couplings. The command"
-    r" \texttt{chasles-derive -{}-explain} prints the steps."
+    r" \texttt{chasles explain} prints the steps."
 )
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles.calibration.calibrated_file import robot_file
-from chasles.cli import main
+from chasles.cli.app import run as main
 from chasles.derive import DescriptionError, read
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
@@ -87,7 +87,7 @@ def test_non_invertible_transmissions_are_rejected(tmp_path):
 def test_calibrate_command_writes_robot_file_and_reports_errors(
     arm, truth, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("chasles.cli.command_line.load", lambda _name, parametric: arm)
+    monkeypatch.setattr("chasles.cli.calibrating.load", lambda _name, parametric: arm)
     table, to = tmp_path / "measured.csv", tmp_path / "mine.toml"
     with table.open("w", newline="", encoding="utf-8") as stream:
         lines = csv.writer(stream)

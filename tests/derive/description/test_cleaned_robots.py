@@ -6,14 +6,13 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from typer.testing import CliRunner
 
 from chasles.derive import DescriptionError, read, read_text
-from chasles.derive.cli import app
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.description.pose_error import pose_error
 from chasles.derive.model.cleaning import places
 from chasles.derive.model.placements import Rotation
+from tests.support.command_line import run
 
 R = sp.Rational
 ARM = """\
@@ -105,20 +104,23 @@ def test_small_effect_of_noise_removal_is_a_note(tmp_path, angle, length):
     assert f"{angle} taken as pi/2: roll of turn" in robot.notes
 
 
-@pytest.mark.parametrize("option", ["--explain", "--conventions", "--to"])
-def test_command_line_warns_on_standard_error(tmp_path, option):
+@pytest.mark.parametrize(
+    "words",
+    [("explain",), ("explain", "--conventions"), ("derive", "--to", "out", "--functions", "fk")],
+    ids=" ".join,
+)
+def test_command_line_warns_on_standard_error(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
     path = tmp_path / "long.urdf"
     path.write_text(LONG.format(angle="1.57", length=2))
-    words = [str(path), option, *([str(tmp_path / "out")] if option == "--to" else [])]
-    quickly = ["--functions", "fk", "--languages", "c", "--jobs", "1"]
-    done = CliRunner().invoke(app, [*words, *quickly])
+    done = run(*words, path)
     assert done.exit_code == 0
     assert done.stderr.startswith(
         f"warning: {path}: exact values for rounded numbers move the tool"
     )
     assert "--exact" in done.stderr
     assert "warning" not in done.stdout
-    assert CliRunner().invoke(app, [*words, *quickly, "--exact"]).stderr == ""
+    assert run(*words, path, "--exact").stderr == ""
 
 
 def test_exact_files_and_exact_option_keep_numbers_as_written():

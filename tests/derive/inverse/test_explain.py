@@ -4,14 +4,13 @@ import re
 from functools import cache
 
 import pytest
-from typer.testing import CliRunner
 
 from chasles.derive import explain, read, read_text
-from chasles.derive.cli import app
 from chasles.derive.inverse.explanation import notes
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.inverse.structure.self_motion import self_motion
 from chasles.derive.terms.terms import Terms
+from tests.support.command_line import run
 from tests.support.derivations import ROBOTS
 
 NAMES = (
@@ -206,11 +205,12 @@ def test_general_arm_explanation_states_solution_method():
     assert explained("jaco2").line.startswith("inverse: an arm of six revolute joints")
 
 
-def test_command_line_explains_and_writes_nothing(tmp_path):
-    done = CliRunner().invoke(app, ["ur5e", "--explain", "--to", str(tmp_path / "out")])
+def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = run("explain", "ur5e")
     assert done.exit_code == 0, done.output
     assert "Structure: three parallel axes" in done.output
-    assert not (tmp_path / "out").exists()
+    assert list(tmp_path.iterdir()) == []
 
 
 def general_arm(last):

@@ -202,5 +202,5 @@ def test_missing_attribute_error_names_reason_and_substitute(robot, name, words)
 def test_ik_with_fixed_joints_without_inverse_names_substitute(robot):
     with pytest.raises(AttributeError, match=r"ik_numeric, .* with fixed= keeps joints at"):
         chasles.load("planar_3rrr").ik(np.eye(4), fixed={"x": 0.1})
-    with pytest.raises(AttributeError, match="chasles-derive FILE --fixed JOINTS"):
+    with pytest.raises(AttributeError, match="chasles derive FILE --fixed JOINTS"):
         robot.ik(np.eye(4), fixed={robot.coordinates[0].name: 0.1})

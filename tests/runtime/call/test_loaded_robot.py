@@ -12,7 +12,7 @@ import pytest
 
 import chasles
 import chasles.robot
-from chasles.cli import main
+from chasles.cli.app import run as main
 from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
@@ -22,7 +22,7 @@ Q = np.array([0.3, -1.2])
 def shipped(folder, monkeypatch):
     """Makes the tiny robot available as if it were shipped."""
     folders = {"tiny": folder.path}
-    for module in (chasles, chasles.robot, chasles.library.folders, chasles.cli.command_line):
+    for module in (chasles, chasles.robot, chasles.library.folders):
         monkeypatch.setattr(module, "shipped_folders", lambda: folders)
     return folder
 
@@ -246,9 +246,9 @@ def test_missing_submodule_error_names_its_import():
 
 def test_missing_command_lists_available_commands(capsys):
     assert main([]) == 2
-    told = capsys.readouterr().err
+    told = capsys.readouterr().out
     for command in ("build", "calibrate", "info", "list", "view"):
-        assert f"\n    {command}" in told
+        assert f" {command} " in told
 
 
 @pytest.mark.parametrize(
@@ -265,7 +265,7 @@ def test_missing_file_is_reported_without_traceback(
 ):
     monkeypatch.chdir(tmp_path)
     if arguments[0] == "calibrate":
-        monkeypatch.setattr("chasles.cli.command_line.load", lambda *_, **__: None)
+        monkeypatch.setattr("chasles.cli.calibrating.load", lambda *_, **__: None)
     monkeypatch.setattr("chasles.view.write_html", lambda _, path: path.write_text("page"))
     assert main(arguments) == 1
     told = capsys.readouterr().err
@@ -291,7 +291,6 @@ def test_info_command_prints_robot_facts(shipped, capsys):
 
 
 EXTRAS = {
-    "completion.py": {"argcomplete"},
     "calibration": {"scipy", "matplotlib", "threadpoolctl"},
     "drawing": {"matplotlib", "PIL", "imageio_ffmpeg"},
     "view": {"viser", "yourdfpy"},

@@ -2,13 +2,11 @@
 
 import io
 import subprocess
-import sys
 from contextlib import redirect_stderr, redirect_stdout
 
 import pytest
 
-from chasles.derive import cli
-from chasles.library import derived as described
+from chasles.cli import app
 
 
 @pytest.fixture(scope="session")
@@ -20,16 +18,11 @@ def compiler_in_process():
     run = subprocess.run
 
     def run_here(command, **options):
-        if described._COMPILER not in command:
+        if "derive" not in command:
             return run(command, **options)
-        arguments = command[command.index(described._COMPILER) + 1 :]
-        code, out, err = 0, io.StringIO(), io.StringIO()
-        with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-            patch.setattr(sys, "argv", ["chasles-derive", *arguments])
-            try:
-                cli.main()
-            except SystemExit as end:
-                code = end.code
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            code = app.run(command[command.index("derive") :])
         return subprocess.CompletedProcess(command, code, out.getvalue(), err.getvalue())
 
     return run_here

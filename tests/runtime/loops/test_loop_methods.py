@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.cli import main
+from chasles.cli.app import run as main
 from tests.support.handwritten import lift
 
 OPEN = np.array([0.25, 2.5])

@@ -5,9 +5,8 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from chasles.derive.cli import app
+from tests.support.command_line import run
 from tests.support.pages import text
 from tests.support.ur_files import LINKS, conf
 
@@ -87,14 +86,14 @@ QUICKLY = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 
 def test_commands_of_robot_files_page_run(files):
     page = text(PAGE)
-    commands = re.findall(r"^chasles-derive (.*)$", page, re.MULTILINE)
+    commands = re.findall(r"^chasles (derive .*)$", page, re.MULTILINE)
     assert len(commands) == 10
     for command in commands:
         words = [word.replace("robots", "made") for word in shlex.split(command)]
-        done = CliRunner().invoke(app, [*words, *QUICKLY])
+        done = run(*words, *QUICKLY)
         assert done.exit_code == 0, (command, done.output)
-        names = MADE[words[0]]
-        names = ["duo"] if words[1:3] == ["--tip", "left_tool0"] else names
+        names = MADE[words[1]]
+        names = ["duo"] if words[2:4] == ["--tip", "left_tool0"] else names
         names = ["duo_left", "duo_right"] if "--srdf" in words else names
         for name in names:
             assert Path("made", name, "manifest.json").is_file(), command

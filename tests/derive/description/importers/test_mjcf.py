@@ -5,11 +5,10 @@ import random
 import numpy as np
 import pytest
 import sympy as sp
-from typer.testing import CliRunner
 
 from chasles.derive import derive, read
-from chasles.derive.cli import app
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.command_line import run
 from tests.support.mjcf_models import oracle, poses_of, random_model, read_model, wrong
 from tests.support.tolerances import ORACLE
 
@@ -177,8 +176,7 @@ def test_change_of_included_file_triggers_derivation(path):
     inner.write_text('<mujocoinclude><site name="tcp" pos="0 0 0.3"/></mujocoinclude>')
     path.write_text(ARM.replace('pos="0 0 1">', 'pos="0 0 1"><include file="hand.xml"/>'))
     words = [path, "--to", path.parent / "out", "--tip", "tcp", "--functions", "fk", "--jobs", "1"]
-    run = lambda: CliRunner().invoke(app, [*map(str, words)]).output  # noqa: E731
-    assert "1 robot written" in run()
-    assert "nothing to derive" in run()
+    assert "1 robot written" in run("derive", *words).output
+    assert "nothing to derive" in run("derive", *words).output
     inner.write_text(inner.read_text().replace("0.3", "0.4"))
-    assert "1 robot written" in run()
+    assert "1 robot written" in run("derive", *words).output

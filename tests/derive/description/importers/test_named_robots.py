@@ -3,15 +3,10 @@
 import importlib
 
 import pytest
-from typer.testing import CliRunner
 
-from chasles.derive.cli import app
+from tests.support.command_line import run
 
 pytest.importorskip("robot_descriptions", reason="robot_descriptions is not installed")
-
-
-def run(*words):
-    return CliRunner().invoke(app, [*map(str, words), "--jobs", "1"])
 
 
 @pytest.mark.parametrize(
@@ -20,7 +15,7 @@ def run(*words):
 )
 def test_robot_names_resolve_to_urdf_mjcf_and_xacro(cache, name, robot):
     to = cache / "out"
-    done = run(f"robot:{name}", "--to", to, "--functions", "fk")
+    done = run("derive", f"robot:{name}", "--to", to, "--functions", "fk", "--jobs", 1)
     assert done.exit_code == 0, done.output
     assert (to / robot / "manifest.json").is_file()
 
@@ -35,5 +30,8 @@ def test_resolved_paths_match_robot_descriptions_package(cache):
 
 
 def test_unknown_or_unreachable_names_are_reported(cache):
-    assert "expected a name of robot_descriptions, such as panda" in run("robot:pandaa").output
-    assert "expected iiwa14_description to be downloaded (" in run("robot:iiwa14").output
+    assert (
+        "expected a name of robot_descriptions, such as panda"
+        in run("derive", "robot:pandaa").output
+    )
+    assert "expected iiwa14_description to be downloaded (" in run("derive", "robot:iiwa14").output

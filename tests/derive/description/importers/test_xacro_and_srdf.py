@@ -4,12 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from chasles.derive import DescriptionError, read
-from chasles.derive.cli import app
 from chasles.derive.description.importers.chains import chains
 from chasles.derive.description.importers.xacro_file import expanded
+from tests.support.command_line import run
 
 pytest.importorskip("xacro", reason="xacro is not installed")
 
@@ -77,9 +76,9 @@ def arm(tmp_path):
     return tmp_path / "duo/urdf/duo.urdf.xacro"
 
 
-def run(*words):
-    options = ("--functions", "fk", "--languages", "c", "--jobs", "1")
-    return CliRunner().invoke(app, [*map(str, words), *options])
+def derive(*words):
+    """Derives the forward kinematics of a file with the command line."""
+    return run("derive", *words, "--functions", "fk", "--languages", "c", "--jobs", "1")
 
 
 def names(folder):
@@ -94,20 +93,20 @@ def test_xacro_expands_macros_properties_includes_and_arguments(arm):
 
 
 def test_each_arm_or_requested_tip_becomes_a_robot(arm, tmp_path):
-    done = run(arm, "reach:=0.25", "--to", tmp_path / "out")
+    done = derive(arm, "reach:=0.25", "--to", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_tool0"]
-    said = run(arm, "--explain").output
+    said = run("explain", arm).output
     assert said.count("\nduo left_tool0\n===") == said.count("\nduo right_tool0\n===") == 1
-    done = run(arm, "--to", tmp_path / "tips", "--tip", "left_link", "--tip", "right_tool0")
+    done = derive(arm, "--to", tmp_path / "tips", "--tip", "left_link", "--tip", "right_tool0")
     assert done.exit_code == 0, done.output
     assert names(tmp_path / "tips") == ["duo_left_link", "duo_right_tool0"]
-    assert run(arm, "--to", tmp_path / "one", "--tip", "right_link").exit_code == 0
+    assert derive(arm, "--to", tmp_path / "one", "--tip", "right_link").exit_code == 0
     assert names(tmp_path / "one") == ["duo"]
 
 
 def test_inferred_tip_is_reported_in_output_and_manifest(arm, tmp_path):
-    done = run(arm, "--to", tmp_path / "out", "--base", "left_link", "--explain")
+    done = run("explain", arm, "--base", "left_link")
     assert "has no joint with its own coordinate" in done.output
     text = arm.read_text().replace('<xacro:turn side="right"', '<link name="camera"/><!--')
     text = text.replace(
@@ -115,7 +114,7 @@ def test_inferred_tip_is_reported_in_output_and_manifest(arm, tmp_path):
         '--><joint name="c" type="fixed"><parent link="base_link"/><child link="camera"/></joint>',
     )
     arm.write_text(text)
-    done = run(arm, "--to", tmp_path / "out")
+    done = derive(arm, "--to", tmp_path / "out")
     assert "tip: left_tool0; also there: camera" in done.output
     notes = json.loads((tmp_path / "out/duo/manifest.json").read_text())["notes"]
     assert "tip: left_tool0; also there: camera" in notes
@@ -123,13 +122,13 @@ def test_inferred_tip_is_reported_in_output_and_manifest(arm, tmp_path):
 
 def test_changed_argument_or_include_triggers_derivation(arm, tmp_path):
     words = (arm, "--to", tmp_path / "out", "--tip", "left_tool0")
-    assert run(*words).exit_code == 0
-    assert "nothing to derive" in run(*words).output
-    assert "1 robot written" in run(arm, "reach:=0.3", *words[1:]).output
+    assert derive(*words).exit_code == 0
+    assert "nothing to derive" in derive(*words).output
+    assert "1 robot written" in derive(arm, "reach:=0.3", *words[1:]).output
     part = tmp_path / "parts/urdf/joint.xacro"
-    assert "1 robot written" in run(*words).output
+    assert "1 robot written" in derive(*words).output
     part.write_text(part.read_text().replace("0 1 0", "0 0 1"))
-    assert "1 robot written" in run(*words).output
+    assert "1 robot written" in derive(*words).output
 
 
 @pytest.mark.parametrize(
@@ -187,11 +186,11 @@ def test_srdf_groups_without_a_single_chain_are_rejected(arm, group, words):
 
 
 def test_group_option_writes_a_robot_per_chain(arm, tmp_path):
-    assert run(arm, "--group", "both", "--to", tmp_path / "out").exit_code == 0
+    assert derive(arm, "--group", "both", "--to", tmp_path / "out").exit_code == 0
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_link"]
-    both = run(arm, "--group", "both", "--tip", "left_link", "--to", tmp_path / "x")
+    both = derive(arm, "--group", "both", "--tip", "left_link", "--to", tmp_path / "x")
     assert "--group chooses base and tip" in both.output
-    assert "--group belongs to" in run("ur5e", "--group", "arm", "--to", tmp_path / "x").output
+    assert "--group belongs to" in derive("ur5e", "--group", "arm", "--to", tmp_path / "x").output
 
 
 def test_group_is_read_by_name(arm):
@@ -240,12 +239,12 @@ def test_misplaced_xacro_arguments_are_rejected(arm, tmp_path):
         expanded(arm, ("x",))
     plain = tmp_path / "plain.urdf"
     plain.write_text("<robot name='x'/>")
-    done = run(plain, "a:=b", "--to", tmp_path / "out")
+    done = derive(plain, "a:=b", "--to", tmp_path / "out")
     assert "expected a xacro file: no other takes arguments" in done.output
-    assert "expected a xacro file before its arguments" in run("a:=b").output
+    assert "expected a xacro file before its arguments" in derive("a:=b").output
     assert (
         "it applies to files that end in .urdf"
-        in run("ur5e", "a:=b", "--to", tmp_path / "o").output
+        in derive("ur5e", "a:=b", "--to", tmp_path / "o").output
     )
 
 

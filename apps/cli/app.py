@@ -1,0 +1,84 @@
+"""The command `chasles`: its verbs, and what happens after an error."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from chasles import ChaslesError, __version__
+
+from . import calibrating, compiling, environment, pictures, solving
+from .console import err
+
+_DEFECT = "This is a defect of chasles. Please report it with the lines above and the input."
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as of every program that SIGINT ends."""
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Values take units (90deg, 250mm); without a unit they are in rad and m. "
+    "Each verb has a help with an example: [bold]chasles ik --help[/]",
+)
+for _room in (solving, pictures, compiling, calibrating, environment):
+    _room.add_to(app)
+
+
+def _show_version(is_asked: bool) -> None:
+    if is_asked:
+        print(f"chasles {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _chasles(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """Closed-form kinematics of robots: derived with SymPy, run as C, printed in LaTeX."""
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: The arguments after the program name, or None for the arguments of the process.
+
+    Returns:
+        The exit status: 0 for success, 1 after an error, 2 for wrong arguments, 130 after Ctrl-C.
+    """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A reader of a pipe receives each line immediately.
+        sys.stdout.reconfigure(line_buffering=True)
+    try:
+        app(arguments, prog_name="chasles")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 1
+    except ChaslesError as error:
+        return _failed(str(error))
+    except BrokenPipeError:
+        # The reader (head, less) closed the pipe; this avoids an error message at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception:
+        traceback.print_exc()
+        return _failed(_DEFECT)
+    return 0
+
+
+def _failed(message: str) -> int:
+    err.print(f"chasles: {message}", style="red", markup=False)
+    return 1

@@ -1,0 +1,177 @@
+"""The verbs `build`, `cache` and `doctor`."""
+
+from __future__ import annotations
+
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, metadata, version
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from chasles import ChaslesError, robots
+from chasles.contract import Manifest, read_manifest
+from chasles.library import build as compile_robot
+from chasles.library import cache_folder, find_compiler, find_folder, options_of
+
+from .console import err, print_json, say
+from .options import Base, Exact, Json, Tip, add, names
+
+_MEGABYTE = 1e6
+_PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
+_LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}\.so")
+_EXTRAS = ("cli", "derive", "files", "calibration", "study", "draw", "film", "view")
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verbs to the command line."""
+    add(app, build, "chasles build ur5e panda")
+    add(app, cache, "chasles cache --clean")
+    add(app, doctor, "chasles doctor")
+
+
+def build(
+    chosen: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[ROBOT]...",
+            help="Names, folders or descriptions. Default: all generated robots.",
+            autocompletion=names,
+        ),
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="Number of robots at once.")] = 2,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Compile robots into the cache."""
+    words = options_of(exact, parametric=False, base=base, tip=tip)
+    manifests = [read_manifest(find_folder(robot, words)) for robot in chosen or robots()]
+    # Threads suffice: the compiler does the work, in processes of its own.
+    with ThreadPoolExecutor(threads) as pool:
+        failed = 0
+        for report in pool.map(_build_one, manifests):
+            if report.failed:
+                err.print(report.line, style="red", markup=False)
+            else:
+                say(report.line)
+            failed += report.failed
+    if failed:
+        raise typer.Exit(1)
+
+
+@dataclass(frozen=True)
+class _Report:
+    line: str
+    failed: bool
+
+
+def _build_one(manifest: Manifest) -> _Report:
+    start = time.perf_counter()
+    try:
+        result = "compiled" if compile_robot(manifest) else "in the cache"
+    except ChaslesError as error:
+        return _Report(f"{manifest.name}: {error}", failed=True)
+    seconds = time.perf_counter() - start
+    return _Report(f"{manifest.name:<24} {result:<12} {seconds:7.3f} s", failed=False)
+
+
+def cache(
+    clean: Annotated[
+        bool, typer.Option("--clean", help="Remove all compiled and derived robots.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Show the folder of compiled and derived robots, and its size."""
+    folder = cache_folder()
+    entries = [path for path in sorted(folder.glob("*")) if _is_of_cache(path)]
+    files = [path for entry in entries for path in (entry, *entry.rglob("*")) if path.is_file()]
+    size = sum(path.stat().st_size for path in files)
+    for entry in entries if clean else ():
+        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    if as_json:
+        print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})
+        return
+    done = "removed from" if clean else "in"
+    say(f"{len(files)} files, {size / _MEGABYTE:.1f} MB, {done} {folder}")
+
+
+def _is_of_cache(path: Path) -> bool:
+    """Whether chasles wrote a file or folder; CHASLES_CACHE may name a folder with other files."""
+    return path.name == "derived" or bool(_LIBRARY.fullmatch(path.name))
+
+
+def doctor(as_json: Json = False) -> None:
+    """Show versions, the compiler, the cache and missing packages."""
+    found = {
+        "chasles": version("chasles"),
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "numpy": np.__version__,
+        "system": f"{platform.system()} {platform.machine()}",
+        "compiler": _compiler_state(),
+        "cache": _cache_state(cache_folder()),
+        **{f"chasles[{extra}]": _extra_state(extra) for extra in _EXTRAS},
+        **{
+            program: shutil.which(program) or f"not found; needed for {use}"
+            for program, use in _PROGRAMS.items()
+        },
+    }
+    if as_json:
+        print_json(found)
+        return
+    for name, state in found.items():
+        say(f"{name:<22} {state}")
+
+
+def _compiler_state() -> str:
+    """Return the C compiler with its version, or why there is none."""
+    try:
+        command = find_compiler().command
+    except ChaslesError as error:
+        return str(error)
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    lines = done.stdout.splitlines()
+    return f"{shlex.join(command)}: {lines[0] if lines else 'unknown version'}"
+
+
+def _cache_state(folder: Path) -> str:
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    try:
+        probe = existing / f".chasles-{time.time_ns()}"
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        return f"{folder} cannot be written ({error.strerror}); set CHASLES_CACHE"
+    return str(folder)
+
+
+def _extra_state(extra: str) -> str:
+    """Return which packages of an extra are missing."""
+    missing = [name for name in _packages(extra) if not _is_installed(name)]
+    if not missing:
+        return "installed"
+    return f"needs {', '.join(missing)}: pip install 'chasles[{extra}]'"
+
+
+def _packages(extra: str) -> list[str]:
+    marker = f'extra == "{extra}"'
+    lines = metadata("chasles").get_all("Requires-Dist") or []
+    return [line.split(";")[0].rstrip() for line in lines if marker in line.replace("'", '"')]
+
+
+def _is_installed(requirement: str) -> bool:
+    name = next(part for part in requirement.replace("[", " ").replace(">", " ").split())
+    try:
+        version(name.split("=")[0].split("<")[0])
+    except PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,73 @@
+"""Arguments and options that several verbs share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import signature
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chasles import robots
+from chasles.library import shelf
+
+
+def names() -> list[str]:
+    """Return the names of all installed robots, for completion."""
+    return sorted([*robots(), *shelf()])
+
+
+Robot = Annotated[
+    str,
+    typer.Argument(
+        help="Robot by name, robot:NAME of robot_descriptions, folder, or file: .toml, .urdf, "
+        ".xacro, MuJoCo .xml.",
+        autocompletion=names,
+    ),
+]
+Robots = Annotated[
+    list[str],
+    typer.Argument(
+        help="Robots by name, robot:NAME of robot_descriptions, or files: .toml, .urdf, .xacro "
+        "with its arguments as name:=value, MuJoCo .xml.",
+        autocompletion=names,
+    ),
+]
+Base = Annotated[
+    str | None,
+    typer.Option(metavar="LINK", help="Base link in a tree of links. Default: its root."),
+]
+Tip = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LINK",
+        help="Tip link in a tree of links. Default: the end of the longest chain.",
+    ),
+]
+Exact = Annotated[
+    bool, typer.Option("--exact", help="Take all numbers as written; do not snap rounded ones.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable result.")]
+Fixed = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="JOINT=VALUE", help="Fixed joint or redundancy parameter, such as joint7=0.5."
+    ),
+]
+Picture = Annotated[
+    Path | None, typer.Option("--to", help="Picture to write: .svg, .pdf, .png. Default: NAME.svg.")
+]
+
+
+def add(app: typer.Typer, verb: Callable[..., None], example: str, name: str = "") -> None:
+    """Add a verb to the command line; its help ends with an example."""
+    parameters = signature(verb).parameters.values()
+    needs_arguments = any(parameter.default is parameter.empty for parameter in parameters)
+    example = f"Example: [bold]{example}[/]"
+    app.command(name or None, no_args_is_help=needs_arguments, epilog=example)(verb)
+
+
+def listed(words: str) -> tuple[str, ...]:
+    """Return the words of a list that is separated by commas."""
+    return tuple(word.strip() for word in words.split(",") if word.strip())

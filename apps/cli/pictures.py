@@ -1,0 +1,189 @@
+"""The verbs `draw`, `view`, `workspace` and `pdf`."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import chasles
+from chasles import InputValueError, NotInstalledError, load
+from chasles.contract import requires
+from chasles.library import is_description, shipped_folders
+
+from .console import say, stop
+from .options import Base, Exact, Picture, Robot, Tip, add, listed
+from .values import coordinates
+
+_LATEX = ("pdflatex", "-interaction=nonstopmode", "-halt-on-error")
+_LINES = 20
+"""Number of the last lines of a LaTeX log in an error message."""
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verbs to the command line."""
+    add(app, draw, "chasles draw ur5e --to ur5e.svg")
+    add(app, view, "chasles view ur5e")
+    add(app, workspace, "chasles workspace ur5e --to reach.png")
+    add(app, pdf, "chasles pdf scara")
+
+
+def draw(
+    robot: Robot,
+    to: Picture = None,
+    q: Annotated[
+        str | None,
+        typer.Option("--q", metavar="NUMBERS", help="Coordinates. Default: a clear configuration."),
+    ] = None,
+    ghosts: Annotated[
+        bool, typer.Option("--ghosts", help="Also the nearest other solutions, in pale colors.")
+    ] = False,
+    views: Annotated[
+        str,
+        typer.Option(
+            help="front, side, top, axonometric, plane; separated by commas. Default: all."
+        ),
+    ] = "",
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Draw a robot with its joints and frames."""
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    file = to or Path(f"{arm.name}.svg")
+    at = None if q is None else coordinates(arm, q, "--q")
+    chasles.draw(arm, at, ghosts=ghosts or None, views=listed(views) or None, file=file)
+    say(f"written: {file}")
+
+
+def view(
+    robot: Robot,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a self-contained page instead.")
+    ] = None,
+    play: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Motion (.npz) or table (.csv) to play.")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port of the page. Default: any free one.")
+    ] = None,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Show a moving robot in the browser; Ctrl-C ends the view."""
+    # Other verbs do not need these imports.
+    from chasles.study.motion import Trajectory  # noqa: PLC0415
+    from chasles.view import LiveView, write_html  # noqa: PLC0415
+
+    if html and (play or port):
+        raise InputValueError("--play and --port require the live view; omit them with --html")
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    if html:
+        write_html(arm, html)
+        say(f"written: {html}")
+        return
+    trajectory = Trajectory.load(play, arm) if play else None
+    file = Path(robot) if is_description(Path(robot)) else None
+    shown = LiveView(arm, port=port, urdf=file, trajectory=trajectory)
+    say(f"{arm.name}: {shown.address} (Ctrl-C stops it)")
+    try:
+        shown.wait()
+    except KeyboardInterrupt:
+        return
+    finally:
+        shown.close()
+
+
+def workspace(
+    robot: Robot,
+    to: Picture = None,
+    samples: Annotated[int, typer.Option(min=1, help="Number of configurations.")] = 1_000_000,
+    sampling: Annotated[
+        Literal["sobol", "uniform", "grid"], typer.Option(help="Kind of samples.")
+    ] = "sobol",
+    resolution: Annotated[
+        int, typer.Option(min=1, help="Number of cells along the longest side.")
+    ] = 100,
+    rng: Annotated[int, typer.Option(help="Seed of random samples.")] = 0,
+    threads: Annotated[str, typer.Option(help="Number of threads, or all.")] = "all",
+    no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Sample the positions that the tool reaches.
+
+    A file that ends in .npz holds the counts of all cells instead of a picture.
+    """
+    from chasles import study  # noqa: PLC0415
+
+    if threads != "all" and not threads.isdecimal():
+        raise InputValueError(f"--threads: expected a number or all, got {threads!r}")
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    found = study.workspace(
+        arm,
+        samples,
+        sampling=sampling,
+        resolution=resolution,
+        rng=rng,
+        threads="all" if threads == "all" else int(threads),
+        progress=False if no_progress else None,
+    )
+    say(str(found))
+    file = to or Path(f"{arm.name}_workspace.svg")
+    if file.suffix == ".npz":
+        found.save(file)
+    else:
+        found.plot().figure.savefig(file, dpi=200, bbox_inches="tight")
+    say(f"written: {file}")
+
+
+def pdf(
+    robot: Robot,
+    to: Annotated[Path | None, typer.Option(help="File to write. Default: NAME.pdf.")] = None,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Print the article of a robot, with all its equations.
+
+    Needs pdflatex (Debian: texlive-latex-extra and lmodern).
+    """
+    if shutil.which(_LATEX[0]) is None:
+        raise NotInstalledError(
+            "pdflatex is not installed (Debian: apt install texlive-latex-extra lmodern)",
+            name=_LATEX[0],
+        )
+    with tempfile.TemporaryDirectory() as build:
+        article = _article(robot, Path(build), base=base, tip=tip, exact=exact)
+        command = [*_LATEX, f"-output-directory={build}", article.name]
+        done = subprocess.run(command, cwd=article.parent, capture_output=True, check=False)
+        if done.returncode:
+            log = done.stdout.decode(errors="replace").splitlines()[-_LINES:]
+            stop("\n".join([f"{article.name}: pdflatex failed", *log]))
+        file = to or Path(f"{article.stem}.pdf")
+        shutil.copyfile(Path(build) / f"{article.stem}.pdf", file)
+    say(f"written: {file}")
+
+
+def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
+    """Return the article of a generated robot; derive that of another robot."""
+    generated = shipped_folders().get(robot)
+    if generated:
+        return generated / f"{robot}.tex"
+    folder = Path(robot)
+    if folder.is_dir():
+        article = folder / f"{folder.resolve().name}.tex"
+        if not article.is_file():
+            stop(f"{folder}: has no article; derive the robot with latex among its languages")
+        return article
+    with requires("chasles[derive]"):
+        from chasles.derive import read, write  # noqa: PLC0415
+    described = read(robot, base=base, tip=tip, exact=exact)
+    write(described, build / described.name, languages=["latex"])
+    return build / described.name / f"{described.name}.tex"

@@ -1,0 +1,261 @@
+"""The verbs `fk`, `ik`, `info` and `list`."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import typer
+
+import chasles
+from chasles import InputValueError, load, robots, se3
+from chasles.contract import Argument, Manifest, read_manifest
+from chasles.library import find_folder, options_of, shelf, shipped_folders
+
+from .console import print_json, say
+from .options import Base, Exact, Fixed, Json, Robot, Tip, add
+from .values import (
+    FloatArray,
+    coordinates,
+    fixed_values,
+    shown,
+    shown_unit,
+    values,
+)
+
+_XYZ = ("x", "y", "z")
+_QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the verbs to the command line."""
+    add(app, fk, "chasles fk ur5e --q 0,-90deg,90deg,0,90deg,0")
+    add(app, ik, "chasles ik ur5e --xyz 300mm,100mm,500mm --rpy 180deg,0,0")
+    add(app, info, "chasles info panda")
+    add(app, list_robots, "chasles list --json", "list")
+
+
+def fk(
+    robot: Robot,
+    q: Annotated[
+        str | None,
+        typer.Option(
+            "--q", metavar="NUMBERS", help="Coordinates. Default: the reference configuration."
+        ),
+    ] = None,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+    as_json: Json = False,
+) -> None:
+    """Compute the pose of the tool."""
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    at = coordinates(arm, q, "--q")
+    T = np.asarray(arm.fk(at))
+    if as_json:
+        print_json({"robot": arm.name, "q": at.tolist(), "T": T.tolist()})
+        return
+    say(f"{arm.name}: pose of {arm.tip_frame} in {arm.base_frame}")
+    say(f"at {_configuration(arm, at)}\n")
+    for row in T:
+        say("  ".join(f"{_plain(number, 8):12.8f}" for number in row))
+    p, angles, quaternion = se3.to_xyz(T), se3.to_rpy(T), se3.to_quat(T, order="wxyz")
+    say(f"\nxyz [mm]    {_row(p, 'm')}")
+    say(f"rpy [deg]   {_row(angles, 'rad')}")
+    say(f"quat (wxyz) {'  '.join(f'{_plain(number, 8):12.8f}' for number in quaternion)}")
+
+
+def ik(
+    robot: Robot,
+    xyz: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position of the tool.")],
+    rpy: Annotated[
+        str | None,
+        typer.Option(metavar="R,P,Y", help="Roll, pitch and yaw of the tool, as in URDF."),
+    ] = None,
+    quat: Annotated[
+        str | None, typer.Option(metavar="NUMBERS", help="Quaternion of the tool; needs --order.")
+    ] = None,
+    order: Annotated[
+        Literal["wxyz", "xyzw"] | None, typer.Option(help="Order of the elements of --quat.")
+    ] = None,
+    rotvec: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Axis times angle of the tool.")
+    ] = None,
+    fixed: Fixed = None,
+    task: Annotated[
+        Literal["pose", "position"], typer.Option(help="What the tool reaches.")
+    ] = "pose",
+    q_seed: Annotated[
+        str | None,
+        typer.Option(metavar="NUMBERS", help="Sort by the distance from these coordinates."),
+    ] = None,
+    nearest: Annotated[
+        bool, typer.Option("--nearest", help="Only the solution nearest to --q-seed.")
+    ] = False,
+    numeric: Annotated[
+        bool, typer.Option("--numeric", help="Iterate; for robots without a closed form.")
+    ] = False,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+    as_json: Json = False,
+) -> None:
+    """Compute all configurations with a given pose of the tool.
+
+    The exit status is 1 if there is no solution within the limits.
+    """
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    T = _pose(xyz, rpy, quat, order, rotvec)
+    seed = None if q_seed is None else coordinates(arm, q_seed, "--q-seed")
+    values_of_fixed = fixed_values(arm, fixed or ()) or None
+    found, reason = _solutions(arm, T, task, seed, values_of_fixed, nearest, numeric)
+    inside = np.array([bool(arm.is_within_limits(row)) for row in found], dtype=bool)
+    if as_json:
+        rows = zip(found.tolist(), inside.tolist(), strict=True)
+        solutions = [{"q": row, "within_limits": is_inside} for row, is_inside in rows]
+        print_json({"robot": arm.name, "T": T.tolist(), "solutions": solutions, "reason": reason})
+    else:
+        _print_solutions(arm, found, inside, reason)
+    if not inside.any():
+        raise typer.Exit(1)
+
+
+def _solutions(
+    arm: chasles.Robot,
+    T: FloatArray,
+    task: Literal["pose", "position"],
+    seed: FloatArray | None,
+    fixed: dict[str, float] | None,
+    nearest: bool,
+    numeric: bool,
+) -> tuple[FloatArray, str]:
+    """Return solutions (k, n), and the reason if there is none."""
+    if numeric:
+        return _single(arm.ik_numeric(T, seed, fixed=fixed), arm.n)
+    if nearest:
+        if seed is None:
+            raise InputValueError("--nearest: expected --q-seed, too")
+        return _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), arm.n)
+    solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
+    if seed is not None:
+        solutions = solutions.sorted_by_distance(seed)
+    found = np.asarray(solutions.valid_q())
+    return found, "" if len(found) else "out of reach"
+
+
+def _single(solution: Any, n: int) -> tuple[FloatArray, str]:
+    found = solution.q[None] if solution.valid else np.empty((0, n))
+    return found, str(solution.reason)
+
+
+def _pose(
+    xyz: str,
+    rpy: str | None,
+    quat: str | None,
+    order: Literal["wxyz", "xyzw"] | None,
+    rotvec: str | None,
+) -> FloatArray:
+    if quat is not None and order is None:
+        raise InputValueError("--quat: expected --order wxyz or --order xyzw, too")
+    angles, plain = ["rad"] * 3, [""] * 4
+    turn: dict[str, Any] = {
+        "rpy": None if rpy is None else values(rpy, angles, ("roll", "pitch", "yaw"), "--rpy"),
+        "rotvec": None if rotvec is None else values(rotvec, angles, _XYZ, "--rotvec"),
+        "quat": None if quat is None else values(quat, plain, _QUATERNIONS[str(order)], "--quat"),
+    }
+    p = values(xyz, ["m"] * 3, _XYZ, "--xyz")
+    return se3.pose(p, **turn, order=order if quat else None)
+
+
+def _print_solutions(arm: chasles.Robot, found: FloatArray, inside: Any, reason: str) -> None:
+    if not len(found):
+        say(f"{arm.name}: no solution ({reason})")
+        return
+    plural = "" if len(found) == 1 else "s"
+    say(f"{arm.name}: {len(found)} solution{plural}, {int(inside.sum())} within the limits\n")
+    heads = [f"{one.name} [{shown_unit(one.unit)}]" for one in arm.coordinates]
+    widths = [max(12, len(head)) for head in heads]
+    say("  ".join(head.rjust(width) for head, width in zip(heads, widths, strict=True)))
+    for row, is_inside in zip(found, inside, strict=True):
+        cells = [
+            shown(number, one.unit).rjust(width)
+            for number, one, width in zip(row, arm.coordinates, widths, strict=True)
+        ]
+        say("  ".join([*cells, "" if is_inside else "outside the limits"]).rstrip())
+
+
+def _configuration(arm: chasles.Robot, q: FloatArray) -> str:
+    pairs = zip(arm.coordinates, q, strict=True)
+    return ", ".join(
+        f"{one.name} {float(shown(x, one.unit)):g} {shown_unit(one.unit)}" for one, x in pairs
+    )
+
+
+def _plain(number: float, digits: int) -> float:
+    """Return a rounded number, without the sign of -0."""
+    return round(float(number), digits) + 0.0
+
+
+def _row(numbers: FloatArray, unit: str) -> str:
+    return "  ".join(shown(float(number), unit).rjust(12) for number in numbers)
+
+
+def info(
+    robot: Robot, base: Base = None, tip: Tip = None, exact: Exact = False, as_json: Json = False
+) -> None:
+    """Show coordinates, parameters and functions of a robot."""
+    words = options_of(exact, parametric=False, base=base, tip=tip)
+    manifest = read_manifest(find_folder(robot, words))
+    if as_json:
+        print((manifest.folder / "manifest.json").read_text(encoding="utf-8"))
+        return
+    say("\n".join([f"{manifest.name}: {manifest.title}", manifest.source, *manifest.notes, ""]))
+    say(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
+    for coordinate in manifest.coordinates:
+        limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"
+        say(f"    {coordinate.name:<20} {coordinate.kind:<10} {limits} {coordinate.unit}")
+    _say_loops(manifest)
+    say("\nparameters:")
+    for parameter in manifest.parameters:
+        number = f"{parameter.value:.10g} {parameter.unit}"
+        say(f"    {parameter.name:<20} {number:<20} {parameter.meaning}")
+    say("\nfunctions:")
+    for function in manifest.functions:
+        counts = ", ".join(f"{n} {kind}" for kind, n in function.operations.items() if n)
+        say(f"    {function.name}({_arguments(function.inputs)})")
+        say(f"        -> {_arguments(function.outputs)}")
+        say(f"        {function.summary}\n        {counts}")
+
+
+def _say_loops(manifest: Manifest) -> None:
+    if not manifest.loops.solution:
+        return
+    joints = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.chain)
+    passive = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.passive)
+    say(f"\nloops ({manifest.loops.solution}): {', '.join(manifest.loops.names)}")
+    say(f"    main chain (theta): {joints}\n    passive: {passive or 'none'}")
+
+
+def list_robots(as_json: Json = False) -> None:
+    """List the robots that can be loaded by name."""
+    generated = {name: read_manifest(folder).title for name, folder in shipped_folders().items()}
+    texts = {name: file.read_text(encoding="utf-8") for name, file in shelf().items()}
+    derived = {name: str(tomllib.loads(text)["title"]) for name, text in texts.items()}
+    if as_json:
+        print_json({"generated": generated, "derived_on_first_use": derived})
+        return
+    for name in robots():
+        say(f"{name:<24} {generated[name]}")
+    say("\nderived on first use:")
+    for name, title in derived.items():
+        say(f"{name:<24} {title}")
+
+
+def _limit(limit: float | None, sign: str) -> str:
+    return f"{sign}inf" if limit is None else f"{limit:.6g}"
+
+
+def _arguments(arguments: Sequence[Argument]) -> str:
+    return ", ".join(f"{item.name} {list(item.shape)} [{item.unit}]" for item in arguments)

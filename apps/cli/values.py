@@ -1,0 +1,89 @@
+"""Numbers with units on the command line: "90deg", "250mm"."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError, Robot
+
+FloatArray = NDArray[np.float64]
+ANGLE, LENGTH = "rad", "m"
+_UNITS = {
+    "rad": (ANGLE, 1.0),
+    "deg": (ANGLE, math.pi / 180),
+    "°": (ANGLE, math.pi / 180),
+    "m": (LENGTH, 1.0),
+    "cm": (LENGTH, 0.01),
+    "mm": (LENGTH, 0.001),
+}
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)", re.IGNORECASE)
+
+
+def value(text: str, unit: str, name: str) -> float:
+    """Return a number in a unit (rad, m, or an empty text for a plain number).
+
+    Raises:
+        InputValueError: The text is no number, or its unit belongs to another quantity.
+    """
+    match = _NUMBER.fullmatch(text.strip())
+    quantity, factor = _UNITS.get(match[2].lower(), ("", 1.0)) if match else ("", 1.0)
+    if match is None or (match[2] and quantity != unit):
+        units = ", ".join(short for short, (kind, _) in _UNITS.items() if kind == unit)
+        expected = f"a number in {units}" if units else "a number"
+        raise InputValueError(f"{name}: expected {expected}, got {text!r}")
+    return float(match[1]) * factor
+
+
+def values(text: str, units: Sequence[str], names: Sequence[str], option: str) -> FloatArray:
+    """Return the numbers of a list that is separated by commas or spaces.
+
+    Raises:
+        InputValueError: The list has the wrong length, or one of its words is no number.
+    """
+    words = [word for word in re.split(r"[,\s]+", text.strip()) if word]
+    if len(words) != len(units):
+        raise InputValueError(
+            f"{option}: expected {len(units)} numbers ({', '.join(names)}), got {len(words)}"
+        )
+    given = zip(words, units, names, strict=True)
+    return np.array([value(word, unit, f"{option}, {name}") for word, unit, name in given])
+
+
+def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
+    """Return the coordinates (n,) of a robot; its reference coordinates without a text."""
+    if text is None:
+        return np.asarray(robot.q_reference, dtype=np.float64)
+    units = [one.unit for one in robot.coordinates]
+    return values(text, units, robot.coordinate_names, option)
+
+
+def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
+    """Return the values of fixed joints and redundancy parameters, by name.
+
+    Raises:
+        InputValueError: A word is not NAME=VALUE.
+    """
+    units = {one.name: one.unit for one in (*robot.coordinates, *robot.chain_joints)}
+    found = {}
+    for word in words:
+        name, separator, text = word.partition("=")
+        if not separator:
+            raise InputValueError(f"--fixed: expected JOINT=VALUE, got {word!r}")
+        found[name.strip()] = value(text, units.get(name.strip(), ANGLE), f"--fixed {name}")
+    return found
+
+
+def shown(number: float, unit: str) -> str:
+    """Return a number in degrees or millimeters, to read."""
+    scaled = math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
+    return f"{round(float(scaled), 4) + 0.0:.4f}"
+
+
+def shown_unit(unit: str) -> str:
+    """Return the unit in which `shown` prints a number."""
+    return {ANGLE: "deg", LENGTH: "mm"}.get(unit, unit)

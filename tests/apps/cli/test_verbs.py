@@ -1,0 +1,202 @@
+"""The verbs of the command line: what they print, write and refuse."""
+
+import json
+import math
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.cli.app import app
+from chasles.cli.values import value
+from chasles.derive import derive, read, template
+from tests.support.command_line import run
+
+ROOT = Path(__file__).parents[3]
+KINDS = ("arm", "dh", "mechanism")
+
+
+def test_forward_kinematics_equal_those_of_python():
+    arm = chasles.load("ur5e")
+    q = [0.1, -1.2, 1.3, 0.2, 0.4, -0.3]
+    words = ",".join(f"{math.degrees(x)!r}deg" for x in q)
+    printed = json.loads(run("fk", "ur5e", "--q", words, "--json").stdout)
+    np.testing.assert_allclose(printed["T"], arm.fk(q), atol=1e-15)
+    np.testing.assert_allclose(printed["q"], q, atol=1e-15)
+
+
+def test_text_of_forward_kinematics_names_frames_and_units():
+    done = run("fk", "scara", "--q", "90deg,0,50mm,0")
+    assert done.exit_code == 0
+    assert "pose of ee in 0" in done.stdout
+    assert "shoulder 90 deg, elbow 0 deg, quill 50 mm, flange 0 deg" in done.stdout
+    xyz = next(line for line in done.stdout.splitlines() if line.startswith("xyz [mm]"))
+    assert [float(word) for word in xyz.split()[2:]] == [0, 800, 877 - 50 - 200]
+
+
+@pytest.mark.parametrize(
+    "turn",
+    [("--rpy", "180deg,0,0"), ("--rotvec", "180deg,0,0"), ("--quat", "1,0,0,0", "--order", "xyzw")],
+    ids=["rpy", "rotvec", "quat"],
+)
+def test_inverse_kinematics_print_all_solutions_of_the_pose(turn):
+    done = run("ik", "ur5e", "--xyz", "300mm,0.1,500mm", *turn, "--json")
+    printed = json.loads(done.stdout)
+    q = np.array([one["q"] for one in printed["solutions"]])
+    assert done.exit_code == 0
+    assert len(q) == 8
+    T = np.diag([1.0, -1, -1, 1])
+    T[:3, 3] = 0.3, 0.1, 0.5
+    np.testing.assert_allclose(
+        chasles.load("ur5e").fk(q), np.broadcast_to(T, (8, 4, 4)), atol=1e-12
+    )
+
+
+def test_nearest_solution_is_the_first_of_the_sorted_ones():
+    words = ("ik", "ur5e", "--xyz", "0.3,0.1,0.5", "--rpy", "180deg,0,0", "--q-seed", "1,1,1,1,1,1")
+    all_of_them = json.loads(run(*words, "--json").stdout)["solutions"]
+    nearest = json.loads(run(*words, "--nearest", "--json").stdout)["solutions"]
+    assert len(nearest) == 1
+    # The nearest solution may be full turns away from the sorted one.
+    turns = np.subtract(nearest[0]["q"], all_of_them[0]["q"]) / (2 * np.pi)
+    np.testing.assert_allclose(turns, turns.round(), atol=1e-12)
+
+
+def test_fixed_joint_takes_a_value_with_a_unit():
+    words = ("ik", "panda", "--xyz", "0.4,0,0.4", "--rpy", "180deg,0,0", "--json")
+    solutions = json.loads(run(*words, "--fixed", "joint7=45deg").stdout)["solutions"]
+    assert solutions
+    assert {one["q"][6] for one in solutions} == {math.pi / 4}
+
+
+def test_pose_out_of_reach_is_stated_with_status_1():
+    done = run("ik", "ur5e", "--xyz", "3,0,0", "--rpy", "0,0,0")
+    assert done.exit_code == 1
+    assert done.stdout == "ur5e: no solution (out of reach)\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("fk", "ur5e", "--q", "1,2"), "--q: expected 6 numbers (shoulder_pan, shoulder_lift"),
+        (("fk", "ur5e", "--q", "1mm,0,0,0,0,0"), "--q, shoulder_pan: expected a number in rad"),
+        (("fk", "ur5e", "--q", "one,0,0,0,0,0"), "got 'one'"),
+        (("fk", "ur5ee"), "no robot named 'ur5ee'; did you mean ur5e"),
+        (("ik", "ur5e", "--xyz", "0,0,0", "--quat", "1,0,0,0"), "--quat: expected --order"),
+        (("ik", "ur5e", "--xyz", "0,0,0", "--nearest"), "--nearest: expected --q-seed"),
+        (("ik", "panda", "--xyz", "0,0,0", "--fixed", "joint7"), "expected JOINT=VALUE"),
+        (("draw", "ur5e", "--views", "behind"), "behind"),
+        (("view", "ur5e", "--html", "a.html", "--port", "1"), "--play and --port require"),
+        (("derive", "missing.toml", "--to", "out"), "missing.toml: no such file"),
+        (("pdf", "missing.toml"), "missing.toml"),
+    ],
+)
+def test_error_is_one_sentence_with_status_1(words, message):
+    if words[0] == "pdf" and shutil.which("pdflatex") is None:
+        pytest.skip("missing program pdflatex")
+    done = run(*words)
+    assert done.exit_code == 1
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_defect_prints_a_traceback_and_where_to_report_it(monkeypatch):
+    monkeypatch.setattr("chasles.cli.solving.load", lambda *_, **__: 1 / 0)
+    done = run("fk", "ur5e")
+    assert done.exit_code == 1
+    assert "ZeroDivisionError" in done.stderr
+    assert "Please report it" in done.stderr
+
+
+@pytest.mark.parametrize("words", [("dervie",), ("fk", "ur5e", "--qq", "1"), ("new", "arms")])
+def test_wrong_argument_has_status_2_and_a_hint(words):
+    done = run(*words)
+    assert done.exit_code == 2
+    assert "derive" in done.stderr or "--q" in done.stderr or "'arm'" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "verb", sorted(command.name or command.callback.__name__ for command in app.registered_commands)
+)
+def test_each_verb_has_a_help_with_an_example(verb):
+    done = run(verb, "--help")
+    assert done.exit_code == 0
+    assert f"Example: chasles {verb}" in done.stdout
+
+
+@pytest.mark.parametrize("words", [(), ("derive",), ("ik",), ("explain",)], ids=" ".join)
+def test_command_without_arguments_prints_its_help(words):
+    done = run(*words)
+    assert done.exit_code == 2
+    assert "Usage: chasles" in done.output
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_template_derives_without_notes_and_has_an_inverse(kind, tmp_path):
+    file = tmp_path / f"{kind}.toml"
+    assert run("new", kind, "--to", file).exit_code == 0
+    robot = read(file)
+    assert robot.notes == ()
+    names = [function.name for function in derive(robot).functions]
+    assert {"ik", "ik_position", "actuators"} & set(names)
+    assert run("new", kind, "--to", file).exit_code == 1
+    assert file.read_text() == template(kind)
+
+
+def test_unknown_template_is_refused():
+    with pytest.raises(chasles.InputValueError, match="expected one of arm, dh, mechanism"):
+        template("leg")
+
+
+def test_cache_is_emptied_without_touching_other_files(tmp_path, monkeypatch):
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path))
+    library = tmp_path / f"ur5e-{'0' * 32}.so"
+    other = tmp_path / "thesis.tex"
+    derived = tmp_path / "derived" / "arm" / "manifest.json"
+    derived.parent.mkdir(parents=True)
+    for file in (library, other, derived):
+        file.write_text("12345")
+    assert json.loads(run("cache", "--json").stdout) == {
+        "folder": str(tmp_path),
+        "files": 2,
+        "bytes": 10,
+        "removed": False,
+    }
+    assert "removed from" in run("cache", "--clean").stdout
+    assert list(tmp_path.iterdir()) == [other]
+
+
+def test_doctor_names_compiler_cache_and_missing_packages(monkeypatch):
+    monkeypatch.setattr("chasles.cli.environment._is_installed", lambda name: "viser" not in name)
+    monkeypatch.setenv("CC", "no_such_compiler")
+    states = json.loads(run("doctor", "--json").stdout)
+    assert "no C compiler" in states["compiler"]
+    assert states["chasles[view]"] == "needs viser>=1.1: pip install 'chasles[view]'"
+    assert states["chasles[derive]"] == "installed"
+
+
+def test_every_extra_of_doctor_is_one_of_the_package():
+    from chasles.cli.environment import _EXTRAS, _packages
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert set(_EXTRAS) <= set(project["optional-dependencies"])
+    assert all(_packages(extra) for extra in _EXTRAS)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("90deg", "rad", math.pi / 2),
+        ("-1.5", "rad", -1.5),
+        ("250 mm", "m", 0.25),
+        ("2.5e1cm", "m", 0.25),
+        ("1", "", 1.0),
+    ],
+)
+def test_number_with_a_unit_is_converted(text, unit, expected):
+    assert value(text, unit, "x") == pytest.approx(expected, rel=1e-15)

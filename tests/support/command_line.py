@@ -1,0 +1,34 @@
+"""Runs the command line in this process."""
+
+import contextlib
+import io
+from dataclasses import dataclass
+from unittest.mock import patch
+
+from chasles.cli.app import run as run_command
+
+WIDTH = "200"
+"""Columns of the terminal, so that messages are not wrapped."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """The exit status and the printed text of a command."""
+
+    exit_code: int
+    stdout: str
+    stderr: str
+
+    @property
+    def output(self) -> str:
+        """The text of both streams."""
+        return self.stdout + self.stderr
+
+
+def run(*words: object) -> Done:
+    """Runs ``chasles`` with words after the program name."""
+    out, err = io.StringIO(), io.StringIO()
+    environment = patch.dict("os.environ", {"COLUMNS": WIDTH, "TERM": "dumb", "NO_COLOR": "1"})
+    with environment, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = run_command([str(word) for word in words])
+    return Done(status, out.getvalue(), err.getvalue())
