@@ -1,0 +1,92 @@
+"""Arms with prismatic joints: gantries, machine tools, cranes and planar arms."""
+
+import random
+from collections.abc import Sequence
+
+from chasles.derive import SerialRobot, read_text
+
+DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
+ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
+"""Directions normal to y."""
+BESIDE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
+"""Directions normal to the parallel axes, which are along y."""
+HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
+
+
+def robot(
+    kinds: str, directions: Sequence[Sequence[float]], seed: int, *, meeting: bool = False
+) -> SerialRobot:
+    """Returns a robot of joints R and P; lengths may be round, adjacent axes may intersect."""
+    draw = random.Random(seed)
+
+    def point() -> list[float]:
+        if seed % 2:
+            return [draw.choice((0, 0, 100, -200, 300)) for _ in range(3)]
+        return [round(draw.uniform(-300, 300), 1) for _ in range(3)]
+
+    lines = [f"{HEAD}tool = {{ xyz = {point()}, rpy = [90, 0, 30] }}"]
+    for k, (kind, direction) in enumerate(zip(kinds, directions, strict=True)):
+        name = "revolute" if kind == "R" else "prismatic"
+        lines += ["[[joints]]", f'name = "j{k}"', f'type = "{name}"']
+        meets = meeting and kinds[:k].endswith("R") and kind == "R"
+        lines += [f"xyz = {[0, 0, 0] if meets else point()}", f"axis = {direction}"]
+    return read_text("\n".join(lines))
+
+
+def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
+    """Returns an arm of revolute (R) and prismatic (P) joints.
+
+    Args:
+        kinds: The joint types.
+        seed: 1 gives axes along the base axes and round lengths. Larger seeds give revolute axes in
+            any direction; odd seeds give round lengths.
+        meeting: Whether adjacent revolute axes intersect; prismatic axes are along the base axes.
+    """
+    draw = random.Random(f"{kinds}{seed}")
+    turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
+    if seed > 1:
+        turns = [_direction(draw) for _ in range(3)]
+        slides = slides if meeting else [_direction(draw) for _ in range(3)]
+    directions = [(turns if kind == "R" else slides).pop() for kind in kinds]
+    return robot(kinds, directions, seed, meeting=meeting)
+
+
+def planar(kinds: str, seed: int) -> SerialRobot:
+    """Returns an arm with parallel revolute axes (R).
+
+    T denotes a prismatic joint normal to the revolute axes, and L a joint parallel to them.
+    """
+    draw = random.Random(seed)
+    directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
+    return robot(kinds.replace("L", "P").replace("T", "P"), directions, seed)
+
+
+def _direction(draw: random.Random) -> list[float]:
+    return [round(draw.uniform(-1, 1), 2) for _ in range(3)]
+
+
+def crane(order: str, *, hand: bool, round_numbers: bool, seed: int) -> SerialRobot:
+    """Returns an arm of random geometry, with its tool on or off the last axis."""
+    draw = random.Random(seed)
+
+    def length(share: float) -> float:
+        if round_numbers:
+            return draw.choice((0, 0, 100, 300, 500, -200))
+        return round(draw.uniform(-share, share), 1)
+
+    def point(share: float) -> list[float]:
+        return [length(share) for _ in range(3)]
+
+    axes = [("slew", "revolute", (0, 0, 1))]
+    for k, letter in enumerate(order):
+        kind = "revolute" if letter == "R" else "prismatic"
+        axes.append((f"plane_{k}", kind, (0, 1, 0) if letter == "R" else draw.choice(BESIDE)))
+    if hand:
+        axes.append(("hand", "revolute", draw.choice(BESIDE)))
+    lines = [HEAD]
+    for name, kind, axis in axes:
+        lines += ["[[joints]]", f'name = "{name}"', f'type = "{kind}"']
+        lines += [f"xyz = {point(500)}", f"axis = {list(axis)}"]
+    on_axis = draw.random() < 0.5
+    tool = f"xyz = {point(300)}" if not on_axis else "xyz = [0, 0, 0]"
+    return read_text("\n".join([*lines[:1], f"tool = {{ {tool} }}", *lines[1:]]))
