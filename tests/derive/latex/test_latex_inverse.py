@@ -23,10 +23,13 @@ from tests.support.derivations import (
     every_branch,
     kernels,
 )
+from tests.support.printed_robots import FUNCTIONS as PRINTED_FUNCTIONS
 from tests.support.printed_robots import named_wrist
 
 TRUE = 1e-10
 """Tolerance of textbook formulas, which lose the last digits."""
+FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
+"""Functions of an article and the inverse, which the article then prints without deriving it."""
 INSIDE = 1e-3
 """Margin above which angles are accurate to the preceding tolerance."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
@@ -182,7 +185,7 @@ QUARTIC = {
 @pytest.mark.parametrize("kind", QUARTIC)
 def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
     text = ARM.format(re.sub(r"=(-?[\d.]+)", r"='\1'", QUARTIC[kind]).replace("=", " = "))
-    found = derive(read_text(text, file="arm.toml"), functions=["fk", "ik"])
+    found = derive(read_text(text, file="arm.toml"), functions=FUNCTIONS)
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
     names = [function.name for function in found.functions]
@@ -196,7 +199,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
     """Constants of six named tilts are printed with the names of their components."""
-    found = derive(named_wrist(), functions=["fk", "ik"])
+    found = derive(named_wrist(), functions=FUNCTIONS)
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
     made = dict(zip((f.name for f in found.functions), lower(found.functions, "arm"), strict=True))
