@@ -7,6 +7,7 @@ true axes are close enough to the nominal axes, some branch converges to the sam
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -55,12 +56,16 @@ class Sampled:
         branches = _branches(kernel, nominal, T, q[:, list(given)])
         return cls(arm, given, q, T, tuple(branches))
 
+    @cached_property
+    def refined(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Each branch after Newton's method: coordinates (N, n) and pose errors (N,)."""
+        return tuple(_polished(self.arm, self.T, start, self.given) for start, _ in self.branches)
+
     @property
     def share_led(self) -> float:
         """Fraction (0 to 1) of configurations recovered from the nominal solutions."""
         led = np.zeros(len(self.q), dtype=bool)
-        for start, _ in self.branches:
-            found, left = _polished(self.arm, self.T, start, self.given)
+        for found, left in self.refined:
             led |= (left < LED_BACK) & (_apart(found, self.q).max(-1) < LED_BACK)
         return float(led.mean())
 
@@ -72,8 +77,7 @@ class Sampled:
         """
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]
-        for start, residual in self.branches:
-            found, left = _polished(self.arm, self.T, start, self.given)
+        for (start, residual), (found, left) in zip(self.branches, self.refined, strict=True):
             is_led = (residual < LED_BACK) & (left < LED_BACK)
             moves.append(_apart(found, start)[is_led][:, turns].max(-1, initial=0.0))
         moved = np.concatenate(moves)
