@@ -25,8 +25,8 @@ OLD_PROCESSOR = {
 The kernels selected here run on all processors, and round differently.
 """
 
-DERIVED = ("jaco2", "five_bar")
-"""An arm with an iterative inverse, and a mechanism with a loop.
+DERIVED = ("five_bar",)
+"""A mechanism with a loop.
 
 `make check-generated` and .ci/run derive all robots in this way.
 """

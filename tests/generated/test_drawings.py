@@ -3,6 +3,7 @@
 import math
 import re
 import subprocess
+from functools import cache
 
 import pytest
 import sympy as sp
@@ -22,7 +23,7 @@ from tests.support.waiting import SECONDS
 
 ACROSS, LYING = Rotation("x", sp.pi / 2), Rotation("x", -sp.pi / 2)
 ALONG_X = Rotation("y", sp.pi / 2)
-DOCUMENT = r"""\documentclass{standalone}
+DOCUMENT = r"""\documentclass[multi=tikzpicture]{standalone}
 \pdfcompresslevel=0 \pdfobjcompresslevel=0
 %s
 \begin{document}
@@ -208,6 +209,13 @@ MECHANISMS = {
 every = pytest.mark.parametrize("name", MECHANISMS)
 
 
+@cache
+def pictured(name):
+    """Returns a mechanism, its reference values, and its drawing."""
+    robot, values = MECHANISMS[name]()
+    return robot, values, drawn(robot, values)
+
+
 def bodies(robot, values):
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     rigid = RigidBodies(robot, terms, values)
@@ -228,8 +236,7 @@ def on_paper(robot, values):
 
 @every
 def test_drawing_is_insensitive_to_rounding(name):
-    robot, values = MECHANISMS[name]()
-    text = drawn(robot, values)
+    robot, values, text = pictured(name)
     assert text == drawn(robot, {key: v * (1 + 1e-13) + 1e-13 for key, v in values.items()})
     assert text == drawn(robot, {key: v * (1 - 1e-13) - 1e-13 for key, v in values.items()})
     assert "-0)" not in text
@@ -239,8 +246,7 @@ def test_drawing_is_insensitive_to_rounding(name):
 
 @every
 def test_drawing_labels_actuated_but_not_platform_coordinates(name):
-    robot, values = MECHANISMS[name]()
-    text = drawn(robot, values)
+    robot, _, text = pictured(name)
     for k, coordinate in enumerate(robot.coordinates, 1):
         assert f"{{$q_{{{k}}}$ {escape(coordinate.name)}}};" in text
     named = re.findall(r"\\node\[name,anchor=[a-z ]+\] at \S+ \{(.*)\};", text)
@@ -249,8 +255,7 @@ def test_drawing_labels_actuated_but_not_platform_coordinates(name):
 
 @every
 def test_closures_and_struts_are_drawn(name):
-    robot, values = MECHANISMS[name]()
-    text = drawn(robot, values)
+    robot, values, text = pictured(name)
     rigid, paper, _ = on_paper(robot, values)
 
     def place(frame):
@@ -287,11 +292,11 @@ def test_robots_stand_upright_in_their_plane(name):
     assert paper.along([1, 0, 0])[0] > 0
 
 
-@every
 @needs("pdflatex")
-def test_drawings_compile_and_fit_the_page(name, tmp_path):
-    robot, values = MECHANISMS[name]()
-    (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, drawn(robot, values)))
+def test_drawings_compile_and_fit_the_page(tmp_path):
+    """All drawings are compiled in one run; each is a page of the document."""
+    pictures = "".join(pictured(name)[2] for name in MECHANISMS)
+    (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, pictures))
     run = subprocess.run(
         ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
         cwd=tmp_path,
@@ -300,11 +305,14 @@ def test_drawings_compile_and_fit_the_page(name, tmp_path):
         timeout=SECONDS,
     )
     assert run.returncode == 0, run.stdout.decode(errors="replace")[-2000:]
-    box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", (tmp_path / "robot.pdf").read_bytes())
-    w, h = (float(size) / 72 * 254 for size in box.groups())
-    assert w <= WIDTH + 10
-    assert h <= HEIGHT + 10
-    assert max(w / WIDTH, h / HEIGHT) > 0.75
+    pdf = (tmp_path / "robot.pdf").read_bytes()
+    pages = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
+    assert len(pages) == len(MECHANISMS)
+    for page in pages:
+        w, h = (float(size) / 72 * 254 for size in page)
+        assert w <= WIDTH + 10
+        assert h <= HEIGHT + 10
+        assert max(w / WIDTH, h / HEIGHT) > 0.75
 
 
 def test_drawing_is_independent_of_waist_angle():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from chasles.derive import read
+import chasles
 from tests.support.compiling import compiled
-from tests.support.derivations import ROBOTS
+from tests.support.derivations import robot_of
 
 NAMES = ("scara", "bricklaying_planar")
 """Arms whose position and orientation depend on different joints."""
@@ -13,8 +13,10 @@ NAMES = ("scara", "bricklaying_planar")
 
 @pytest.fixture(scope="module", params=NAMES)
 def robot(request, tmp_path_factory):
+    if request.param != "scara":
+        return chasles.load(request.param)
     folder = tmp_path_factory.mktemp("generated") / request.param
-    return compiled(read(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
+    return compiled(robot_of(request.param), folder, ["fk", "ik"], ["c"])
 
 
 @pytest.mark.parametrize("count", [1, 64])

@@ -28,7 +28,7 @@ MOST_PAGES_OF_LOOPS = 20
 MOST_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
 """Files that need TikZ, and may exceed the line width of the plain article."""
-SHIPPED = ("jaco2", "well_manipulator", "stewart_gough")
+SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
 """An arm, a mechanism with loops and a platform; `make docs` compiles the documents of all robots.
 """
 PLAIN = r"""\documentclass{article}

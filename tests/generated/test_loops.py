@@ -34,7 +34,7 @@ from tests.support.tolerances import DERIVATIVES
 
 @pytest.mark.parametrize("name", NAMES)
 def test_loops_close_everywhere_within_limits(name):
-    q, m = random_q(name, 10_000), model(name)
+    q, m = random_q(name, 2000), model(name)
     z = robot(name).configuration(q)
     assert np.isfinite(z).all()
     assert m.gap(z).max() < CLOSED
@@ -46,7 +46,7 @@ def test_loops_close_everywhere_within_limits(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fk_and_link_poses_match_independent_model(name):
-    q, m = random_q(name, 1000), model(name)
+    q, m = random_q(name, 200), model(name)
     z = robot(name).configuration(q)
     np.testing.assert_allclose(robot(name).fk(q), m.tip(z), atol=CLOSED)
     poses = m.poses(z)
@@ -57,7 +57,7 @@ def test_fk_and_link_poses_match_independent_model(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_chain_and_passive_are_parts_of_the_configuration(name):
-    q, m = random_q(name, 1000), model(name)
+    q, m = random_q(name, 200), model(name)
     z = robot(name).configuration(q)
     np.testing.assert_allclose(robot(name).chain(q), z[:, m.chain], atol=1e-14)
     assert bool(m.passive) == ("passive" in robot(name).functions)
@@ -68,7 +68,7 @@ def test_chain_and_passive_are_parts_of_the_configuration(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_independent_newton_converges_to_configuration(name):
-    _, z = far_from_dead_points(name, 150)
+    _, z = far_from_dead_points(name, 40)
     m = model(name)
     start = z.copy()
     start[:, m.unknown] += np.random.default_rng(3).uniform(-0.01, 0.01, (len(z), len(m.unknown)))
@@ -82,10 +82,10 @@ def test_configuration_stays_on_reference_branch(name):
     """The oracle is Newton's method in small steps from the reference."""
     m, r = model(name), robot(name)
     z = np.array([r.reference.z])
-    goals = random_q(name, 6, seed=5)
+    goals = random_q(name, 3, seed=5)
     z = np.repeat(z, len(goals), 0)
     start = np.array(r.reference.q)
-    for part in np.linspace(0, 1, 21):
+    for part in np.linspace(0, 1, 13):
         z[:, m.actuated] = (start + part * (goals - start)) * m.ratio
         z = m.newton(z, m.actuated)
     difference = z - r.configuration(goals)
@@ -106,7 +106,7 @@ def relative(found, expected):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_match_implicit_function_theorem(name):
-    q, z = far_from_dead_points(name, 300)
+    q, z = far_from_dead_points(name, 60)
     m, r = model(name), robot(name)
     z_D_q = m.z_D_q(z)
     assert relative(r.chain_D_q(q), z_D_q[:, m.chain]) < SAME
@@ -257,7 +257,7 @@ def test_constraint_derivatives_match_finite_differences(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_actuator_maps_invert_chain_maps(name):
     r = robot(name)
-    q, _ = far_from_dead_points(name, 2000, seed=21)
+    q, _ = far_from_dead_points(name, 500, seed=21)
     theta = r.chain(q)
     back = r.actuators(theta)
     keep = on_the_branch(name, q, back)
@@ -360,7 +360,7 @@ def test_single_pose_batch_and_casadi_results_agree(name):
         # Functions with handwritten C have no equations in CasADi.
         if function.solutions or key not in kernels(name):
             continue
-        inputs = arguments(name, function, 60)
+        inputs = arguments(name, function, 40)
         batch = function(*inputs)
         outputs = batch if isinstance(batch, tuple) else (batch,)
         assert len(inputs[0]) > 15
@@ -371,7 +371,7 @@ def test_single_pose_batch_and_casadi_results_agree(name):
             np.testing.assert_array_equal(np.isnan(single), np.isnan(output), err_msg=key)
             assert relative(np.nan_to_num(single), np.nan_to_num(output)) < DERIVATIVES, key
         kept = kernels(name)[key]
-        for j in range(0, len(inputs[0]), len(inputs[0]) // 6):
+        for j in range(0, len(inputs[0]), len(inputs[0]) // 3):
             found = kept.call([x[j] for x in inputs])
             for output, value in zip(outputs, found, strict=True):
                 expected = np.array(value).reshape(output[j].shape)
@@ -379,7 +379,7 @@ def test_single_pose_batch_and_casadi_results_agree(name):
                 there = np.nan_to_num(output[j])[None], np.nan_to_num(expected)[None]
                 assert relative(*there) < DERIVATIVES, key
             checked += 1
-    assert checked > 5 * len(r.functions)
+    assert checked > 2 * len(r.functions)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,12 +7,12 @@ import sympy as sp
 
 import chasles
 from chasles.derive import Rotation
-from tests.support.derivations import NAMES, SAMPLE, derivation
+from tests.support.derivations import FULL, NAMES, derivation
 from tests.support.tolerances import EXACT_CODE
 
 DIGITS = 30
 POSES = 4
-SERIAL = [*(name for name in NAMES if name in SAMPLE), "scara"]
+SERIAL = [name for name in NAMES if name in FULL]
 
 
 @pytest.fixture(autouse=True)

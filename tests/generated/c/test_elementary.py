@@ -101,7 +101,7 @@ BY_LIBRARY = {"sine", "cosine", "tan", "atan", "atan2", "atan2_of_number"}
 
 EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]
 NUMBERS = [*EDGES, np.inf, *(-number for number in (*EDGES, np.inf)), np.nan]
-LENGTHS = range(1, 18)
+LENGTHS = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17)
 
 SUPPORTS = "-D__builtin_cpu_supports(x)="
 SETS = {
@@ -149,7 +149,7 @@ def compiled(folder, chosen_set, *flags, program=(GCC,)):
     if target.exists():
         return ctypes.CDLL(str(target))
     command = [
-        *(*program, "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
+        *(*program, "-O1", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
         *("-Wall", "-Wextra", "-Werror", "-Wno-psabi", "-shared", "-fPIC", *SETS[chosen_set]),
         *(*flags, f"{ROBOT.name}.c", f"{ROBOT.name}_batch.c", "-o", str(target), "-lm"),
     ]
@@ -167,8 +167,15 @@ def numbers():
     """Returns all pairs of edge cases, followed by random numbers of all magnitudes."""
     pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
     rng = np.random.default_rng(7)
-    sizes = 10.0 ** rng.uniform(-5, 5, (2, 400))
-    return np.hstack([pairs, rng.uniform(-1, 1, (2, 400)) * sizes])
+    sizes = 10.0 ** rng.uniform(-5, 5, (2, 100))
+    return np.hstack([pairs, rng.uniform(-1, 1, (2, 100)) * sizes])
+
+
+@pytest.fixture(scope="module")
+def scalar(sources, numbers):
+    """Values of single calls, which are the same for all instruction sets, keyed by case."""
+    library = compiled(sources, "baseline")
+    return cache(lambda name: single(library, name, *numbers))
 
 
 def pointer(array):
@@ -179,8 +186,11 @@ def single(library, name, a, b):
     """Returns the values of single calls."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
-    for k in range(len(a)):
-        call(pointer(a[k:]), pointer(b[k:]), pointer(values[k:]))
+    arrays = [
+        (ctypes.c_double * len(a)).from_buffer(array) for array in (a.copy(), b.copy(), values)
+    ]
+    for at in range(0, values.nbytes, values.itemsize):
+        call(*(ctypes.byref(array, at) for array in arrays))
     return values
 
 
@@ -217,26 +227,25 @@ def assert_near(got, expected):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_scalar_operations_match_numpy(name, sources, numbers):
-    got = single(compiled(sources, "baseline"), name, *numbers)
-    assert_alike(name, got, CASES[name][1](*numbers))
+def test_scalar_operations_match_numpy(name, scalar, numbers):
+    assert_alike(name, scalar(name), CASES[name][1](*numbers))
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
 @pytest.mark.parametrize("name", CASES)
-def test_vector_operations_match_scalar_operations(name, chosen_set, sources, numbers):
+def test_vector_operations_match_scalar_operations(name, chosen_set, sources, scalar, numbers):
     library = compiled(sources, chosen_set)
-    expected = single(library, name, *numbers)
+    expected = scalar(name)
     got = batch(library, name, *numbers)
     assert_alike(name, got, expected)
     for n in LENGTHS[1:]:
-        for start in (0, 3, 300):
+        for start in (0, 301):
             part = slice(start, start + n)
             assert_same(batch(library, name, *numbers[:, part]), got[part])
     assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
 
 
-def test_old_libmvec_falls_back_to_libm(sources, numbers):
+def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
     """The library contains code for all instruction sets. The call uses the narrowest vectors."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
@@ -244,7 +253,7 @@ def test_old_libmvec_falls_back_to_libm(sources, numbers):
     )
     assert re.search(r"\btan\b", listing.stdout)
     assert set(re.findall(r"_ZGV\w+?_(\w+)", listing.stdout)) == {"cos", "sin"}
-    assert_same(batch(library, "tan", *numbers), single(library, "tan", *numbers))
+    assert_same(batch(library, "tan", *numbers), scalar("tan"))
 
 
 def turn(library, angles):
@@ -258,7 +267,7 @@ def turn(library, angles):
 
 def near_right_angles(largest):
     """Returns the doubles next to multiples of a right angle, where a sine or cosine vanishes."""
-    multiples = np.unique(np.geomspace(1, largest, 700).astype(int)) * (np.pi / 2)
+    multiples = np.unique(np.geomspace(1, largest, 250).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
 
@@ -272,11 +281,11 @@ def units_off(got, exact):
 
 
 ANGLES = {
-    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 2000), COS_SIN),
+    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 800), COS_SIN),
     "right angles": (near_right_angles(60_000), COS_SIN),
-    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 1000), COS_SIN),
-    "tiny": (10.0 ** np.random.default_rng(3).uniform(-300, 0, 1000), COS_SIN),
-    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 1000), LIBMVEC),
+    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 500), COS_SIN),
+    "tiny": (10.0 ** np.random.default_rng(3).uniform(-300, 0, 300), COS_SIN),
+    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 300), LIBMVEC),
 }
 
 
@@ -298,7 +307,7 @@ def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
         assert units_off(values, expected) <= (LIBMVEC if chosen_set == "baseline" else tolerance)
 
 
-def points(kind, count=2000):
+def points(kind, count=800):
     """Returns points (y, x) in all directions."""
     rng = np.random.default_rng(5)
     turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
@@ -323,17 +332,22 @@ KINDS = (
 )
 
 
+@cache
+def exact_angles(kind):
+    """Returns points and their angles with fifty digits."""
+    ys, xs = points(kind)
+    with mpmath.workdps(50):
+        pairs = zip(ys.tolist(), xs.tolist(), strict=True)
+        return ys, xs, [mpmath.atan2(*map(mpmath.mpf, pair)) for pair in pairs]
+
+
 @pytest.mark.parametrize("chosen_set", SETS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_atan2_matches_50_digit_reference(kind, chosen_set, sources):
-    ys, xs = points(kind)
+    ys, xs, exact = exact_angles(kind)
     got = batch(compiled(sources, chosen_set), "atan2", xs, ys)
-    with mpmath.workdps(50):
-        exact = [
-            mpmath.atan2(*map(mpmath.mpf, p)) for p in zip(ys.tolist(), xs.tolist(), strict=True)
-        ]
     there = (np.abs(np.array(exact, float)) > 2.3e-308).nonzero()[0]
-    assert len(there) > 900
+    assert len(there) > 350
     assert units_off(got[there], [exact[k] for k in there]) <= ANGLE
 
 
@@ -367,13 +381,15 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
     [("g++", (), "avx2"), ("clang", ("-mavx2", "-mfma"), "baseline")],
     ids=["g++ without flags", "clang with AVX2 everywhere"],
 )
-def test_other_compilers_give_same_vector_results(program, flags, chosen_set, sources, numbers):
+def test_other_compilers_give_same_vector_results(
+    program, flags, chosen_set, sources, scalar, numbers
+):
     path = path_of(program)
     language = ("-x", "c++") if program == "g++" else ()
     library = compiled(sources, chosen_set, *flags, program=(path, *language))
     for name in CASES:
         got = batch(library, name, *numbers)
-        assert_alike(name, got, single(library, name, *numbers))
+        assert_alike(name, got, scalar(name))
     c, s = turn(library, numbers[0])
     assert_near(c, np.cos(numbers[0]))
     assert_near(s, np.sin(numbers[0]))

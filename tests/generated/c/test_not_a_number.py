@@ -5,7 +5,7 @@ import pytest
 
 import chasles
 from chasles.derive.program.operations import Input, Operation
-from tests.support.derivations import SAMPLE, derivation, made
+from tests.support.derivations import FULL, derivation, made
 
 CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
 
@@ -39,7 +39,7 @@ def arguments(robot, function, rng):
     return given
 
 
-@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.parametrize("name", FULL)
 def test_nan_reaches_every_entry_that_is_computed_from_it(name):
     robot, rng, checked = chasles.load(name), np.random.default_rng(2), 0
     for function in derivation(name).functions:
@@ -47,16 +47,24 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
         if any(program.has(operation) for operation in CHOOSING):
             continue
         given, entries = arguments(robot, function, rng), inputs_behind(program)
-        for entry in program.inputs:
-            wrong = [value.copy() for value in given]
+        # One row for each input entry, with NaN in this entry.
+        rows = list(program.inputs)
+        if not rows:
+            continue
+        wrong = [np.tile(value, (len(rows), 1)) for value in given]
+        for row, entry in enumerate(rows):
             # A solver call makes all its results NaN if an input is NaN.
             is_given = entry.argument < len(given)
-            wrong[entry.argument if is_given else 0][entry.entry if is_given else 0] = np.nan
-            shaped = [w.reshape(1, *a.shape) for w, a in zip(wrong, function.inputs, strict=True)]
-            result = robot.functions[function.name](*shaped)
-            outputs = [np.ravel(r) for r in (result if isinstance(result, tuple) else (result,))]
-            for (output, k), behind in entries.items():
+            wrong[entry.argument if is_given else 0][row, entry.entry if is_given else 0] = np.nan
+        shaped = [
+            w.reshape(len(rows), *a.shape) for w, a in zip(wrong, function.inputs, strict=True)
+        ]
+        result = robot.functions[function.name](*shaped)
+        results = result if isinstance(result, tuple) else (result,)
+        outputs = [np.isnan(r).reshape(len(rows), -1) for r in results]
+        for (output, k), behind in entries.items():
+            for row, entry in enumerate(rows):
                 if entry in behind:
-                    assert np.isnan(outputs[output][k]), (function.name, entry, output, k)
+                    assert outputs[output][row, k], (function.name, entry, output, k)
                     checked += 1
     assert checked > 20
