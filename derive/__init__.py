@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from .model.robot import Translation as Translation
     from .quality.model_report import model_report as model_report
     from .quality.quality_report import ModelReport as ModelReport
+    from .sympy_expressions import Expressions as Expressions
+    from .sympy_expressions import expressions as expressions
 
 # SymPy reads its cache size at import. The default of a thousand results is too small for a robot
 # with loops: SymPy would rebuild the same expressions repeatedly.
@@ -105,6 +107,10 @@ _ROOMS = {
     ),
     "quality.model_report": ("model_report",),
     "quality.quality_report": ("ModelReport",),
+    "sympy_expressions": (
+        "Expressions",
+        "expressions",
+    ),
 }
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [*_ROOM_OF]  # noqa: PLE0604

@@ -39,6 +39,7 @@ STAGES = (
     ("quality",),
     ("inverse",),
     ("derivation",),
+    ("sympy_expressions",),
     ("program",),
     ("latex",),
     ("emit",),

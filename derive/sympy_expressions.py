@@ -1,0 +1,140 @@
+"""Functions of a robot as SymPy expressions, with shared terms or expanded, and as LaTeX."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from .derivation import derive
+from .model.errors import InputValueError
+from .model.mechanism import Described
+from .terms.symbolic_function import SymbolicFunction
+
+_MATRIX = 2
+_OWN = re.compile("_([a-z]+)([0-9]+)")
+"""Symbols that no robot file may use."""
+
+
+@dataclass(frozen=True)
+class Expressions:
+    """A function of a robot in SymPy.
+
+    Substituting the parameters, the inputs and the signs in the terms in their order, and all of
+    them in the outputs, gives the values of the compiled function.
+
+    Attributes:
+        robot: Name of the robot.
+        function: Name of the function.
+        inputs: The symbols of each input in its shape; a vector is a column.
+        signs: For a function with branches, a symbol for each two-way choice, 1 or -1. The outputs
+            are those of a single branch.
+        parameters: The value of each parameter, exact.
+        terms: The shared terms in their order, each in inputs, parameters, signs and earlier terms;
+            empty after expansion.
+        outputs: The entries of each output in its shape; a vector is a column.
+    """
+
+    robot: str
+    function: str
+    inputs: Mapping[str, sp.Basic]
+    signs: tuple[sp.Symbol, ...]
+    parameters: Mapping[sp.Symbol, sp.Expr]
+    terms: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    outputs: Mapping[str, sp.Basic]
+
+    def latex(self) -> str:
+        """Returns the equations as LaTeX for math mode, aligned: the terms, then the outputs."""
+        equations = [*self.terms, *((sp.Symbol(name), x) for name, x in self.outputs.items())]
+        symbols = {symbol for side in equations for part in side for symbol in part.free_symbols}
+        names = {symbol: tex for symbol in symbols if (tex := _subscripted(symbol.name))}
+        lines = [
+            f"{sp.latex(left, symbol_names=names)} &= {sp.latex(right, symbol_names=names)}"
+            for left, right in equations
+        ]
+        rows = " \\\\\n".join(lines)
+        return f"\\begin{{aligned}}\n{rows}\n\\end{{aligned}}"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+
+def _subscripted(name: str) -> str:
+    """Returns the LaTeX of a symbol of the compiler: t_{12} for _t12; empty for other symbols."""
+    match = _OWN.fullmatch(name)
+    if match is None:
+        return ""
+    letters, index = match.groups()
+    base = letters if len(letters) == 1 else rf"\mathrm{{{letters}}}"
+    return f"{base}_{{{index}}}"
+
+
+def expressions(robot: Described, function: str, *, expand: bool = False) -> Expressions:
+    """Derives one function of a robot as SymPy expressions.
+
+    Args:
+        robot: A serial robot or a mechanism, from :func:`~chasles.derive.read`.
+        function: Name of the function, such as "fk", "jacobian_mixed" or "ik".
+        expand: Whether shared terms are substituted. An expanded inverse may be very long.
+
+    Raises:
+        InputValueError: The robot has no such function; or the function is iterated, or its solver
+            is written in C, so that no expressions exist.
+    """
+    derivation = derive(robot, functions=[function])
+    if function in {written.name for written in derivation.written}:
+        raise InputValueError(f"{robot.name}.{function}: a solver in C computes this function")
+    found = derivation.function(function)
+    if found.calls:
+        raise InputValueError(f"{robot.name}.{function}: an iteration computes this function")
+    definitions = _definitions(found)
+    if expand:
+        values = _expanded(definitions)
+        outputs = {name: entries.xreplace(values) for name, entries in _outputs(found).items()}
+        definitions = {}
+    else:
+        outputs = _outputs(found)
+    return Expressions(
+        robot.name,
+        function,
+        {argument.name: _array(argument.symbols, argument.shape) for argument in found.inputs},
+        found.signs,
+        dict(found.terms.parameters),
+        tuple(definitions.items()),
+        outputs,
+    )
+
+
+def _definitions(function: SymbolicFunction) -> dict[sp.Symbol, sp.Expr]:
+    """Returns the constants and terms on which a function depends, in their order."""
+    terms = function.terms
+    entries = [entry for result in function.outputs for entry in result.entries]
+    needed = {name: terms.definitions[name] for name in terms.needed(entries)}
+    constants: dict[sp.Symbol, sp.Expr] = {}
+    for expression in (*needed.values(), *entries):
+        for name in terms.constants_in(expression):
+            constants.setdefault(name, terms.constants[name])
+    return constants | needed
+
+
+def _expanded(definitions: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
+    """Returns each term in inputs, parameters and signs alone."""
+    values: dict[sp.Symbol, sp.Expr] = {}
+    for name, definition in definitions.items():
+        values[name] = definition.xreplace(values)
+    return values
+
+
+def _outputs(function: SymbolicFunction) -> dict[str, sp.Basic]:
+    return {
+        result.name: _array(result.entries, result.shape[1:] if function.signs else result.shape)
+        for result in function.outputs
+    }
+
+
+def _array(entries: tuple[sp.Expr, ...], shape: tuple[int, ...]) -> sp.Basic:
+    """Returns entries in row-major order as a matrix or an array."""
+    if len(shape) > _MATRIX:
+        return sp.ImmutableDenseNDimArray(entries, shape)
+    rows, columns = (*shape, 1, 1)[:_MATRIX]
+    return sp.ImmutableMatrix(rows, columns, entries)
