@@ -24,10 +24,15 @@ OPEN = 1e-12
 """Maximum closure error relative to the robot size."""
 
 
+LOOPS = {"[[closures]]", "[[rods]]", "[[cylinders]]", "closures", "rods", "cylinders", "extends"}
+"""Words of robot files with loops, and of files that extend another file."""
+
+
 @cache
 def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Returns the shipped robots with loops whose files match a pattern."""
-    found = (read(path) for path in sorted(ROBOTS.glob(pattern)))
+    files = (path for path in sorted(ROBOTS.glob(pattern)) if LOOPS & {*path.read_text().split()})
+    found = map(read, files)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 
 
