@@ -49,12 +49,12 @@ CASES = 40 * 6 + 4
 """Cases per function: batch lengths times memory layouts, and long batches at other alignments."""
 
 
-def build(name, folder, *flags):
+def build(name, folder, *flags, compiler=GCC):
     """Compiles the test driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     (folder / "glue.c").write_text(write_glue(manifest))
     paths = [*INCLUDES, f"-I{manifest.folder}", SUPPORT]
-    command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
+    command = [compiler, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
     libraries = ["-lpthread", "-lmvec", "-lm"]
     subprocess.run(
         [*command, str(DRIVER), "glue.c", "-o", "kernels", *libraries], cwd=folder, check=True

@@ -13,19 +13,21 @@ from chasles.derive import read
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
-from tests.support.compiling import compiled
+from tests.support.compiling import COMPILER, compiled
 from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
-SIMD = {"jaco2": "-march=x86-64", "crx10": "-march=native -mno-avx512f"}
-"""A shipped robot as installed and an arm derived here, with their compiler flags."""
+NAMES = ("jaco2", "crx10")
+"""A shipped robot as installed, and an arm derived here."""
+NARROW = "-march=x86-64"
+"""Compiler flag for narrower vectors than those of an installed robot."""
 CLOSED = 5e-14
 """Largest pose error (metre, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
 """Radians below which two solutions are equal."""
 
 
-@pytest.fixture(scope="module", params=SIMD)
+@pytest.fixture(scope="module", params=NAMES)
 def robot(request, tmp_path_factory):
     if request.param == "jaco2":
         return chasles.load("jaco2")
@@ -60,7 +62,7 @@ def errors(T, A):
 
 
 def test_ik_recovers_generating_configuration(robot):
-    q = configurations(robot, 2000, 1)
+    q = configurations(robot, 500, 1)
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()
     assert (solutions.count % 2 == 0).all()
@@ -77,9 +79,10 @@ def test_nearly_coincident_solutions_are_found(robot):
     assert included(robot.ik(robot.fk(q)), q).all()
 
 
-def test_solutions_do_not_depend_on_simd_width(robot, tmp_path):
-    count, library, flags = 500, tmp_path / "ik.so", SIMD[robot.name].split()
-    command = ["gcc", "-std=c99", "-O0", "-shared", "-fPIC", *flags, "-o", str(library)]
+def test_solutions_do_not_depend_on_simd_width(tmp_path):
+    robot, count, library = chasles.load("jaco2"), 300, tmp_path / "ik.so"
+    compiler = COMPILER or "gcc"
+    command = [compiler, "-std=c99", "-O0", "-shared", "-fPIC", NARROW, "-o", str(library)]
     folders = [f"-I{robot.folder}", f"-I{robot.folder.parent / 'support'}"]
     source = robot.folder / f"{robot.name}.c"
     subprocess.run([*command, *folders, str(source), "-lm"], check=True)
@@ -98,11 +101,11 @@ def test_solutions_do_not_depend_on_simd_width(robot, tmp_path):
     assert (apart.min(-1)[solutions.valid] < SAME).all()
     off = solutions.margin - np.take_along_axis(margin, other, -1)
     assert np.abs(off[solutions.valid]).max() < 1e-6
-    assert solutions.valid.sum() > 2000
+    assert solutions.valid.sum() > 1000
 
 
 def test_valid_solutions_reach_pose_and_are_distinct(robot):
-    T = robot.fk(configurations(robot, 500, 2))
+    T = robot.fk(configurations(robot, 200, 2))
     solutions = robot.ik(T)
     off = np.abs(robot.fk(solutions.q) - T[:, None]).max((-1, -2))
     assert off[solutions.valid].max() <= CLOSED
@@ -112,7 +115,7 @@ def test_valid_solutions_reach_pose_and_are_distinct(robot):
         for one, other in itertools.combinations(q[valid], 2):
             pairs += 1
             assert np.abs(wrapped(one - other)).max() > SAME
-    assert pairs > 2500
+    assert pairs > 1000
 
 
 def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
@@ -124,7 +127,7 @@ def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
 
 
 def test_solution_count_matches_multi_start_newton(robot):
-    poses = robot.fk(configurations(robot, 3, 4))
+    poses = robot.fk(configurations(robot, 2, 4))
     random = np.random.default_rng(5)
     found = [len(everywhere(robot, T, random)) for T in poses]
     assert found == robot.ik(poses).count.tolist()
@@ -164,7 +167,7 @@ def test_right_angle_poses_are_solved(robot):
 @pytest.mark.parametrize("joint", range(1, 5))
 @pytest.mark.parametrize("away", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
 def test_poses_with_single_joint_near_right_angle_are_solved(robot, joint, away):
-    q = configurations(robot, 400, 6)
+    q = configurations(robot, 60, 6)
     q[:, joint] = np.pi / 2 * np.random.default_rng(7).integers(-1, 3, len(q)) + away
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()
@@ -173,7 +176,7 @@ def test_poses_with_single_joint_near_right_angle_are_solved(robot, joint, away)
 def test_unreachable_pose_returns_least_squares_solution(robot):
     described = read(description(robot.name))
     size = length(numbers(described))
-    T = robot.fk(configurations(robot, 200, 8))
+    T = robot.fk(configurations(robot, 40, 8))
     T[:, :3, 3] += 3.0
     solutions = robot.ik(T)
     assert not solutions.valid.any()
@@ -186,7 +189,7 @@ def test_unreachable_pose_returns_least_squares_solution(robot):
 
     costs = cost(solutions.q)
     best = np.take_along_axis(solutions.q, costs.argmin(-1)[:, None, None], 1)
-    around = best + np.random.default_rng(9).normal(size=(200, 500, 6)) * 1e-2
+    around = best + np.random.default_rng(9).normal(size=(40, 500, 6)) * 1e-2
     assert (cost(around).min(-1) > costs.min(-1) * (1 - 1e-3)).all()
 
 

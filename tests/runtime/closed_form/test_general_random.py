@@ -16,11 +16,8 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
-ARMS = {
-    "seven_with_meeting_axes": (16, "xx/x/x/"),
-    "six_a_torso_and_a_slide": (17, "/x//=///", {3}),
-}
-"""The campaign `general` generates arms with six and more joints."""
+ARM = 16, "xx/x/x/"
+"""Seed and axes of an arm with seven joints; the campaign `general` draws other arms."""
 CHAIN = "R/R/R/R/R"
 """An arm with five skew axes."""
 COLLINEAR = {
@@ -31,10 +28,10 @@ COLLINEAR = {
 LAST = (0.1, 0.1, 30)
 
 
-@pytest.fixture(scope="module", params=ARMS)
-def judged(request, tmp_path_factory):
-    robot = random_arm(*ARMS[request.param])
-    folder = tmp_path_factory.mktemp("random") / request.param
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    robot = random_arm(*ARM)
+    folder = tmp_path_factory.mktemp("random") / "seven"
     return Judged(robot, compiled(robot, folder, DERIVED, ["c"]))
 
 
@@ -43,8 +40,8 @@ def uniform(judged, count, seed):
 
 
 def test_random_poses_are_all_solved_correctly(judged):
-    regular, lost, none, wrong = judged.lost(uniform(judged, 300, 1))
-    assert regular >= 290
+    regular, lost, none, wrong = judged.lost(uniform(judged, 150, 1))
+    assert regular >= 145
     assert (lost, none, wrong) == (0, 0, 0)
 
 
@@ -56,7 +53,7 @@ def test_right_angle_poses_are_all_solved_correctly(judged):
 
 
 def test_solution_count_matches_multi_start_newton(judged):
-    q = uniform(judged, 3, 3)
+    q = uniform(judged, 2, 3)
     assert judged.counts(judged.arm.fk(q), q, np.random.default_rng(4)) == 0
 
 
@@ -85,7 +82,7 @@ def test_explain_names_five_joint_method():
 @pytest.mark.parametrize("right", [False, True])
 def test_five_joint_ik_recovers_generating_configuration(arm, right):
     rng = np.random.default_rng(right)
-    q = rng.integers(-1, 3, (200, 5)) * np.pi / 2 if right else rng.uniform(-3, 3, (500, 5))
+    q = rng.integers(-1, 3, (200, 5)) * np.pi / 2 if right else rng.uniform(-3, 3, (200, 5))
     T = arm.fk(q)
     found = arm.ik(T)
     assert found.q.shape == (len(q), 16, 5)
@@ -104,8 +101,8 @@ def test_five_joint_arm_with_prismatic_joint_misses_no_pose(tmp_path):
     robot = random_arm(7, "/////", {3})
     arm = compiled(robot, tmp_path / robot.name, DERIVED, ["c"])
     assert "joint_4 slides: its displacement" in str(explain(robot))
-    q = np.random.default_rng(1).uniform(-1, 1, (300, 5))
-    assert Judged(robot, arm).lost(q) == (300, 0, 0, 0)
+    q = np.random.default_rng(1).uniform(-1, 1, (100, 5))
+    assert Judged(robot, arm).lost(q) == (100, 0, 0, 0)
 
 
 def test_pose_unreachable_by_five_joints_is_invalid(arm):

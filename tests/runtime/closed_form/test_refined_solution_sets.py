@@ -32,13 +32,6 @@ NEAR_WRIST = (
     np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
 )
 """Configurations near the singularity of this wrist; smallest singular value 0.007 to 0.009."""
-GEN3_COPY = np.array(
-    [
-        *(0.9055946431498554, -1.6327878738538129, 0.0028376153833931106),
-        *(1.0464269716842995, 0.8579756348333545, 2.799149637200186),
-    ]
-)
-"""A configuration whose pose has four solutions, two of them nearly singular."""
 
 
 def wrapped(angles):
@@ -56,13 +49,6 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
     solutions = arm.ik(arm.fk(q))
     np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
     assert len(regular_solutions(arm, arm.fk(q[21]))) == solutions.count[21]
-
-
-def test_shelf_arm_counts_each_solution_once(tmp_path):
-    arm = compiled(read(description("gen3_6dof")), tmp_path / "gen3_6dof", FUNCTIONS, ["c"])
-    solutions = arm.ik(arm.fk(GEN3_COPY))
-    assert solutions.count == solutions.distinct().count == 4
-    assert is_found(arm, solutions, GEN3_COPY)
 
 
 def test_solution_beside_an_exact_pose_is_none(tmp_path):

@@ -9,14 +9,15 @@ import functools
 
 import mpmath
 import numpy as np
-import pinocchio
 import pytest
-from scipy.spatial.transform import Rotation
 
 import chasles
 from chasles import se3
 from chasles.call._call import rounded_residuals
 from tests.support.optional import OptionalPackage
+
+transform = OptionalPackage("scipy.spatial.transform")
+pinocchio = OptionalPackage("pinocchio")
 
 array = OptionalPackage("dask.array")
 dask = OptionalPackage("dask")
@@ -191,9 +192,9 @@ def test_poses_from_scipy_and_pinocchio_are_solved():
     count = arm.ik(T).count
     for k, pose in enumerate(T):
         of_scipy = np.eye(4)
-        of_scipy[:3, :3] = Rotation.from_matrix(pose[:3, :3]).as_matrix()
+        of_scipy[:3, :3] = transform.Rotation.from_matrix(pose[:3, :3]).as_matrix()
         of_scipy[:3, 3] = pose[:3, 3]
-        quaternion = np.round(Rotation.from_matrix(pose[:3, :3]).as_quat(), 7)
+        quaternion = np.round(transform.Rotation.from_matrix(pose[:3, :3]).as_quat(), 7)
         of_pinocchio = pinocchio.SE3(pinocchio.Quaternion(quaternion).matrix(), pose[:3, 3])
         for given in (of_scipy, pose.tolist(), of_pinocchio.homogeneous, pose.astype(">f8")):
             assert arm.ik(given).count == count[k]
@@ -470,5 +471,5 @@ def test_full_precision_rotations_have_no_rounding_residual():
 def turned_about_z(angles):
     """Rotates poses (N, 4, 4) about z."""
     T = np.zeros((len(angles), 4, 4)) + np.eye(4)
-    T[:, :3, :3] = Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
+    T[:, :3, :3] = transform.Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
     return T

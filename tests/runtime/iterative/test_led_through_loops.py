@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from chasles.derive import read, read_text
 from tests.support.compiling import compiled
@@ -127,13 +126,13 @@ def judged(robot, mechanism, reach):
     np.testing.assert_allclose(again, np.repeat(T, found.valid.sum(-1), 0), atol=1e-10)
 
 
-@pytest.mark.parametrize(("seed", "wrist"), [(4, 0.2), (9, 3.1)])
-def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, wrist):
+def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path):
     """The loop of the as-built arm has no closed form.
 
-    The crank of the second arm is near a dead point, where the as-built elbow moves further than
+    The crank is near a dead point, where the as-built elbow moves further than
     the nominal elbow. The wrist moves beyond half a turn.
     """
+    seed, wrist = 9, 3.1
     built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
     robot = compiled(built, tmp_path, NAMES, ["c"])
     assert robot.loop_solution == "newton"

@@ -40,7 +40,7 @@ upper_swing = 76
 lower_swing = 76
 """
 """A bar on three parallel cranks. One loop equation is redundant."""
-NAMES = ("planar_3rrr", "stewart_gough", "redundant")
+NAMES = ("stewart_gough", "redundant")
 
 
 def description(folder, name):

@@ -6,12 +6,12 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 
 import chasles
 from chasles import se3
 from chasles.closed_form import fixed_joints
 from chasles.derive import write
+from tests.support.compiling import COMPILER
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -31,6 +31,8 @@ def cache(shipped, tmp_path_factory, compiler_in_process):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
         patch.setenv("CHASLES_CFLAGS", "-O0")
+        if COMPILER:
+            patch.setenv("CC", COMPILER)
         patch.setattr(subprocess, "run", compiler_in_process)
         yield
 
@@ -131,7 +133,7 @@ def test_fixing_default_redundant_joints_needs_no_derivation(panda, well, capfd)
 
 def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     rng = np.random.default_rng(1)
-    q = panda.lower + rng.uniform(size=(500, 7)) * (panda.upper - panda.lower)
+    q = panda.lower + rng.uniform(size=(200, 7)) * (panda.upper - panda.lower)
     T = panda.fk(q)
     found = panda.ik(T, fixed={"joint4": q[:, 3]})
     assert found.valid.any(-1).all()
@@ -157,9 +159,11 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
     """SciPy finds roots of the pose error from random values, with the fixed joint removed."""
+    from scipy.optimize import root
+
     rng = np.random.default_rng(2)
     free, searched = [0, 1, 2, 4, 5, 6], 0
-    for q in rng.uniform(-1.2, 1.2, (3, 7)):
+    for q in rng.uniform(-1.2, 1.2, (2, 7)):
         T = panda.fk(q)
         found = panda.ik(T, fixed={"joint4": q[3]})
 
@@ -167,14 +171,14 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
             there = panda.fk(np.insert(x, 3, q[3]))
             return se3.log(se3.inverse(T) @ there)
 
-        for start in rng.uniform(-np.pi, np.pi, (20, 6)):
+        for start in rng.uniform(-np.pi, np.pi, (12, 6)):
             answer = root(error, start, tol=1e-12)
             if np.abs(answer.fun).max() > 1e-9:
                 continue
             searched += 1
             moves = found.distances_from(np.insert(answer.x, 3, q[3]))[found.valid][:, free]
             assert np.abs(moves).max(-1).min() < 1e-5
-    assert searched > 15
+    assert searched > 5
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):

@@ -21,6 +21,12 @@ from tests.support.tools import path_of
 Q = np.array([0.3, -1.2])
 
 
+@pytest.fixture(autouse=True)
+def fast(cache, monkeypatch):
+    """Compiler flags for fast compilation."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+
+
 def libraries(cache):
     """Lists the files in the cache, including temporary folders."""
     return sorted(cache.iterdir()) if cache.exists() else []
@@ -80,7 +86,7 @@ def test_cache_key_depends_on_flags_and_compiler(folder, monkeypatch, tmp_path):
     assert build(manifest)
 
 
-@pytest.mark.parametrize("spoil", ["byte", "truncate", "empty", "append", "text"])
+@pytest.mark.parametrize("spoil", ["byte", "truncate", "empty", "text"])
 def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
     chasles.load(folder.path)
     (library,) = libraries(cache)
@@ -91,7 +97,6 @@ def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
         "byte": bytes(content),
         "truncate": bytes(content[: len(content) // 2]),
         "empty": b"",
-        "append": bytes(content) + b"x",
         "text": b"not a library at all, but long enough to end in something like a digest",
     }[spoil]
     library.unlink()  # The old file stays mapped in memory, so the test writes a new file.
@@ -189,6 +194,7 @@ def test_functions_outlive_robot_and_library(folder):
     assert "Blends." in ufunc.__doc__
 
 
+@pytest.mark.usefixtures("few_objects")
 def test_library_is_closed_with_its_last_function(folder, cache):
     maps = Path("/proc/self/maps")
     if not maps.exists():
@@ -275,9 +281,9 @@ def test_concurrent_builds_produce_single_library(folder, cache):
         subprocess.Popen(
             [sys.executable, "-c", code, str(folder.path)], stdout=subprocess.PIPE, text=True
         )
-        for _ in range(4)
+        for _ in range(2)
     ]
-    assert [process.communicate()[0] for process in processes] == ["1.0\n"] * 4
+    assert [process.communicate()[0] for process in processes] == ["1.0\n"] * 2
     assert len(libraries(cache)) == 1
 
 

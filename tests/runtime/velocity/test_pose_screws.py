@@ -3,10 +3,12 @@
 import mpmath
 import numpy as np
 import pytest
-from scipy.spatial.transform import RigidTransform, Rotation
 
 import chasles
 from chasles import se3, so3
+from tests.support.optional import OptionalPackage
+
+transform = OptionalPackage("scipy.spatial.transform")
 
 ANGLES = [0.0, 1e-200, 1e-12, 1e-8, 1e-4, 0.2499, 0.25, 0.2501, 1.0, np.pi / 2, 2.0, 3.0]
 ANGLES += [np.pi - 1e-4, np.pi - 1e-8, np.pi - 1e-12]
@@ -71,10 +73,10 @@ def test_log_angle_is_at_most_pi():
 
 def test_exp_and_log_agree_with_scipy():
     T = se3.exp(twists(2.0, 200))
-    rigid = RigidTransform.from_matrix(T)
+    rigid = transform.RigidTransform.from_matrix(T)
     expected = rigid.as_exp_coords()  # (omega, v)
     np.testing.assert_allclose(se3.log(T)[:, [3, 4, 5, 0, 1, 2]], expected, atol=1e-12)
-    turns = Rotation.from_matrix(T[:, :3, :3])
+    turns = transform.Rotation.from_matrix(T[:, :3, :3])
     np.testing.assert_allclose(so3.log(T[:, :3, :3]), turns.as_rotvec(), atol=1e-13)
     np.testing.assert_allclose(se3.inverse(T), np.linalg.inv(T), atol=1e-14)
 

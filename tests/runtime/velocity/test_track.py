@@ -6,14 +6,16 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 
 import chasles
 from chasles import se3, so3
 from chasles.velocity._track import BORDER, DAMPING
 from tests.support.handwritten import snake
+from tests.support.optional import OptionalPackage
 from tests.support.rate_inputs import span
 from tests.support.waiting import SECONDS
+
+optimize = OptionalPackage("scipy.optimize")
 
 STEPS = 100_000
 REGULAR = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
@@ -167,7 +169,7 @@ def costs(robot, q, target, rate, dt, length):
     damping = DAMPING * np.sqrt(np.maximum(1 - (s / BORDER) ** 2, 0))
     A = np.concatenate([A, (damping * (s > 1e-9))[:, None] * Vt * unit])
     b = np.append(b, np.zeros(len(s)))
-    least = lsq_linear(A, b, (-rate * dt, rate * dt), tol=1e-14).cost
+    least = optimize.lsq_linear(A, b, (-rate * dt, rate * dt), tol=1e-14).cost
     return np.sum((A @ (track.q[1] - q) - b) ** 2) / 2, least, len(track.at_rate_limit)
 
 
