@@ -72,17 +72,18 @@ def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives few functions, in this process.
 
     Robots with `parametric=True` get the functions `IDENTIFICATION`; a derivation of all functions
-    of a six-axis arm takes 8 s. Robot files get `functions`, by default all.
+    of a six-axis arm takes 8 s. Robot files and robots of the shelf get `functions`, by default
+    all.
     """
     load = chasles.load
 
     def load_quickly(name: str, *, parametric: bool = False, **options) -> chasles.Robot:
-        if not parametric and Path(name).suffix != ".toml":
+        is_file = Path(name).suffix == ".toml"
+        if not (parametric or is_file or name in chasles.shelf_robots()):
             return load(name, **options)
-        file, wanted = (
-            (description(name), IDENTIFICATION) if parametric else (name, functions or None)
-        )
-        return compiled(read(file), Path(tempfile.mkdtemp()) / Path(name).stem, wanted, ["c"])
+        wanted = IDENTIFICATION if parametric else functions or None
+        folder = Path(tempfile.mkdtemp()) / Path(name).stem
+        return compiled(read(name if is_file else description(name)), folder, wanted, ["c"])
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(chasles, "load", load_quickly)

@@ -40,19 +40,18 @@ def test_workspace_on_cluster_is_bitwise_equal(client):
     assert here.size == there.size
 
 
-@pytest.mark.parametrize("workers", [1, 5])
-def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
+def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count():
     """Workers in one process suffice, because workers share no counters."""
     robot, count = chasles.load("scara"), 2 * PIECE + 77
     quality = ("limit_margin", "directions")
     here = workspace(robot, count, resolution=30, quality=quality, threads=1)
     with (
         distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=":0"
+            n_workers=5, threads_per_worker=1, processes=False, dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        assert len(cluster.workers) == workers
+        assert len(cluster.workers) == 5
         there = workspace(robot, count, resolution=30, quality=quality, threads=2, client=client)
     for name in ("hits", *quality, "bounds"):
         assert np.array_equal(getattr(here, name), getattr(there, name)), name

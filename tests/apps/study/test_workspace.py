@@ -52,7 +52,7 @@ def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, sampling):
             quality=quality,
             threads=threads,
         )
-        for threads in ((1, 2, 5) if sampling == "sobol" else (1, 5))
+        for threads in (1, 5)
     )
     assert all(same(one, other) for other in others)
 

@@ -199,7 +199,7 @@ def test_rates_near_singularity_match_curve_differences():
     """The line passes near the stretched elbow, and the joint velocities are not damped."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
-    while checked < 5:
+    while checked < 2:
         q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.3, 0.7, arm.n)
         if arm.manipulability(q).min_singular_value > 0.03:
             continue

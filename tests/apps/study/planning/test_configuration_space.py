@@ -36,7 +36,7 @@ OBSTACLES = (
 )
 
 
-@pytest.fixture(scope="module", params=["ur5e", "panda", "stanford", "excavator"])
+@pytest.fixture(scope="module", params=["ur5e", "stanford", "excavator"])
 def space(request):
     robot = chasles.load(request.param)
     return configuration_space(robot, OBSTACLES, radius=0.05)

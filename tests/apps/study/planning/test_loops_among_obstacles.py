@@ -35,7 +35,7 @@ def test_approach_bound_limits_distance_change(name):
     rng, checked = np.random.default_rng(8), 0
     space, _ = drawn(chasles.load(name), rng)
     q, _ = closed_postures(space.robot, space.lower, space.upper)
-    for k in range(15):
+    for k in range(6):
         step = rng.normal(size=space.robot.n) * (space.upper - space.lower)
         a = q[k]
         b = np.clip(a + (0.03, 0.003, 0.0003)[k % 3] * step, space.lower, space.upper)
@@ -46,7 +46,7 @@ def test_approach_bound_limits_distance_change(name):
             there = space.distances(a + part * (b - a))
             assert (here - np.maximum(there, 0) <= most + 1e-6)[apart].all()
             checked += apart.sum()
-    assert checked > 200
+    assert checked > 80
 
 
 def around(radius, angles, size, z=0.0):
