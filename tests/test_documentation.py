@@ -83,6 +83,11 @@ def test_casadi_page_examples_run(tmp_path):
     np.testing.assert_allclose(found, names["goal"], atol=1e-6)
 
 
+def test_latex_page_prints_as_documented(capsys):
+    run("how-to/latex.md")
+    assert capsys.readouterr().out in examples("how-to/latex.md", "")
+
+
 def test_extend_page_examples_run(tmp_path):
     (tmp_path / "arm.toml").write_text(
         'name = "arm"\nconvention = "mine"\njoints = [{ a = 0.3 }, { a = 0.2, d = 0.1 }]\n'
