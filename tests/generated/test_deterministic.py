@@ -34,7 +34,7 @@ DERIVED = ("five_bar",)
 
 def generate(folder, seed):
     environment = {**os.environ, **OLD_PROCESSOR, "PYTHONHASHSEED": seed}
-    command = [sys.executable, "-m", "chasles.derive", *DERIVED, "--to", str(folder)]
+    command = [sys.executable, "-m", "chasles", "derive", *DERIVED, "--to", str(folder)]
     subprocess.run(command, env=environment, check=True, capture_output=True, cwd=folder.parent)
     return contents(folder)
 
