@@ -13,6 +13,8 @@ from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 
+from chasles.contract import requires
+
 from ..description.shipped_files import nominal_file
 from ..model.errors import DescriptionError
 
@@ -186,7 +188,8 @@ def _compiler() -> str:
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
         digest.update(path.read_bytes() + b"\0")
-    digest.update(repr((version("casadi"), version("sympy"))).encode())
+    with requires("chasles[derive]"):
+        digest.update(repr((version("casadi"), version("sympy"))).encode())
     return digest.hexdigest()
 
 

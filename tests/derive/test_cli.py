@@ -2,6 +2,7 @@
 
 import json
 import math
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,17 @@ def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
     done = run("derive", arm, "--to", to, "--up-to-date", "--functions", "fk")
     assert done.exit_code == 1
     assert "no description for gone\n" in done.output
+
+
+def test_missing_package_of_the_compiler_is_named_with_its_command(arm, tmp_path, monkeypatch):
+    def absent(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr(freshness, "version", absent)
+    freshness._compiler.cache_clear()
+    done = run("derive", arm, "--to", tmp_path / "out")
+    assert done.exit_code == 1
+    assert done.stderr == "chasles: casadi is not installed: pip install 'chasles[derive]'\n"
 
 
 def test_freshness_check_does_not_import_sympy_or_casadi():
