@@ -16,11 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import requires
 from chasles.summaries import short_repr
 
 from ..study.results import StudyResult
@@ -65,6 +67,20 @@ class Design(StudyResult):
     tool_error_with_more: float
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot the largest standard deviations of parameters on a logarithmic axis.
+
+        Args:
+            ax: matplotlib axes, or None for a new figure 8 cm wide.
+
+        Returns:
+            The axes.
+        """
+        with requires("chasles[calibration]"):
+            from .report.plots import plot_deviations  # noqa: PLC0415
+
+        return plot_deviations(self, ax)
 
 
 @in_one_thread

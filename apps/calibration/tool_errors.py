@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
+from chasles.contract import requires
 from chasles.summaries import short_repr
 
 from ..study.results import StudyResult
@@ -54,6 +56,20 @@ class FirstOrderErrors(StudyResult):
         """(...,) root mean square error of the tool orientation at each configuration [rad]."""
         return np.asarray(np.sqrt(np.trace(self.covariance[..., 3:, 3:], axis1=-2, axis2=-1)))
 
+    def plot(self, ax: Any = None) -> Any:
+        """Plot the root mean square tool displacement [mm] that each parameter alone causes.
+
+        Args:
+            ax: matplotlib axes, or None for a new figure 8 cm wide.
+
+        Returns:
+            The axes.
+        """
+        with requires("chasles[calibration]"):
+            from .report.plots import plot_effects  # noqa: PLC0415
+
+        return plot_effects(self, ax)
+
 
 @dataclass(frozen=True, eq=False)
 class MonteCarloErrors(StudyResult):
@@ -74,6 +90,20 @@ class MonteCarloErrors(StudyResult):
     def quantiles(self, of: tuple[float, ...] = QUANTILES) -> FloatArray:
         """Return (k, 2) quantiles of the position error [m] and the orientation error [rad]."""
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Plot the fraction of random arms whose position error [mm] stays below each value.
+
+        Args:
+            ax: matplotlib axes, or None for a new figure 8 cm wide.
+
+        Returns:
+            The axes.
+        """
+        with requires("chasles[calibration]"):
+            from .report.plots import plot_distribution  # noqa: PLC0415
+
+        return plot_distribution(self, ax)
 
 
 def first_order_errors(

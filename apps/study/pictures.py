@@ -169,6 +169,29 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
     return axes
 
 
+def plot_roadmap(found: Any, ax: Any = None) -> Any:
+    """Plot the points and the edges of a roadmap in its first two coordinates.
+
+    Args:
+        found: The `Roadmap`.
+        ax: matplotlib axes, or None for a new figure.
+
+    Returns:
+        The axes.
+    """
+    axes = _axes(ax, (4.4, 3.6))
+    gaps = np.full((len(found.edges), 1, 2), np.nan)
+    lines = np.concatenate([found.q[found.edges][..., :2], gaps], axis=1).reshape(-1, 2)
+    axes.plot(*lines.T, color=_COLOR_BLIND[0], lw=0.4, alpha=0.6)
+    axes.plot(*found.q[:, :2].T, ".", color=_COLOR_BLIND[5], markersize=3)
+    is_plane = found.q.shape[1] == 2  # noqa: PLR2004 - a plane
+    axes.set_xlabel("x [m]" if is_plane else "q[0] [rad, m]")
+    axes.set_ylabel("y [m]" if is_plane else "q[1] [rad, m]")
+    if is_plane:
+        axes.set_aspect("equal")
+    return axes
+
+
 def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     """Plot a planar region, its border, the circles of the legs, and singular positions.
 

@@ -1,4 +1,4 @@
-"""Plots of a calibration: errors before and after, and parameters with intervals.
+"""Plots of calibrations, of planned measurements and of tool errors.
 
 The colors are safe for color-blind readers (Okabe and Ito, Color universal design, 2008), and the
 markers differ in black and white.
@@ -17,7 +17,7 @@ from ..shown_numbers import SHOWN
 from .contents import MM, lengths
 
 if TYPE_CHECKING:
-    from chasles.calibration import Calibration
+    from chasles.calibration import Calibration, Design, FirstOrderErrors, MonteCarloErrors
 
 _WIDTH, _HEIGHT = 8 / 2.54, 5 / 2.54
 """Size of a new figure [inch]: 8 cm, the width of a printed column, by 5 cm."""
@@ -66,7 +66,42 @@ def plot_parameters(found: Calibration, ax: Any = None) -> Any:
     return ax
 
 
-def _on_new_figure(plot: Any, found: Calibration) -> Any:
+def plot_effects(found: FirstOrderErrors, ax: Any = None) -> Any:
+    """Plot the root mean square tool displacement [mm] that each parameter alone causes."""
+    if ax is None:
+        return _on_new_figure(plot_effects, found)
+    shown = slice(min(_MAX_PARAMETERS, len(found.names)))
+    names, effects = found.names[shown][::-1], found.effects[shown][::-1]
+    ax.barh(names, MM * effects, color=_BLUE, height=0.6)
+    ax.set_xlabel("displacement of the tool [mm]")
+    return ax
+
+
+def plot_distribution(found: MonteCarloErrors, ax: Any = None) -> Any:
+    """Plot the fraction of random arms whose position error [mm] stays below each value."""
+    if ax is None:
+        return _on_new_figure(plot_distribution, found)
+    errors = np.sort(found.position)
+    ax.step(MM * errors, np.arange(1, len(errors) + 1) / len(errors), color=_BLUE, lw=1)
+    ax.set_ylim(0, 1.02)
+    ax.set_xlim(left=0)
+    ax.set_xlabel("position error [mm]")
+    ax.set_ylabel("fraction of arms")
+    return ax
+
+
+def plot_deviations(found: Design, ax: Any = None) -> Any:
+    """Plot the largest standard deviations of parameters [m, rad, 1] on a logarithmic axis."""
+    if ax is None:
+        return _on_new_figure(plot_deviations, found)
+    shown = np.argsort(-found.std)[:_MAX_PARAMETERS][::-1]
+    ax.semilogx(found.std[shown], [found.names[k] for k in shown], "o", color=_BLUE)
+    ax.set_xlabel("standard deviation [m, rad]")
+    ax.grid(axis="x", alpha=0.3)
+    return ax
+
+
+def _on_new_figure(plot: Any, found: Any) -> Any:
     """Return the axes of a new figure with a plot in a small font."""
     with matplotlib.rc_context({"font.size": 7, "lines.markersize": 2.5}):
         figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")

@@ -55,6 +55,19 @@ class Roadmap:
         facts = (f"{count:,} points in {n} coordinates", f"{len(self.edges):,} edges")
         return summary_repr(self, "", *facts, methods="plan(q_start, q_goal)")
 
+    def plot(self, ax: Any = None) -> Any:
+        """Plot points and edges in two coordinates: the plane, or the first two coordinates.
+
+        Args:
+            ax: matplotlib axes, or None for a new figure.
+
+        Returns:
+            The axes.
+        """
+        from ..pictures import plot_roadmap  # noqa: PLC0415
+
+        return plot_roadmap(self, ax)
+
     def plan(
         self, q_start: ArrayLike, q_goal: ArrayLike, *, algorithm: Algorithm = "astar"
     ) -> Plan:
