@@ -31,7 +31,7 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
             laws.setdefault(item.joint, {})[field] = float(number)
     lines = []
     for joint, law in laws.items():
-        lines += ["", "[[transmissions]]", f"of = {json.dumps(joint)}"]
+        lines += ["", "[[transmissions]]", f"coordinate = {json.dumps(joint)}"]
         lines += [f"{field} = {value!r}" for field, value in law.items()]
     return "\n".join([*lines, ""]) if lines else ""
 

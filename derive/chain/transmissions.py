@@ -47,7 +47,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
         return {}
-    given = {law.of: law for law in robot.transmissions}
+    given = {law.coordinate: law for law in robot.transmissions}
     laws = [given.get(c.name, Transmission(c.name)) for c in robot.coordinates]
     shown = coordinates("r", len(laws))
     r = Argument("r", shown, q.shape, q.unit, "readings of the controller")
@@ -88,7 +88,7 @@ class _Sag:
         for row, most in zip(springs.rows, stiffness, strict=True):
             if abs(float(row.compliance)) * most > MOST_SAG:
                 raise DescriptionError(
-                    f"spring of {row.of!r}: expected a compliance of at most "
+                    f"spring of {row.coordinate!r}: expected a compliance of at most "
                     f"{MOST_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
                     "may deflect faster than its load moves"
                 )
@@ -140,9 +140,16 @@ def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
     for row, joint in zip(springs.rows, robot.coordinates, strict=True):
         to_axis = translation(*row.point) + align_z(row.axis)
         joints.append(
-            Joint(row.of, joint.kind, to_axis, inverse(to_axis), row.of, limits=joint.limits)
+            Joint(
+                row.coordinate,
+                joint.kind,
+                to_axis,
+                inverse(to_axis),
+                row.coordinate,
+                limits=joint.limits,
+            )
         )
-        masses.append(PointMass(row.of, row.mass, row.center))
+        masses.append(PointMass(row.coordinate, row.mass, row.center))
     load = Load(tuple(masses), springs.gravity)
     return SerialRobot(robot.name, tuple(joints), load=load), load
 

@@ -39,9 +39,9 @@ ROBOT_FIELDS = (
     "joints",
     "transmissions",
 )
-TRANSMISSION_FIELDS = ("of", "gain", "sin1", "cos1", "sin2", "cos2")
+TRANSMISSION_FIELDS = ("coordinate", "gain", "sin1", "cos1", "sin2", "cos2")
 LOAD_FIELDS = ("masses", "gravity", "springs")
-SPRING_FIELDS = ("of", "compliance", "axis", "point", "mass", "center")
+SPRING_FIELDS = ("coordinate", "compliance", "axis", "point", "mass", "center")
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "assumed")
 _WAVES = ("sin1", "cos1", "sin2", "cos2")
 KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
@@ -130,8 +130,9 @@ class RobotFile(TomlFile):
         has_gain = self.at((*keys, "gain")) is not None
         gain = self.number((*keys, "gain"), "ratio") if has_gain else sp.S.One
         sin1, cos1, sin2, cos2 = (self.number((*keys, name), "angle") for name in _WAVES)
+        waves = sin1, cos1, sin2, cos2
         try:
-            return Transmission(self.name((*keys, "of")), gain, (sin1, cos1, sin2, cos2))
+            return Transmission(self.name((*keys, "coordinate")), gain, waves)
         except DescriptionError as error:
             if error.file:
                 raise
@@ -166,7 +167,7 @@ class RobotFile(TomlFile):
     def _spring(self, keys: Keys) -> Spring:
         self.check_fields(keys, self.table_at(keys), SPRING_FIELDS)
         return Spring(
-            of=self.name((*keys, "of")),
+            coordinate=self.name((*keys, "coordinate")),
             compliance=self.literal((*keys, "compliance"), 0),
             axis=self.vector((*keys, "axis"), "ratio"),
             point=self.vector((*keys, "point"), "length"),

@@ -38,7 +38,7 @@ def _lines(robot: SerialRobot) -> Iterator[str]:
         yield f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
     for joint, T in zip(robot.coordinates, places, strict=True):
         mass, center = _weight(robot, links[joint.name])
-        yield from ("", "[[springs]]", f"of = {json.dumps(joint.name)}")
+        yield from ("", "[[springs]]", f"coordinate = {json.dumps(joint.name)}")
         yield f"compliance = ${joint.name}"
         yield f"axis = {_row(joint.direction * T[:3, 2])}"
         if joint.kind == "revolute":

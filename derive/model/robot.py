@@ -182,7 +182,7 @@ class Transmission:
     The waves model eccentric encoders and gears; prismatic coordinates have none.
 
     Attributes:
-        of: Name of the coordinate.
+        coordinate: Name of the coordinate.
         gain: True motion per unit of r.
         waves: sin1, cos1, sin2 and cos2 (radian).
 
@@ -190,7 +190,7 @@ class Transmission:
         DescriptionError: The waves are so large that q may not be monotonic as a function of r.
     """
 
-    of: str
+    coordinate: str
     gain: sp.Expr = sp.S.One
     waves: Vector4 = (sp.S.Zero,) * 4
 
@@ -201,8 +201,8 @@ class Transmission:
         largest = MOST_WAVES * abs(float(self.gain))
         if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
             raise DescriptionError(
-                f"transmission of {self.of!r}: expected a nonzero gain and waves of at most "
-                f"{MOST_WAVES} times the gain (sin2 and cos2 count twice)"
+                f"transmission of {self.coordinate!r}: expected a nonzero gain and waves of at "
+                f"most {MOST_WAVES} times the gain (sin2 and cos2 count twice)"
             )
 
 
@@ -213,7 +213,7 @@ class Spring:
     Joint axis and link refer to the nominal arm at zero coordinates, in the base frame.
 
     Attributes:
-        of: Name of the coordinate.
+        coordinate: Name of the coordinate.
         compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
         axis: Direction of the joint's axis.
         point: A point on the axis (metre).
@@ -221,7 +221,7 @@ class Spring:
         center: Center of mass of the link (metre).
     """
 
-    of: str
+    coordinate: str
     compliance: sp.Expr
     axis: Vector
     point: Vector
@@ -344,7 +344,7 @@ class SerialRobot:
     def _check_springs(self) -> None:
         rows = self.springs.rows if self.springs else ()
         expected = [joint.name for joint in self.coordinates]
-        if rows and ([row.of for row in rows] != expected or len(self.moving) > len(rows)):
+        if rows and ([row.coordinate for row in rows] != expected or len(self.moving) > len(rows)):
             raise DescriptionError(
                 f"robot {self.name!r}: expected a spring for each coordinate in their order "
                 f"({', '.join(expected)}) and no joints that mimic others; a rigid joint has the "
@@ -401,9 +401,9 @@ def check_unique(what: str, names: Sequence[str]) -> None:
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
     """Raises DescriptionError if a transmission has no coordinate, or a coordinate has two."""
-    check_unique("transmission", [law.of for law in transmissions])
+    check_unique("transmission", [law.coordinate for law in transmissions])
     for law in transmissions:
-        check_choice("transmission of", law.of, law.of, coordinates)
+        check_choice("transmission of", law.coordinate, law.coordinate, coordinates)
 
 
 def check_name(what: str, name: object) -> None:

@@ -76,10 +76,10 @@ def test_non_invertible_transmissions_are_rejected(tmp_path):
         ('gain = 1\nsin1 = "3"', "waves of at most"),
         ("gain = 0", "a nonzero gain"),
     ):
-        path.write_text(f'{text}\n[[transmissions]]\nof = "shoulder"\n{law}\n')
+        path.write_text(f'{text}\n[[transmissions]]\ncoordinate = "shoulder"\n{law}\n')
         with pytest.raises(DescriptionError, match=words):
             read(path)
-    path.write_text(f'{text}\n[[transmissions]]\nof = "none"\n')
+    path.write_text(f'{text}\n[[transmissions]]\ncoordinate = "none"\n')
     with pytest.raises(DescriptionError, match="transmission of 'none'"):
         read(path)
 

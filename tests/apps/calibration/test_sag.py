@@ -153,8 +153,16 @@ def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
     ("old", "new", "expected"),
     [
         ("limits = [-0.5, 1.0]\n", "", "has no limits"),
-        ('of = "elbow"\ncompliance = ', 'of = "elbow"\ncompliance = 1e3  # ', "of at most"),
-        ('[[springs]]\nof = "elbow"', '[[springs]]\nof = "wrist"', "a spring for each coordinate"),
+        (
+            'coordinate = "elbow"\ncompliance = ',
+            'coordinate = "elbow"\ncompliance = 1e3  # ',
+            "of at most",
+        ),
+        (
+            '[[springs]]\ncoordinate = "elbow"',
+            '[[springs]]\ncoordinate = "wrist"',
+            "a spring for each coordinate",
+        ),
         ("mass = 3.0", "weight = 3.0", "weight"),
     ],
     ids=["no limits", "excessive compliance", "missing coordinate", "unknown key"],
