@@ -28,7 +28,7 @@ class Expressions:
         function: Name of the function.
         inputs: The symbols of each input in its shape; a vector is a column.
         signs: For a function with branches, a symbol for each two-way choice, 1 or -1. The outputs
-            are those of a single branch.
+            belong to a single branch.
         parameters: The value of each parameter, exact.
         terms: The shared terms in their order, each in inputs, parameters, signs and earlier terms;
             empty after expansion.
@@ -87,49 +87,30 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
     found = derivation.function(function)
     if found.calls:
         raise InputValueError(f"{robot.name}.{function}: an iteration computes this function")
-    definitions = _definitions(found)
-    if expand:
-        values = _expanded(definitions)
-        outputs = {name: entries.xreplace(values) for name, entries in _outputs(found).items()}
-        definitions = {}
-    else:
-        outputs = _outputs(found)
+    entries = found.expanded() if expand else [result.entries for result in found.outputs]
+    outputs = {
+        result.name: _array(values, result.shape[1:] if found.signs else result.shape)
+        for result, values in zip(found.outputs, entries, strict=True)
+    }
     return Expressions(
         robot.name,
         function,
         {argument.name: _array(argument.symbols, argument.shape) for argument in found.inputs},
         found.signs,
         dict(found.terms.parameters),
-        tuple(definitions.items()),
+        () if expand else _terms(found),
         outputs,
     )
 
 
-def _definitions(function: SymbolicFunction) -> dict[sp.Symbol, sp.Expr]:
+def _terms(function: SymbolicFunction) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
     """Returns the constants and terms on which a function depends, in their order."""
-    terms = function.terms
-    entries = [entry for result in function.outputs for entry in result.entries]
-    needed = {name: terms.definitions[name] for name in terms.needed(entries)}
-    constants: dict[sp.Symbol, sp.Expr] = {}
-    for expression in (*needed.values(), *entries):
-        for name in terms.constants_in(expression):
-            constants.setdefault(name, terms.constants[name])
-    return constants | needed
-
-
-def _expanded(definitions: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
-    """Returns each term in inputs, parameters and signs alone."""
-    values: dict[sp.Symbol, sp.Expr] = {}
-    for name, definition in definitions.items():
-        values[name] = definition.xreplace(values)
-    return values
-
-
-def _outputs(function: SymbolicFunction) -> dict[str, sp.Basic]:
-    return {
-        result.name: _array(result.entries, result.shape[1:] if function.signs else result.shape)
-        for result in function.outputs
-    }
+    definitions, all_terms = function.definitions(), function.terms
+    parts = [value for _, value in definitions]
+    parts += [entry for result in function.outputs for entry in result.entries]
+    used = {name for part in parts for name in all_terms.constants_in(part)}
+    constants = [(name, value) for name, value in all_terms.constants.items() if name in used]
+    return (*constants, *definitions)
 
 
 def _array(entries: tuple[sp.Expr, ...], shape: tuple[int, ...]) -> sp.Basic:
