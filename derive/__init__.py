@@ -11,6 +11,8 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from chasles.contract import requires
+
 if TYPE_CHECKING:
     from .build.casadi_functions import casadi_function as casadi_function
     from .build.generate import files as files
@@ -54,9 +56,6 @@ if TYPE_CHECKING:
 # with loops: SymPy would rebuild the same expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
-NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
-LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
-"""Packages of the extra `derive`."""
 _ROOMS = {
     "build.casadi_functions": ("casadi_function",),
     "build.generate": (
@@ -121,14 +120,8 @@ def __getattr__(name: str) -> object:
         raise AttributeError(
             f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}"
         )
-    try:
+    with requires("chasles[derive]"):
         room = import_module(f".{_ROOM_OF[name]}", __name__)
-    except ModuleNotFoundError as error:
-        if error.name in LIBRARIES:
-            from chasles.contract.errors import NotInstalledError  # noqa: PLC0415
-
-            raise NotInstalledError(f"{NOT_INSTALLED} ({error})") from error
-        raise
     return getattr(room, name)
 
 

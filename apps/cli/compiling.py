@@ -218,9 +218,9 @@ def new(
     to: Annotated[Path | None, typer.Option(help="File to write. Default: KIND.toml.")] = None,
 ) -> None:
     """Write a commented robot file to start from."""
+    from chasles.derive import template  # noqa: PLC0415
+
     file = to or Path(f"{kind}.toml")
-    with requires("chasles[derive]"):
-        from chasles.derive import template  # noqa: PLC0415
     try:
         with file.open("x", encoding="utf-8") as opened:
             opened.write(template(kind))
@@ -275,7 +275,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # A folder without a description shows only if all installed robots are compared.
+    # A folder without a description shows only if all shipped robots are compared.
     is_complete = set(shipped_folders()) <= {job.file.stem for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:

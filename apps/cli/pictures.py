@@ -12,7 +12,6 @@ import typer
 
 import chasles
 from chasles import InputValueError, NotInstalledError, load
-from chasles.contract import requires
 from chasles.library import is_description, shipped_folders
 
 from .console import say, stop
@@ -172,7 +171,7 @@ def pdf(
 
 
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
-    """Return the article of a generated robot; derive that of another robot."""
+    """Return the article of a robot; an article that is not generated is derived."""
     generated = shipped_folders().get(robot)
     if generated:
         return generated / f"{robot}.tex"
@@ -182,8 +181,8 @@ def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exac
         if not article.is_file():
             stop(f"{folder}: has no article; derive the robot with latex among its languages")
         return article
-    with requires("chasles[derive]"):
-        from chasles.derive import read, write  # noqa: PLC0415
+    from chasles.derive import read, write  # noqa: PLC0415
+
     described = read(robot, base=base, tip=tip, exact=exact)
     write(described, build / described.name, languages=["latex"])
     return build / described.name / f"{described.name}.tex"
