@@ -6,14 +6,14 @@ from chasles import NotInstalledError
 from chasles.contract import requires
 
 __all__ = ["main"]
-_VERBS_OF_COMPILER = ["derive"], ["explain"], ["export"], ["new"]
+_VERBS_OF_COMPILER = {"derive", "explain", "export", "new"}
 
 
 def main() -> None:
     """Run the command line; without typer and rich, print the command that installs them."""
     try:
-        is_compiler = sys.argv[1:2] in _VERBS_OF_COMPILER
-        with requires("chasles[derive]" if is_compiler else "chasles[cli]"):
+        needs_compiler = not _VERBS_OF_COMPILER.isdisjoint(sys.argv[1:2])
+        with requires("chasles[derive]" if needs_compiler else "chasles[cli]"):
             from .app import run  # noqa: PLC0415
     except NotInstalledError as error:
         sys.exit(f"chasles: {error}")

@@ -29,6 +29,8 @@ from .options import Base, Exact, Json, Tip, add, names
 _MEGABYTE = 1e6
 _PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
 _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}\.so")
+_DISTRIBUTION = re.compile(r"[\w.-]+")
+"""The name at the start of a requirement, such as lxml in "lxml>=5"."""
 _EXTRAS = ("cli", "derive", "files", "calibration", "study", "draw", "film", "view")
 
 
@@ -169,9 +171,10 @@ def _packages(extra: str) -> list[str]:
 
 
 def _is_installed(requirement: str) -> bool:
-    name = next(part for part in requirement.replace("[", " ").replace(">", " ").split())
+    name = _DISTRIBUTION.match(requirement)
+    assert name is not None
     try:
-        version(name.split("=")[0].split("<")[0])
+        version(name[0])
     except PackageNotFoundError:
         return False
     return True

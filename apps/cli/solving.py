@@ -20,6 +20,7 @@ from .values import (
     FloatArray,
     coordinates,
     fixed_values,
+    rounded,
     shown,
     shown_unit,
     values,
@@ -60,11 +61,11 @@ def fk(
     say(f"{arm.name}: pose of {arm.tip_frame} in {arm.base_frame}")
     say(f"at {_configuration(arm, at)}\n")
     for row in T:
-        say("  ".join(f"{_plain(number, 8):12.8f}" for number in row))
+        say("  ".join(f"{rounded(number, 8):12.8f}" for number in row))
     p, angles, quaternion = se3.to_xyz(T), se3.to_rpy(T), se3.to_quat(T, order="wxyz")
     say(f"\nxyz [mm]    {_row(p, 'm')}")
     say(f"rpy [deg]   {_row(angles, 'rad')}")
-    say(f"quat (wxyz) {'  '.join(f'{_plain(number, 8):12.8f}' for number in quaternion)}")
+    say(f"quat (wxyz) {'  '.join(f'{rounded(number, 8):12.8f}' for number in quaternion)}")
 
 
 def ik(
@@ -191,11 +192,6 @@ def _configuration(arm: chasles.Robot, q: FloatArray) -> str:
     return ", ".join(
         f"{one.name} {float(shown(x, one.unit)):g} {shown_unit(one.unit)}" for one, x in pairs
     )
-
-
-def _plain(number: float, digits: int) -> float:
-    """Return a rounded number, without the sign of -0."""
-    return round(float(number), digits) + 0.0
 
 
 def _row(numbers: FloatArray, unit: str) -> str:

@@ -81,7 +81,12 @@ def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
 def shown(number: float, unit: str) -> str:
     """Return a number in degrees or millimeters, to read."""
     scaled = math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
-    return f"{round(float(scaled), 4) + 0.0:.4f}"
+    return f"{rounded(scaled, 4):.4f}"
+
+
+def rounded(number: float, digits: int) -> float:
+    """Return a rounded number, without the sign of -0."""
+    return round(float(number), digits) + 0.0
 
 
 def shown_unit(unit: str) -> str:

@@ -6,11 +6,10 @@
 from typing import TYPE_CHECKING
 
 from ..description.shipped_files import ROBOTS, located
-from .freshness import GENERATED, Job, is_up_to_date, write_sources
+from .freshness import GENERATED, Job, Report, is_up_to_date, write_sources
 
 if TYPE_CHECKING:
     from . import jobs as jobs
-    from .jobs import Report as Report
 
 __all__ = [
     "GENERATED",

@@ -63,6 +63,15 @@ class Job:
     name: str | None = None
 
 
+@dataclass(frozen=True)
+class Report:
+    """The outcome of a job: success, a line of text for the user, and an optional warning."""
+
+    good: bool
+    line: str
+    warning: str = ""
+
+
 def is_up_to_date(job: Job) -> bool:
     """Whether a target folder was generated from this job's sources and is unchanged."""
     recipe = _recipe(job)

@@ -5,7 +5,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from ..inverse.explanation import explain, explanation
 from ..model.errors import ChaslesError, InputValueError
 from ..model.mechanism import Described
 from ..quality.model_report import model_report
-from .freshness import GENERATED, Job, stamp
+from .freshness import GENERATED, Job, Report, stamp
 from .generate import (
     MANIFEST,
     files_of,
@@ -31,15 +31,6 @@ from .generate import (
     without_search_for_cycles,
 )
 from .time_limit import at_most
-
-
-@dataclass(frozen=True)
-class Report:
-    """The outcome of a job: success, a line of text for the user, and an optional warning."""
-
-    good: bool
-    line: str
-    warning: str = ""
 
 
 def read(job: Job) -> Described:
