@@ -5,6 +5,7 @@ loops with the frames of the description; otherwise every value must be NaN. For
 actuators are solved at random poses instead.
 """
 
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 
@@ -12,6 +13,7 @@ import numpy as np
 
 import chasles
 from chasles.derive import Mechanism, read
+from chasles.derive.description.mechanism_file import has_loops
 from tests.support.derivations import ROBOTS
 from tests.support.oracles.multi_start import Multistart
 
@@ -24,15 +26,13 @@ OPEN = 1e-12
 """Maximum closure error relative to the robot size."""
 
 
-LOOPS = {"[[closures]]", "[[rods]]", "[[cylinders]]", "closures", "rods", "cylinders", "extends"}
-"""Words of robot files with loops, and of files that extend another file."""
-
-
 @cache
 def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Returns the shipped robots with loops whose files match a pattern."""
-    files = (path for path in sorted(ROBOTS.glob(pattern)) if LOOPS & {*path.read_text().split()})
-    found = map(read, files)
+    files = sorted(ROBOTS.glob(pattern))
+    tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
+    # A file that extends another file has its loops.
+    found = (read(file) for file, at in tables.items() if has_loops(at) or "extends" in at)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 
 

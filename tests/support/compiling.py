@@ -76,16 +76,17 @@ def deriving_only(*functions: str) -> Iterator[None]:
     all.
     """
     load = chasles.load
+    home = tempfile.TemporaryDirectory()
 
     def load_quickly(name: str, *, parametric: bool = False, **options) -> chasles.Robot:
         is_file = Path(name).suffix == ".toml"
         if not (parametric or is_file or name in chasles.shelf_robots()):
             return load(name, **options)
         wanted = IDENTIFICATION if parametric else functions or None
-        folder = Path(tempfile.mkdtemp()) / Path(name).stem
+        folder = Path(tempfile.mkdtemp(dir=home.name)) / Path(name).stem
         return compiled(read(name if is_file else description(name)), folder, wanted, ["c"])
 
-    with pytest.MonkeyPatch.context() as patch:
+    with home, pytest.MonkeyPatch.context() as patch:
         patch.setattr(chasles, "load", load_quickly)
         yield
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import shutil
 import tomllib
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from chasles.cli.app import app
 from chasles.cli.values import value
 from chasles.derive import derive, read, template
 from tests.support.command_line import run
+from tests.support.tools import path_of
 
 ROOT = Path(__file__).parents[3]
 KINDS = ("arm", "dh", "mechanism")
@@ -95,8 +95,8 @@ def test_pose_out_of_reach_is_stated_with_status_1():
     ],
 )
 def test_error_is_one_sentence_with_status_1(words, message):
-    if words[0] == "pdf" and shutil.which("pdflatex") is None:
-        pytest.skip("missing program pdflatex")
+    if words[0] == "pdf":
+        path_of("pdflatex")
     done = run(*words)
     assert done.exit_code == 1
     assert done.stdout == ""

@@ -20,7 +20,7 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
 """A shipped robot as installed, and an arm derived here."""
 NARROW = "-march=x86-64"
-"""Compiler flag for narrower vectors than those of an installed robot."""
+"""Compiler flag for narrower vectors than installed robots use."""
 CLOSED = 5e-14
 """Largest pose error (metre, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
