@@ -27,6 +27,8 @@ from .values import (
 )
 
 _XYZ = ("x", "y", "z")
+_POSITION = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+"""Weights of the tool's position and orientation for the task "position"."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -134,11 +136,14 @@ def _solutions(
 ) -> tuple[FloatArray, str]:
     """Return solutions (k, n), and the reason if there is none."""
     if numeric:
-        return _single(arm.ik_numeric(T, seed, fixed=fixed), arm.n)
+        weights = _POSITION if task == "position" else None
+        return _single(arm.ik_numeric(T, seed, fixed=fixed, task_weights=weights), arm.n)
     if nearest:
         if seed is None:
             raise InputValueError("--nearest: expected --q-seed, too")
         return _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), arm.n)
+    if fixed and task == "position":
+        raise InputValueError("--fixed: expected --nearest or --numeric, too, with --task position")
     solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
     if seed is not None:
         solutions = solutions.sorted_by_distance(seed)

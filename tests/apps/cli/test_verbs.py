@@ -65,6 +65,15 @@ def test_nearest_solution_is_the_first_of_the_sorted_ones():
     np.testing.assert_allclose(turns, turns.round(), atol=1e-12)
 
 
+def test_iterated_position_leaves_the_orientation_free():
+    """The arm has five joints, so it reaches few orientations at a position."""
+    words = ("ik", "lynxmotion", "--xyz", "0.1,0.1,0.2", "--task", "position", "--numeric")
+    done = run(*words, "--json")
+    (solution,) = json.loads(done.stdout)["solutions"]
+    p = chasles.load("lynxmotion").fk(solution["q"])[:3, 3]
+    np.testing.assert_allclose(p, [0.1, 0.1, 0.2], atol=1e-9)
+
+
 def test_fixed_joint_takes_a_value_with_a_unit():
     words = ("ik", "panda", "--xyz", "0.4,0,0.4", "--rpy", "180deg,0,0", "--json")
     solutions = json.loads(run(*words, "--fixed", "joint7=45deg").stdout)["solutions"]
@@ -88,6 +97,10 @@ def test_pose_out_of_reach_is_stated_with_status_1():
         (("ik", "ur5e", "--xyz", "0,0,0", "--quat", "1,0,0,0"), "--quat: expected --order"),
         (("ik", "ur5e", "--xyz", "0,0,0", "--nearest"), "--nearest: expected --q-seed"),
         (("ik", "panda", "--xyz", "0,0,0", "--fixed", "joint7"), "expected JOINT=VALUE"),
+        (
+            ("ik", "scara", "--xyz", "0,0,0", "--task", "position", "--fixed", "elbow=0"),
+            "--fixed: expected --nearest or --numeric",
+        ),
         (("draw", "ur5e", "--views", "behind"), "behind"),
         (("view", "ur5e", "--html", "a.html", "--port", "1"), "--play and --port require"),
         (("derive", "missing.toml", "--to", "out"), "missing.toml: no such file"),
