@@ -415,6 +415,8 @@ assert len(results) == 5 and all(np.array_equal(x, results[0]) for x in results)
 INTERRUPTED = """
 import os, signal, sys, threading, time
 import numpy as np, chasles
+# A shell starts background commands with SIGINT ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 arm = chasles.load("ur5e")
 n = 300_000
 T = arm.fk(np.random.default_rng(0).uniform(-3, 3, (n, 6)))
