@@ -45,7 +45,7 @@ def read_manifest(folder: Path) -> Manifest:
         raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
     try:
         entries = json.loads(content)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ManifestError(f"{file}: not JSON: {error}") from error
     place = Place(file)
     _check_format(entries, place)

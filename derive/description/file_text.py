@@ -54,3 +54,6 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
         raise file_error(file, line, "", None, f"{name} text") from error
     except LookupError as error:
         raise file_error(file, 1, "encoding", encoding, "a known encoding") from error
+    except UnicodeError as error:
+        # Codecs such as punycode and idna state no position.
+        raise file_error(file, None, "", None, f"{name} text") from error

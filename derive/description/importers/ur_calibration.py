@@ -145,11 +145,13 @@ class _File:
             mark = getattr(error, "problem_mark", None)
             line = mark.line + 1 if mark else None
             self._fail(line, "", None, f"valid YAML ({getattr(error, 'problem', error)})")
+        except RecursionError:
+            self._fail(None, "", None, "fewer brackets in brackets")
         top = _entries(root)
         if "kinematics" not in top:
             self._fail(1, "kinematics", None, "a table kinematics, as the ROS driver writes it")
         links = _entries(top["kinematics"])
-        if "hash" in links:
+        if "hash" in links and links["hash"].id == "scalar":
             self.hash = f" ({links['hash'].value})"
         return tuple(self._pose(link, links, top["kinematics"]) for link in LINKS)
 
@@ -164,7 +166,8 @@ class _File:
             if name not in entries:
                 self._fail(links[link].start_mark.line + 1, field, None, "a number")
             at = entries[name]
-            values.append(self._number(at.start_mark.line + 1, field, str(at.value)))
+            text = at.value if at.id == "scalar" else f"a {at.id}"
+            values.append(self._number(at.start_mark.line + 1, field, text))
         x, y, z, roll, pitch, yaw = values
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
@@ -191,7 +194,7 @@ class _File:
 
     def _deltas(self, name: str) -> list[sp.Expr]:
         line = self._line(name)
-        found = re.search(rf"(?m)^\s*{name}\s*=\s*\[([^]]*)\]", self.text)
+        found = re.search(rf"(?m)^[ \t]*{name}[ \t]*=[ \t]*\[([^]]*)\]", self.text)
         words = found[1].split(",") if found else []
         if len(words) != len(LINKS):
             self._fail(line, name, None, f"{name} = [six numbers]")
@@ -215,9 +218,10 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table; empty for other nodes."""
+    """Returns the entries of a YAML table with text keys; empty for other nodes."""
     pairs = node.value if node is not None and node.id == "mapping" else []
-    return {str(key.value): value for key, value in pairs}
+    # Aliases in other keys and values could expand to a text of any length.
+    return {key.value: value for key, value in pairs if key.id == "scalar"}
 
 
 # --- DH rows to poses without large offsets ---
