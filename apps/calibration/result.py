@@ -272,6 +272,9 @@ class Calibration(StudyResult):
         name = str(found.robot)
         if robot is not None and robot.name != name:
             raise InputValueError(f"{path}: expected the calibrated {name}, got {robot.name}")
+        if robot is None and not name.isidentifier():
+            # A path would load the code of any folder.
+            raise InputValueError(f"{path}: expected the name of a robot, got {name!r}; pass robot")
         return replace(found, robot=robot or load(name, parametric=True))
 
     @property

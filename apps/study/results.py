@@ -9,18 +9,28 @@ from __future__ import annotations
 import csv
 import json
 import os
+import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from lzma import LZMAError
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any, ClassVar, Self, TypeVar
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 
 from chasles import InputValueError
 
 T = TypeVar("T")
 Arrays = dict[str, np.ndarray[Any, Any]]
+_DAMAGED = (
+    *(BadZipFile, EOFError, LZMAError, MemoryError, OSError, RuntimeError),
+    *(SyntaxError, TokenError, ValueError, zlib.error),
+)
+"""Errors of NumPy and zipfile for damaged files. RuntimeError: the archive is encrypted, or its
+compression unknown. SyntaxError, TokenError: NumPy parses the header of an array as Python."""
 
 
 class StudyResult:
@@ -59,11 +69,14 @@ class StudyResult:
         """
         by_suffix(path, {".npz": cls})
         arrays = read_npz(path)
-        facts = json.loads(str(arrays["facts"])) if "facts" in arrays else {}
-        if facts.get("type") != cls.__name__:
-            raise InputValueError(f"{path}: expected a {cls.__name__} written by to_npz")
         types = {own.__name__: own for own in (cls, *cls._parts)}
-        made: Self = _unpacked(facts, types, arrays)
+        wrong = f"{os.fspath(path)}: expected a {cls.__name__} written by to_npz"
+        try:
+            made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
+        except (KeyError, RecursionError, TypeError, ValueError) as error:
+            raise InputValueError(wrong) from error
+        if not isinstance(made, cls):
+            raise InputValueError(wrong)
         return made
 
 
@@ -89,10 +102,18 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
         InputValueError: The file cannot be read.
     """
     try:
-        with np.load(Path(path)) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, BadZipFile) as error:
-        raise InputValueError(f"{os.fspath(path)}: expected NumPy arrays ({error})") from error
+        with Path(path).open("rb") as file, NpzFile(file) as arrays:
+            return {name: _array(name, arrays[name]) for name in arrays.files}
+    except _DAMAGED as error:
+        reason = str(error) or type(error).__name__
+        raise InputValueError(f"{os.fspath(path)}: expected NumPy arrays ({reason})") from error
+
+
+def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
+    """Return the array of an archive member; NumPy returns other members as bytes."""
+    if isinstance(found, bytes):
+        raise ValueError(f"{name} is not an array")
+    return found
 
 
 def write_table(
@@ -124,10 +145,12 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
         return tuple(_unpacked(item, types, arrays) for item in packed)
     if not isinstance(packed, dict):
         return packed
-    if "array" in packed:
-        return arrays[packed["array"]]
-    values = {name: _unpacked(own, types, arrays) for name, own in packed["fields"].items()}
-    return types[packed["type"]](**values)
+    match packed:
+        case {"array": str(name)}:
+            return arrays[name]
+        case {"type": str(name), "fields": dict(own)}:
+            return types[name](**{key: _unpacked(own[key], types, arrays) for key in own})
+    raise ValueError("an object without type and fields")
 
 
 def _field_names(value: Any) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ _ARCHIVE = b"PK\x03\x04"
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
 """Spaces that separate columns; a space before a bracket belongs to a unit."""
+_MAX_COLUMNS = 10_000
 _GROUP = 3
 """Number of digits between thousands separators."""
 
@@ -57,9 +58,16 @@ def cells_of(path: Path) -> TableText:
         raise InputValueError(f"{path}: empty; expected a header and a row for each measurement")
     texts = [line for _, line in kept]
     separator = _separator(texts)
-    split = list(_split(texts, separator))
+    try:
+        split = list(_split(texts, separator))
+        comment_cells = next(_split([comment], separator), [])
+    except csv.Error as error:
+        raise InputValueError(f"{path}: expected a table ({error})") from error
     lines = [TableLine(number, cells) for (number, _), cells in zip(kept, split, strict=True)]
-    return TableText(lines, next(_split([comment], separator), []), separator)
+    for number, cells in lines:
+        if len(cells) > _MAX_COLUMNS:
+            raise InputValueError(f"{path}, line {number}: more than {_MAX_COLUMNS} cells")
+    return TableText(lines, comment_cells, separator)
 
 
 def _decoded(path: Path, content: bytes) -> str:
@@ -67,7 +75,7 @@ def _decoded(path: Path, content: bytes) -> str:
     if content.startswith(_ARCHIVE):
         raise InputValueError(f"{path} is a spreadsheet; save the table as text (CSV)")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return content.decode("utf-16")
+        return content.decode("utf-16", errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

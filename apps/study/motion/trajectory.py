@@ -21,6 +21,9 @@ FloatArray = NDArray[np.float64]
 
 _STEP = 0.05
 """Default time step between table rows [s]."""
+_SHOWN = 40
+"""Number of characters of a cell in an error message."""
+_NUMBERS = ("t", "q", "qd", "qdd")
 _TIME = ("t [s]", "t", "time [s]", "time")
 """Supported names of the time column."""
 
@@ -126,23 +129,28 @@ class Trajectory(StudyResult):
         """Return the trajectory of a robot from arrays t, q, and optionally qd and qdd."""
         if "t" not in arrays or "q" not in arrays:
             raise InputValueError(f"{path}: expected arrays t and q, got {', '.join(arrays)}")
-        names, shape = _names(robot), (len(arrays["t"]), robot.n)
+        arrays = {name: _real(path, name, arrays[name]) for name in _NUMBERS if name in arrays}
         t, q = arrays["t"], arrays["q"]
-        if q.shape != shape or t.ndim != 1:
+        if t.ndim != 1 or q.shape != (shape := (len(t), robot.n)):
             raise ShapeError(
                 f"{path}: expected t (m,) and q (m, {robot.n}) of {robot.name}, got {t.shape} and "
                 f"{q.shape}"
             )
+        for name in {"qd", "qdd"} & arrays.keys():
+            if arrays[name].shape != shape:
+                raise ShapeError(f"{path}: expected {name} {shape}, got {arrays[name].shape}")
         if not len(t):
             raise InputValueError(f"{path}: expected at least one row of coordinates")
-        if not (np.isfinite(q).all() and np.isfinite(t).all()):
+        if not all(np.isfinite(array).all() for array in arrays.values()):
             raise InputValueError(f"{path}: expected finite times and coordinates")
         if not (np.diff(t) > 0).all():
             raise InputValueError(f"{path}: expected ascending times")
         qd = arrays.get("qd", _slopes(t, q))
         qdd = arrays.get("qdd", _slopes(t, qd))
         stage = np.zeros(len(t), dtype=np.intp)
-        return cls(robot.name, names, t, q, qd, qdd, robot.fk(q), robot.twist_mixed(q, qd), stage)
+        return cls(
+            robot.name, _names(robot), t, q, qd, qdd, robot.fk(q), robot.twist_mixed(q, qd), stage
+        )
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
@@ -179,6 +187,13 @@ def _accelerations(names: Sequence[str]) -> list[str]:
     return [f"{name} acceleration" for name in names]
 
 
+def _real(path: Any, name: str, values: Any) -> FloatArray:
+    """Return an array of the file as float64."""
+    if values.dtype.kind not in "iuf":
+        raise InputValueError(f"{path}: expected real numbers {name}, got {values.dtype}")
+    return np.asarray(values, dtype=np.float64)
+
+
 def _slopes(t: FloatArray, values: FloatArray) -> FloatArray:
     """Return derivatives (m, n) by differences; 0 for a single sample."""
     if len(t) == 1:
@@ -200,7 +215,7 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
     try:
         with path.open(newline="", encoding="utf-8") as lines:
             head, *rows = [row for row in csv.reader(lines) if row]
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise InputValueError(f"{path}: expected a table with a header ({error})") from error
     header, names = [name.strip() for name in head], _names(robot)
     missing = [name for name in names if name not in header]
@@ -226,7 +241,7 @@ def _column(path: Path, header: list[str], rows: list[list[str]], name: str) -> 
         try:
             values.append(float(row[k]))
         except (ValueError, IndexError):
-            got = repr(row[k]) if k < len(row) else "no entry"
+            got = repr(row[k][:_SHOWN]) if k < len(row) else "no entry"
             raise InputValueError(
                 f"{path}, line {line}, {name}: expected a number, got {got}"
             ) from None
