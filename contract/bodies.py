@@ -143,14 +143,14 @@ class SkeletonFacts:
         size: The diagonal of the robot's bounding box at the reference [m].
         tip: The frame of the tip.
         bodies: The bodies.
-        posture: The default q of drawings of a serial robot; () with loops.
+        q_drawn: The default q of drawings of a serial robot; () with loops.
         closures: The joints that close loops, in addition to struts.
     """
 
     size: float
     tip: PlacedTip
     bodies: tuple[Body, ...]
-    posture: tuple[float, ...] = ()
+    q_drawn: tuple[float, ...] = ()
     closures: tuple[HeldFrames, ...] = ()
 
 
@@ -185,8 +185,8 @@ def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
     for k, closure in enumerate(found.closures):
         for end in closure.bodies:
             _check_index(end, len(bodies), place["closures"][k]["bodies"])
-    if found.posture and len(found.posture) != coordinates:
-        place["posture"].fail(found.posture, f"{coordinates} numbers")
+    if found.q_drawn and len(found.q_drawn) != coordinates:
+        place["q_drawn"].fail(found.q_drawn, f"{coordinates} numbers")
 
 
 def _check_index(index: int | None, bound: int, place: Place) -> None:

@@ -104,7 +104,7 @@ def draw(
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
     bodies = skeleton(robot)
-    chosen = bodies.posture if q is None else _row(robot, q)
+    chosen = bodies.q_drawn if q is None else _row(robot, q)
     poses = bodies.poses(chosen)
     pale, labels = _ghosts(bodies, chosen, ghosts)
     way = None if path is None else _tool_path(bodies, path)
@@ -131,14 +131,14 @@ def _row(robot: Robot, q: ArrayLike) -> FloatArray:
     return row
 
 
-def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
+def rows_of(robot: Robot, configurations: Any, name: str) -> FloatArray:
     """Return coordinates (k, n) of configurations, a plan, a trajectory or a motion.
 
     Raises:
         ShapeError: The shape of the configurations is not (k, n).
         InputValueError: The motion belongs to a different robot.
     """
-    sampled = postures.sample() if hasattr(postures, "sample") else postures
+    sampled = configurations.sample() if hasattr(configurations, "sample") else configurations
     if getattr(sampled, "robot", robot.name) != robot.name:
         raise InputValueError(
             f"{name}: expected a motion of {robot.name}, got one of {sampled.robot}"

@@ -37,9 +37,9 @@ def skeleton(robot: Robot) -> Skeleton:
     actuators = {item.index: k for k, item in enumerate(robot.manifest.loops.actuated_in_z)}
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
-    posture = np.array(facts.posture) if facts.posture else _between_limits(robot)
+    q_drawn = np.array(facts.q_drawn) if facts.q_drawn else _between_limits(robot)
     tip = facts.tip.body, _pose(facts.tip.placement)
-    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
+    return Skeleton(robot, facts.bodies, *tip, facts.size, q_drawn, facts.closures, actuators)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Skeleton:
         tip: Index of the body with the tip.
         tip_placement: (4, 4) pose of the tip in the frame of this body.
         size: Diagonal of the bounding box at the reference configuration, or at zero [m].
-        posture: (n,) default configuration of drawings; for loops, the reference configuration.
+        q_drawn: (n,) default configuration of drawings; for loops, the reference configuration.
         closures: The joints that close loops, without the struts.
         actuators: Index in q, keyed by index in the configuration, of each actuated coordinate.
     """
@@ -62,7 +62,7 @@ class Skeleton:
     tip: int
     tip_placement: FloatArray
     size: float
-    posture: FloatArray
+    q_drawn: FloatArray
     closures: tuple[HeldFrames, ...]
     actuators: dict[int, int] = field(repr=False)
 

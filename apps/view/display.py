@@ -48,7 +48,7 @@ COLOURS = {Nearness.FREE: BLUE, Nearness.NEAR: YELLOW, Nearness.BEYOND: VERMILIO
 
 
 @dataclass(frozen=True, eq=False)
-class Posture:
+class Displayed:
     """A configuration of a robot with its poses.
 
     Attributes:
@@ -114,7 +114,7 @@ class Display:
     robot: Robot
     skeleton: Skeleton
     solids: tuple[Solid, ...]
-    start: Posture
+    start: Displayed
     most_ghosts: int
     most_modes: int
     moved: Mapping[str, int]
@@ -144,7 +144,7 @@ class Display:
         self.most_modes = modes.outputs[0].shape[0] if modes else 0
         self.start = self._start()
 
-    def at(self, q: FloatArray, last: Posture) -> Posture:
+    def at(self, q: FloatArray, last: Displayed) -> Displayed:
         """Return the configuration at coordinates.
 
         Args:
@@ -159,12 +159,12 @@ class Display:
             return self._followed(q, last)
         z = self._configurations(q[None], last.z)[0]
         return (
-            self._posture(q, z)
+            self._configuration(q, z)
             if np.isfinite(z).all()
             else replace(last, closes=False, branches=None)
         )
 
-    def reaching(self, T: FloatArray, last: Posture) -> Posture:
+    def reaching(self, T: FloatArray, last: Displayed) -> Displayed:
         """Return the configuration for a tool pose, on the branch nearest to the last one.
 
         Args:
@@ -176,19 +176,19 @@ class Display:
         reached = found.reached and there.closes
         return replace(there, reached=reached, branches=found)
 
-    def ghosts(self, posture: Posture) -> Ghosts:
+    def ghosts(self, displayed: Displayed) -> Ghosts:
         """Return the other branches for the requested pose, or for the current tool pose."""
-        found = posture.branches or branches(self.robot, posture.tool, posture.q)
-        z = self._configurations(found.q, posture.z)
-        is_other = np.abs(found.q - posture.q).max(-1, initial=0.0) > SAME_SOLUTION
+        found = displayed.branches or branches(self.robot, displayed.tool, displayed.q)
+        z = self._configurations(found.q, displayed.z)
+        is_other = np.abs(found.q - displayed.q).max(-1, initial=0.0) > SAME_SOLUTION
         shown = np.flatnonzero(is_other & np.isfinite(z).all(-1))[: self.most_ghosts]
         colours = [COLOURS[_nearness_of(found, k)] for k in shown]
         return self._placed(z[shown], colours, self.most_ghosts)
 
-    def modes(self, posture: Posture) -> Ghosts:
+    def modes(self, displayed: Displayed) -> Ghosts:
         """Return the other assembly modes for the same actuated coordinates."""
         found = others(
-            assembly_modes(self.skeleton, posture.q, posture.z), posture.z, self.skeleton
+            assembly_modes(self.skeleton, displayed.q, displayed.z), displayed.z, self.skeleton
         )
         near = found.margin < _NEAR_BORDER * np.abs(found.margin).max(initial=0.0)
         colours = [YELLOW if k else PURPLE for k in near]
@@ -214,11 +214,11 @@ class Display:
         positions, colours = np.zeros((count, bodies, 3)), np.zeros((count, 3), dtype=np.uint8)
         return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
-    def limits(self, posture: Posture) -> Mapping[str, Nearness]:
+    def limits(self, displayed: Displayed) -> Mapping[str, Nearness]:
         """Return the limit state of each actuated coordinate, keyed by the joint that it moves."""
         lower, upper = self.robot.lower, self.robot.upper
-        beyond = (posture.q < lower - AT_LIMIT) | (posture.q > upper + AT_LIMIT)
-        gap = np.minimum(posture.q - lower, upper - posture.q)
+        beyond = (displayed.q < lower - AT_LIMIT) | (displayed.q > upper + AT_LIMIT)
+        gap = np.minimum(displayed.q - lower, upper - displayed.q)
         span = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
         near = gap < _NEAR_LIMIT * span
         return {
@@ -239,28 +239,30 @@ class Display:
         positions = self.robot.fk(lower + points * (upper - lower))[:, :3, 3]
         return np.asarray(positions[np.isfinite(positions).all(-1)])
 
-    def ball(self, posture: Posture) -> tuple[FloatArray, float]:
+    def ball(self, displayed: Displayed) -> tuple[FloatArray, float]:
         """Return center (3,) and radius [m] of a sphere around the robot at a configuration."""
         points = [
-            solid.triangles.vertices @ posture.bodies[solid.body, :3, :3].T
-            + posture.bodies[solid.body, :3, 3]
+            solid.triangles.vertices @ displayed.bodies[solid.body, :3, :3].T
+            + displayed.bodies[solid.body, :3, 3]
             for solid in self.solids
         ]
         every = np.vstack(points)
         centre = (every.min(0) + every.max(0)) / 2
         return centre, float(np.linalg.norm(every - centre, axis=1).max())
 
-    def _start(self) -> Posture:
-        q = self.skeleton.posture
+    def _start(self) -> Displayed:
+        q = self.skeleton.q_drawn
         if self.robot.reference is None:
-            return self._posture(q, q)
-        return self._posture(q, self._configurations(q[None], np.array(self.robot.reference.z))[0])
+            return self._configuration(q, q)
+        return self._configuration(
+            q, self._configurations(q[None], np.array(self.robot.reference.z))[0]
+        )
 
-    def _posture(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Posture:
+    def _configuration(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Displayed:
         bodies = self.skeleton.poses_from_configuration(z)
-        return Posture(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
+        return Displayed(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
-    def _followed(self, q: FloatArray, last: Posture) -> Posture:
+    def _followed(self, q: FloatArray, last: Displayed) -> Displayed:
         """Return the configuration at the end of a straight path, by small steps on one branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
@@ -270,7 +272,7 @@ class Display:
         if reached == 0:
             return replace(last, closes=False, branches=None)
         k = reached - 1
-        return self._posture(way[k], found.z[k], closes=reached == len(way))
+        return self._configuration(way[k], found.z[k], closes=reached == len(way))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
         """Return configurations (k, n_z) at coordinates (k, n); NaN if the loops do not close."""

@@ -17,7 +17,7 @@ from chasles import InputValueError, Robot
 from chasles.contract import requires
 
 from .access import Access, checked_by
-from .display import COLOURS, Display, Ghosts, Posture, quaternions
+from .display import COLOURS, Display, Displayed, Ghosts, quaternions
 from .escaping import markdown
 from .meshes import BodyMesh, body_meshes
 from .slider_units import SliderUnit, slider_units
@@ -53,13 +53,13 @@ class LiveView:
 
     Attributes:
         address: The address of the page; its token keeps other pages of the browser out.
-        posture: The displayed configuration.
+        displayed: The displayed configuration.
         handle_size: Length of the arrows at the tool [m].
         is_dragged: Whether a user is dragging the tool.
     """
 
     address: str
-    posture: Posture
+    displayed: Displayed
     handle_size: float
     is_dragged: bool
 
@@ -94,7 +94,7 @@ class LiveView:
         with checked_by(access):
             self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
         self.address = access.address(self._server.get_port())
-        self.posture, self.is_dragged = self._display.start, False
+        self.displayed, self.is_dragged = self._display.start, False
         self.handle_size = _GIZMO * self._display.skeleton.size
         self._server.scene.set_up_direction("+z")
         self._look()
@@ -125,12 +125,12 @@ class LiveView:
     def set_q(self, q: ArrayLike) -> None:
         """Show coordinates (n,) [rad or m]; if a loop does not close, the robot does not move."""
         with self._lock:
-            self._take(self._display.at(np.asarray(q, dtype=np.float64), self.posture))
+            self._take(self._display.at(np.asarray(q, dtype=np.float64), self.displayed))
 
     def set_target(self, T: ArrayLike) -> None:
         """Move the robot to a target pose (4, 4) of its tool in the base frame."""
         with self._lock:
-            self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.posture))
+            self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.displayed))
 
     # --- content of the page ---
 
@@ -210,7 +210,7 @@ class LiveView:
         gui.add_markdown(f"**{markdown(robot.title)}**")
         self._sliders = [
             self._slider(k, unit, q)
-            for k, (unit, q) in enumerate(zip(self._units, self.posture.q, strict=True))
+            for k, (unit, q) in enumerate(zip(self._units, self.displayed.q, strict=True))
         ]
         self._message = gui.add_markdown("")
         display = self._display
@@ -244,7 +244,7 @@ class LiveView:
         # Events for values that the view sets have no client.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
-                q = self.posture.q.copy()
+                q = self.displayed.q.copy()
                 q[k] = event.target.value / unit.factor
                 self.set_q(q)
 
@@ -303,39 +303,39 @@ class LiveView:
         if self._trajectory is not None:
             self.set_q(self._trajectory.q_at(self._trajectory.t[0] + seconds))
 
-    def _take(self, posture: Posture) -> None:
-        self.posture = posture
+    def _take(self, displayed: Displayed) -> None:
+        self.displayed = displayed
         self._show()
 
     def _show(self) -> None:
-        posture = self.posture
+        displayed = self.displayed
         with self._server.atomic():
             for body, T, wxyz in zip(
-                self._bodies, posture.bodies, quaternions(posture.bodies), strict=True
+                self._bodies, displayed.bodies, quaternions(displayed.bodies), strict=True
             ):
                 _give(body, wxyz=wxyz, position=T[:3, 3])
-            self._show_limits(posture)
-            for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
+            self._show_limits(displayed)
+            for slider, unit, q in zip(self._sliders, self._units, displayed.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
             # While dragged, the handle keeps its pose; after release, the handle returns to the
             # tool.
             if not self.is_dragged:
-                self._tool.wxyz = quaternions(posture.tool)
-                self._tool.position = posture.tool[:3, 3]
-            self._show_ghosts(posture)
-        _give(self._message, content=_status_text(posture))
+                self._tool.wxyz = quaternions(displayed.tool)
+                self._tool.position = displayed.tool[:3, 3]
+            self._show_ghosts(displayed)
+        _give(self._message, content=_status_text(displayed))
 
-    def _show_limits(self, posture: Posture) -> None:
-        for name, nearness in self._display.limits(posture).items():
+    def _show_limits(self, displayed: Displayed) -> None:
+        for name, nearness in self._display.limits(displayed).items():
             for symbol in self._symbols.get(name, ()):
                 _give(symbol, color=COLOURS[nearness])
 
-    def _show_ghosts(self, posture: Posture) -> None:
+    def _show_ghosts(self, displayed: Displayed) -> None:
         if not self._ghosts:
             return
         display = self._display
         parts = [
-            find(posture) if switch.value else display.no_ghosts(count)
+            find(displayed) if switch.value else display.no_ghosts(count)
             for switch, find, count in self._kinds_of_ghosts()
         ]
         ghosts = Ghosts.joined(parts)
@@ -346,7 +346,7 @@ class LiveView:
                 handle.batched_positions = ghosts.positions[:, k]
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
-    def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Posture], Ghosts], int]]:
+    def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
         """Return checkbox, function and maximum number for each kind of ghosts."""
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
@@ -361,10 +361,10 @@ def _give(handle: Any, **values: Any) -> None:
             setattr(handle, name, value)
 
 
-def _status_text(posture: Posture) -> str:
-    x, y, z = 1000 * posture.tool[:3, 3]
-    note = "" if posture.reached else _AWAY
-    note = note if posture.closes else _OPEN
+def _status_text(displayed: Displayed) -> str:
+    x, y, z = 1000 * displayed.tool[:3, 3]
+    note = "" if displayed.reached else _AWAY
+    note = note if displayed.closes else _OPEN
     return f"tool: {x:.1f}, {y:.1f}, {z:.1f} mm\n\n{note}"
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from chasles import Robot
 
 from ..drawing import Skeleton
-from .display import Display, Posture
+from .display import Display, Displayed
 from .escaping import script_json
 from .slider_units import SliderUnit, slider_units
 from .solids import Solid
@@ -129,7 +129,7 @@ _JOINT = ("kind", "at", "axis", "coordinate", "ratio", "offset", "advance")
 _SPAN = ("bodies", "ends", "across", "from_end")
 
 
-def _struts(skeleton: Skeleton, start: Posture) -> list[dict[str, Any]]:
+def _struts(skeleton: Skeleton, start: Displayed) -> list[dict[str, Any]]:
     """Return each strut once, with the strut length at coordinate 0."""
     names = [variable.name for variable in skeleton.robot.configuration_variables]
     spans = {body.span.name: body.span for body in skeleton.bodies if body.span}

@@ -13,7 +13,7 @@ import numpy as np
 from rich.table import Table
 
 import chasles
-from chasles.view.display import Display, Posture
+from chasles.view.display import Display, Displayed
 from chasles.view.slider_units import slider_units
 
 from ..report import out
@@ -34,11 +34,11 @@ def run(robots: Sequence[str]) -> int:
     slow = 0
     for name in names:
         display = Display(chasles.load(name))
-        postures = _way(display)
-        by_slider = _least(lambda d=display, p=postures: _slid(d, p))
-        by_tool = _least(lambda d=display, p=postures: _dragged(d, p))
-        by_modes = f"{_least(lambda d=display, p=postures: _in_all_modes(d, p)):.2f}"
-        most = max(int(display.ghosts(posture).scales.sum()) for posture in postures)
+        configurations = _way(display)
+        by_slider = _least(lambda d=display, p=configurations: _slid(d, p))
+        by_tool = _least(lambda d=display, p=configurations: _dragged(d, p))
+        by_modes = f"{_least(lambda d=display, p=configurations: _in_all_modes(d, p)):.2f}"
+        most = max(int(display.ghosts(displayed).scales.sum()) for displayed in configurations)
         bodies = len(display.skeleton.bodies)
         times = [f"{by_slider:.2f}", f"{by_tool:.2f}", by_modes if display.most_modes else ""]
         table.add_row(name, str(bodies), str(most), *times)
@@ -48,7 +48,7 @@ def run(robots: Sequence[str]) -> int:
     return int(slow > 0)
 
 
-def _way(display: Display) -> list[Posture]:
+def _way(display: Display) -> list[Displayed]:
     """Return consecutive configurations, beginning at the start configuration."""
     units = slider_units(display.robot, display.start.q)
     step = STEP * np.array([unit.upper - unit.lower for unit in units])
@@ -59,28 +59,30 @@ def _way(display: Display) -> list[Posture]:
     return found
 
 
-def _slid(display: Display, postures: list[Posture]) -> None:
-    _shown(display, postures, lambda posture, last: display.at(posture.q, last))
+def _slid(display: Display, configurations: list[Displayed]) -> None:
+    _shown(display, configurations, lambda displayed, last: display.at(displayed.q, last))
 
 
-def _dragged(display: Display, postures: list[Posture]) -> None:
-    _shown(display, postures, lambda posture, last: display.reaching(posture.tool, last))
+def _dragged(display: Display, configurations: list[Displayed]) -> None:
+    _shown(display, configurations, lambda displayed, last: display.reaching(displayed.tool, last))
 
 
 def _shown(
-    display: Display, postures: list[Posture], moved: Callable[[Posture, Posture], Posture]
+    display: Display,
+    configurations: list[Displayed],
+    moved: Callable[[Displayed, Displayed], Displayed],
 ) -> None:
     """Compute all frames of a path, each from the previous frame."""
-    last = postures[0]
-    for posture in postures[1:]:
-        last = moved(posture, last)
+    last = configurations[0]
+    for displayed in configurations[1:]:
+        last = moved(displayed, last)
         display.ghosts(last)
         display.limits(last)
 
 
-def _in_all_modes(display: Display, postures: list[Posture]) -> None:
-    for posture in postures[1:] if display.most_modes else ():
-        display.modes(posture)
+def _in_all_modes(display: Display, configurations: list[Displayed]) -> None:
+    for displayed in configurations[1:] if display.most_modes else ():
+        display.modes(displayed)
 
 
 def _least(work: Callable[[], None]) -> float:

@@ -35,8 +35,8 @@ LINED, PROCESS = 1000, 4901
 
 def run(samples: int) -> int:
     """Print times of chasles and peers, and the memory of the process; return 0."""
-    table = Table(title=f"Studies, two cores where there are two; {samples:,} postures")
-    for name in ("study", "seconds", "ns a posture", "a peer's ns", "ratio"):
+    table = Table(title=f"Studies, two cores where there are two; {samples:,} configurations")
+    for name in ("study", "seconds", "ns a configuration", "a peer's ns", "ratio"):
         table.add_column(name, justify="left" if name == "study" else "right")
     _warm()
     arm = chasles.load("ur5e")
@@ -154,12 +154,12 @@ def _forward_peers() -> list[Call]:
 
 def _looped(robot: chasles.Robot, call: Call) -> float:
     """Return the time per configuration of a loop over a peer's forward kinematics [s]."""
-    postures = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
+    configurations = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
     cells = Grid.from_bounds(np.full(3, -1.2), np.full(3, 1.2), 100)
     hits = np.zeros(cells.shape, dtype=np.uint32)
 
     def work() -> None:
-        for q in postures:
+        for q in configurations:
             T = call.read(call.fk(q))[0]
             cell = ((T[:3, 3] - cells.lower) / cells.side).astype(int)
             hits[tuple(cell)] += 1
@@ -170,6 +170,6 @@ def _looped(robot: chasles.Robot, call: Call) -> float:
 def _asked() -> float:
     """Return the time per reachable pose of the Robotics Toolbox's inverse [s]."""
     model = rtb.models.DH.UR5()
-    postures = np.random.default_rng(1).uniform(-3, 3, (ASKED, 6))
-    poses = [model.fkine(q).A for q in postures]
+    configurations = np.random.default_rng(1).uniform(-3, 3, (ASKED, 6))
+    poses = [model.fkine(q).A for q in configurations]
     return _seconds(lambda: [model.ik_LM(T) for T in poses]) / ASKED

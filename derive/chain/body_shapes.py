@@ -15,7 +15,7 @@ from chasles.contract import Shape
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
-from .posture import posture
+from .drawn_configuration import drawn_configuration
 from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
@@ -39,7 +39,7 @@ class Skeleton:
         shapes: The shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        posture: The default configuration q for drawing a serial robot; () with loops.
+        q_drawn: The default configuration q for drawing a serial robot; () with loops.
         size: Diagonal of the box around frames, joints and tip at the reference (metre).
         closures: The frame pairs connected by loop-closing joints.
     """
@@ -48,7 +48,7 @@ class Skeleton:
     shapes: tuple[tuple[Shape, ...], ...]
     tip: int
     tip_placement: Array
-    posture: tuple[float, ...]
+    q_drawn: tuple[float, ...]
     size: float
     closures: tuple[HeldFrames, ...] = ()
 
@@ -156,7 +156,7 @@ class _Shapes:
             tuple(map(tuple, self.shapes)),
             self.rigid.tip,
             self.rigid.tip_placement,
-            posture(self.rigid),
+            drawn_configuration(self.rigid),
             self.size,
             tuple(self.rigid.held(c) for c in self.closers if isinstance(c, Closure)),
         )

@@ -89,7 +89,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
 
 
 def _of_geometry(
-    loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], posture: ca.MX
+    loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], configuration: ca.MX
 ) -> ca.MX:
     """Returns the loop variables w for a geometry, starting from the nominal configuration."""
     assert loops is not None
@@ -99,7 +99,7 @@ def _of_geometry(
     symbols, geometry = ca.SX.sym("w", loops.arguments["w"].size), ca.SX.sym("p", p.numel())
     unknown = range(n, symbols.numel())
     solver = _solver(symbols, geometry, residual(symbols, geometry)[0], range(n), unknown)
-    start = ca.vertcat(*(posture[names.index(variable.name)] for variable in loops.unknown))
+    start = ca.vertcat(*(configuration[names.index(variable.name)] for variable in loops.unknown))
     w = ca.vertcat(q, solver(start, ca.vertcat(q, p)))
     return _while_closed(w, residual(w, p)[0])
 

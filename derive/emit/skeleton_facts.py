@@ -17,7 +17,7 @@ def skeleton_facts(found: Skeleton) -> SkeletonFacts:
         float(f"{found.size:.6g}"),
         PlacedTip(found.tip, _pose(found.tip_placement)),
         tuple(_body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)),
-        tuple(found.posture),
+        tuple(found.q_drawn),
         tuple(_held(closure) for closure in found.closures),
     )
 

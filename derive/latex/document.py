@@ -267,10 +267,10 @@ def _figure(derivation: Derivation) -> str:
         return _FIGURE % caption
     values = [
         rf"{value:.4g}\,\mathrm{{m}}" if joint.unit == "m" else rf"{math.degrees(value):.4g}^\circ"
-        for value, joint in zip(derivation.skeleton.posture, robot.coordinates, strict=True)
+        for value, joint in zip(derivation.skeleton.q_drawn, robot.coordinates, strict=True)
     ]
-    posture = ", ".join(f"${value}$" for value in values)
-    return _FIGURE % f"The robot at $q =$ ({posture}), with the positive sense of each joint."
+    configuration = ", ".join(f"${value}$" for value in values)
+    return _FIGURE % f"The robot at $q =$ ({configuration}), with the positive sense of each joint."
 
 
 _BOOKTABS = r"\usepackage{booktabs}"

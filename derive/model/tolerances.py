@@ -442,7 +442,7 @@ LAST_STEP = 1e-9
 """Length of the last Newton step (radian, or relative to the arm's length) to a singular
 configuration, so that the printed digits (1e-5) are correct. If two singularities cross, J^T y is
 small long before q is accurate."""
-OTHER_POSTURE = 0.02
+OTHER_CONFIGURATION = 0.02
 """Distance (radian, or relative to the arm's length) between different configurations: about a
 degree, which a reader notices."""
 RANK_LOST = 1e-6

@@ -96,7 +96,7 @@ def parameters() -> dict[str, float]:
     return {name: parameter.value for name, parameter in robot().parameters.items()}
 
 
-def postures(count: int) -> FloatArray:
+def configurations(count: int) -> FloatArray:
     """Returns random coordinates (count, 6) within the limits."""
     found = np.random.default_rng(0).uniform(robot().lower, robot().upper, (count, 6))
     return np.asarray(found)
@@ -177,7 +177,7 @@ def case_rows(printed: dict[str, Printed]) -> list[Row]:
 
 def screw_rows(printed: dict[str, Printed]) -> list[Row]:
     """The arm only translates; the tool position depends on active variables."""
-    q = postures(300)
+    q = configurations(300)
     arm, shift = arm_exponentials(q), arm_shift(q)
     turned = np.abs(arm[:, :3, :3] - np.eye(3)).max()
     off = max(turned, np.abs(arm[:, :3, 3] - shift).max())

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 INCH = 0.0254
 FRAME = (0.45, 0.55, 0.3)
 """Width, length and height of the frame [m]."""
-POSTURE = (0.28, 0.33, 0.1)
+CONFIGURATION = (0.28, 0.33, 0.1)
 """x, y and z of the guide in figure 1 [m]."""
 STAGES = 8
 """Stages of the wall for each brick: grip, three lines to lay it, release, three lines back."""
@@ -60,7 +60,7 @@ def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
 def gantry() -> Any:
     """Draws the frame, the platforms and the guide at the poses of their links."""
     robot = chasles.load("bricklaying_gantry")
-    at = dict(zip("xyz", POSTURE, strict=True))
+    at = dict(zip("xyz", CONFIGURATION, strict=True))
     q = robot.actuators([at[joint.name] for joint in robot.chain_joints])
     y_platform, x_platform, guide = robot.link_poses(q)[:, :3, 3]
     width, length, height = FRAME

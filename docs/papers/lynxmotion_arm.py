@@ -35,7 +35,7 @@ VIA = np.array(
     [[0.2, 0.2, 0.1], [0.2, 0.15, 0.05], [0.2, 0.1, 0.1], [0.2, 0.05, 0.05], [0.2, 0, 0.1]]
 )
 """Via points of table 1.4 [m]."""
-POSTURES = np.radians(
+CONFIGURATIONS = np.radians(
     [[50, -25, 45, -60, 0], [60, -30, 50, -55, 0], [70, -35, 55, -50, 0], [80, -40, 60, -45, 0]]
 )
 """Configurations of table 1.2, with theta5 = 0."""
@@ -137,9 +137,9 @@ def model(printed: dict[str, Printed]) -> list[Row]:
 def forward(printed: dict[str, Printed]) -> list[Row]:
     """Compares the tool poses of table 1.2, and checks the limits of table 1.3."""
     robot = arm()
-    T = robot.fk(POSTURES)
+    T = robot.fk(CONFIGURATIONS)
     pitch = np.arctan2(T[:, 2, 2], np.hypot(T[:, 0, 2], T[:, 1, 2]))
-    found = [consistent(printed["table_1_2"], POSTURES[:, :4])]
+    found = [consistent(printed["table_1_2"], CONFIGURATIONS[:, :4])]
     for k in range(2):
         found += [
             consistent(printed[f"position_{k + 1}"], T[k, :3, 3], TWICE),
@@ -148,9 +148,9 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
     for k in range(2, 4):
         note = f"the figure is lost; pitch {np.degrees(pitch[k]):.1f} deg"
         found.append(lost(printed[f"position_{k + 1}"], T[k, :3, 3], note))
-    upright = POSTURES + np.array([0, np.pi / 2, 0, 0, 0])
-    mirrored = POSTURES * [1, -1, -1, -1, 1]
-    counts = [within(q) for q in (POSTURES, mirrored, upright)]
+    upright = CONFIGURATIONS + np.array([0, np.pi / 2, 0, 0, 0])
+    mirrored = CONFIGURATIONS * [1, -1, -1, -1, 1]
+    counts = [within(q) for q in (CONFIGURATIONS, mirrored, upright)]
     words = f"{counts[1]} of 4 with reversed signs of q2 to q4; {counts[2]} of 4 with q2 from"
     return [
         *found,

@@ -26,7 +26,7 @@ def figures() -> Figures:
     found: Figures = {
         "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
         "figure 1.1: frames of the links, modified DH": frames(),
-        "figure 1.2: the configurations of table 1.2": postures(),
+        "figure 1.2: the configurations of table 1.2": configurations(),
         "figure 1.3: workspace within table 1.3, cells of the tool's positions": workspace(),
         "figure 1.4: inverse at point 1, in the plane of the arm": triangle(),
         "figure 1.5: arm at the via points, elbow up (lines) and down (pale)": via_points(),
@@ -64,10 +64,10 @@ def frames() -> Any:
     return figure
 
 
-def postures() -> Any:
+def configurations() -> Any:
     """Draws the arm in the configurations of table 1.2."""
     figure, axes = solid(3.1)
-    lines = points(arm.arm(), arm.POSTURES)
+    lines = points(arm.arm(), arm.CONFIGURATIONS)
     for k, line in enumerate(lines):
         drawn(axes, line, COLOURS[k], linestyle=STYLES[k], label=f"configuration {k + 1}")
     boxed(axes, lines)

@@ -36,7 +36,7 @@ import chasles.derive
 from chasles.study.motion import Motion, Trajectory, joint_line, time_scaling
 
 HERE = Path(__file__).parent
-POSTURE = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
+CONFIGURATION = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
 MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
 """End states of figure 3 [m, rad]: the paper says "as much as possible" and prints no limits."""
@@ -64,10 +64,12 @@ def rows() -> list[Row]:
 def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
     """Number and types of the axes; S stands for three axes that intersect in a point."""
     letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
-    wrist = robot.link_poses(POSTURE)[6:, :3, 3]
+    wrist = robot.link_poses(CONFIGURATION)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
-    rank = np.linalg.matrix_rank(robot.jacobian_mixed(POSTURE))
-    reached = robot.ik(robot.fk(POSTURE), fixed={"r1": POSTURE[0], "r4": POSTURE[3]})
+    rank = np.linalg.matrix_rank(robot.jacobian_mixed(CONFIGURATION))
+    reached = robot.ik(
+        robot.fk(CONFIGURATION), fixed={"r1": CONFIGURATION[0], "r4": CONFIGURATION[3]}
+    )
     return [
         consistent(printed["freedoms"], robot.n),
         agrees(
@@ -103,8 +105,8 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
     """Compares (1) at generic values, and table 1 and (3) to (11) at a configuration."""
     joint, theta = chasles.load(HERE / "robots" / "dh_row.toml"), 0.7
-    T, own = joint.fk([theta]), steps(robot, POSTURE)
-    values, symbols = lengths(joint) | {"theta": theta}, at_posture(robot)
+    T, own = joint.fk([theta]), steps(robot, CONFIGURATION)
+    values, symbols = lengths(joint) | {"theta": theta}, at_configuration(robot)
     right = Printed("", str(printed["dh_22"].value).replace("sin(theta)", "cos(theta)"), "", "")
     return [
         agrees(
@@ -155,10 +157,10 @@ def lengths(robot: Any) -> dict[str, float]:
     return {name: parameter.value for name, parameter in robot.parameters.items()}
 
 
-def at_posture(robot: Any) -> dict[str, float]:
+def at_configuration(robot: Any) -> dict[str, float]:
     """Returns the symbols of table 1 and of (3) to (11) at the configuration."""
     symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
-    return dict(zip(symbols, map(float, POSTURE), strict=True)) | lengths(robot)
+    return dict(zip(symbols, map(float, CONFIGURATION), strict=True)) | lengths(robot)
 
 
 def steps(robot: Any, q: Any) -> Any:
@@ -176,8 +178,8 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
     for name in ("alpha", "beta"):
         symbols |= {f"c{name[0]}": np.cos(numbers[name]), f"s{name[0]}": np.sin(numbers[name])}
     right = Printed("", str(printed["s_model_y"].value).replace("ca*cb", "ca*ct"), "m", "")
-    last = chasles.load(HERE / "robots" / "s_model_zero.toml").fk(POSTURE[-1:])
-    c, s = np.cos(POSTURE[-1]), np.sin(POSTURE[-1])
+    last = chasles.load(HERE / "robots" / "s_model_zero.toml").fk(CONFIGURATION[-1:])
+    c, s = np.cos(CONFIGURATION[-1]), np.sin(CONFIGURATION[-1])
     return [
         agrees(
             printed["s_model"],
@@ -198,7 +200,7 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
             np.array([[c, -s], [s, c]]),
             "(11) rotates by -theta_ee, (2) with row 7-EE of table 1 by +theta_ee; at -0.9 rad. "
             "The robot follows (11), with direction = -1",
-            evaluated=at(tee=POSTURE[-1]),
+            evaluated=at(tee=CONFIGURATION[-1]),
         ),
     ]
 
@@ -212,11 +214,11 @@ def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     """Compares (12), and poses evaluated from (3) to (11)."""
     found = []
-    for name, q in (("zero", np.zeros(8)), ("posture", POSTURE)):
+    for name, q in (("zero", np.zeros(8)), ("configuration", CONFIGURATION)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
         found += columns(printed[f"{name}_world"], T_w_ee)
         found += columns(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee))
-    symbols = at_posture(robot)
+    symbols = at_configuration(robot)
     first, *others = (evaluated(printed[name], **symbols) for name in MATRICES)
     product = np.linalg.multi_dot(others)
     whole = first @ product
@@ -224,7 +226,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     return [
         erratum(
             printed["world"],
-            robot.fk(POSTURE)[:3, 3],
+            robot.fk(CONFIGURATION)[:3, 3],
             whole[:3, 3],
             note,
             evaluated=lambda _: product[:3, 3],

@@ -35,7 +35,7 @@ def figures() -> Figures:
     for number, pose in platform.POSES.items():
         x, y, phi = MM * pose[0], MM * pose[1], np.degrees(pose[2])
         caption = f"figure {number}: pose ({x:.0f} mm, {y:.0f} mm, {phi:.0f} deg), both elbows"
-        found[caption] = posture(pose)
+        found[caption] = configuration(pose)
     for number, angle in ANGLES.items():
         found[f"figure {number}: workspace at {angle} deg, L = 130 and 170 mm"] = workspace(angle)
     found["assembly modes: both poses with the cranks of figure 2.3"] = modes()
@@ -134,7 +134,7 @@ def flow_chart() -> Any:
     return figure
 
 
-def posture(pose: Any) -> Any:
+def configuration(pose: Any) -> Any:
     """Draws the platform in a pose: first branches, and the other leg solutions in gray."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(pose).q[[0, -1]]

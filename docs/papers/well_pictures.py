@@ -39,7 +39,9 @@ def drawn(process: Process) -> dict[str, Any]:
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
     swings = np.degrees(process.swings)
     return {
-        "Configurations: the arm after 0, 25, 37 and 49 s, its cylinders pale": postures(process),
+        "Configurations: the arm after 0, 25, 37 and 49 s, its cylinders pale": configurations(
+            process
+        ),
         "Process: the arm over 49 s, cylinders in orange": working(process),
         "Figure 6: joint angles over 49 s": over_time(
             process, np.degrees(angles), JOINTS, "joint angle [deg]"
@@ -79,7 +81,7 @@ def over_time(process: Process, values: FloatArray, names: tuple[str, ...], labe
     return figure
 
 
-def postures(process: Process) -> Any:
+def configurations(process: Process) -> Any:
     """Draws the arm from the side, its cylinders, and the pipe."""
     figure, axes = panels(3.6)
     for k, time in enumerate(SHOWN):

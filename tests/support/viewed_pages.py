@@ -17,8 +17,8 @@ def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
     rng, found = np.random.default_rng(seed), [display.start]
     for _ in range(20 * steps):
         step = part * (upper - lower) * (rng.random(len(units)) - 0.5)
-        posture = display.at(np.clip(found[-1].q + step, lower, upper), found[-1])
-        found += [posture] if posture.closes else []
+        displayed = display.at(np.clip(found[-1].q + step, lower, upper), found[-1])
+        found += [displayed] if displayed.closes else []
         if len(found) > steps:
             return found[1:]
     raise AssertionError(f"{display.robot.name}: no way through its loops")

@@ -18,7 +18,7 @@ from ..tolerances import SAME_ARC
 
 FloatArray = NDArray[np.float64]
 
-_POSTURES = 8
+_CONFIGURATIONS = 8
 """Number of configurations to test whether a joint moves the point."""
 
 
@@ -74,9 +74,9 @@ class MovingAxes:
 
 def of_tool(robot: Robot) -> MovingAxes:
     """Return the axes that move the tool origin, with each joint in the middle of its limits."""
-    postures = _postures(robot)
-    places = robot.fk(postures)[:, :3, 3]
-    return _moving(robot, robot.jacobian_space(postures), places)
+    configurations = _configurations(robot)
+    places = robot.fk(configurations)[:, :3, 3]
+    return _moving(robot, robot.jacobian_space(configurations), places)
 
 
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
@@ -85,7 +85,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
     The point of an axis nearest to another axis is p + s a, from the condition that
     p + s a - p' - s' a' is normal to a and a'.
     """
-    S = robot.jacobian_space(_postures(robot))
+    S = robot.jacobian_space(_configurations(robot))
     for j in range(robot.n - 1, 0, -1):
         (v, a), (w, b) = ((S[:, :3, k], S[:, 3:, k]) for k in (j - 1, j))
         n = np.cross(a, b)
@@ -99,11 +99,11 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
             yield _moving(robot, S[..., : j - 1], p + along[:, None] * a)
 
 
-def _postures(robot: Robot) -> FloatArray:
+def _configurations(robot: Robot) -> FloatArray:
     """Return the middle of the limits, and random configurations up to 1 rad or m away."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
-    some = inside + np.random.default_rng(0).uniform(-1, 1, (_POSTURES, robot.n))
+    some = inside + np.random.default_rng(0).uniform(-1, 1, (_CONFIGURATIONS, robot.n))
     return np.vstack([inside, some])
 
 
@@ -113,7 +113,7 @@ def _moving(robot: Robot, S: FloatArray, places: FloatArray) -> MovingAxes:
     moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)
     v, omega = S[0, :3, moving], S[0, 3:, moving]
     turns = np.linalg.norm(omega, axis=1) > SAME_ARC
-    inside = _postures(robot)[0]
+    inside = _configurations(robot)[0]
     limits = np.column_stack([robot.lower - inside, robot.upper - inside])[moving]
     names = tuple(robot.coordinates[k].name for k in moving)
     directions = np.where(turns[:, None], omega, v)

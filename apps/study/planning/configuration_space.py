@@ -29,7 +29,7 @@ from chasles.summaries import summary_repr
 
 from ..samples import box_of
 from .hulls import Hulls, hulls_of, joined
-from .loop_bounds import LoopBounds, closed_postures, loop_bounds
+from .loop_bounds import LoopBounds, closed_configurations, loop_bounds
 from .obstacles import Obstacle
 
 FloatArray = NDArray[np.float64]
@@ -282,7 +282,7 @@ def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> C
         for a, b in combinations(range(len(hulls)), 2)
         if hulls[a].part != hulls[b].part and {hulls[a].part, hulls[b].part} not in together
     ]
-    _, z = closed_postures(space.robot, space.lower, space.upper)
+    _, z = closed_configurations(space.robot, space.lower, space.upper)
     among = replace(space, checks=tuple(pairs))
     apart = np.asarray((among._distances_at(z) > 0).any(0))
     moving = [k for k, hull in enumerate(hulls) if hull.bodies.any()]

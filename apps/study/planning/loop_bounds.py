@@ -152,7 +152,7 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
     names = [variable.name for variable in robot.configuration_variables]
     chain = np.array([names.index(own.name) for own in robot.chain_joints])
     turns = np.array([variable.unit == "rad" for variable in robot.configuration_variables])
-    q, z = closed_postures(robot, lower, upper)
+    q, z = closed_configurations(robot, lower, upper)
     widest = np.where(turns, np.inf, _ROOM * np.abs(z).max(0))
     widest = np.where(widest == 0, 1.0, widest)
     given, gears = _given(robot, names, chain, q)
@@ -160,7 +160,7 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
     return LoopBounds(robot, given, gears, turns, widest, curvature, lengths)
 
 
-def closed_postures(
+def closed_configurations(
     robot: Robot, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return random coordinates (m, n) at which the loops close, and configurations (m, n_z).
@@ -173,7 +173,7 @@ def closed_postures(
     for attempt in range(_ATTEMPTS):
         drawn = rng.uniform(lower, upper, (_SAMPLES, robot.n))
         if attempt == 0:
-            drawn[0] = skeleton(robot).posture
+            drawn[0] = skeleton(robot).q_drawn
         places = robot.configuration(drawn) if robot.loops else drawn
         closed = np.isfinite(places).all(-1)
         q.append(drawn[closed])

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model.robot import SerialRobot
-from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_POSTURE, RANK_LOST
+from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_CONFIGURATION, RANK_LOST
 from ...terms.terms import Terms
 from ..rigid_bodies import placed
 from .views import FloatArray, seen_screws
@@ -56,7 +56,7 @@ def nearest_singular(
     for q in _led(S, np.vstack([start, *drawn]), scale):
         if (q < low).any() or (q > high).any():
             continue
-        if all(float(np.abs((q - other) / scale).max()) > OTHER_POSTURE for other in found):
+        if all(float(np.abs((q - other) / scale).max()) > OTHER_CONFIGURATION for other in found):
             found.append(q)
         if len(found) == most:
             break

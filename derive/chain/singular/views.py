@@ -123,10 +123,10 @@ def _views(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> Iterator[View]:
     in_numbers = np.array(S.xreplace(values).evalf(), float)
-    postures = np.random.default_rng(SEED).uniform(-3, 3, (TRIES, S.shape[1]))
+    configurations = np.random.default_rng(SEED).uniform(-3, 3, (TRIES, S.shape[1]))
     points = [(p, np.array(p.xreplace(values).evalf(), float).ravel()) for p in _points(robot)]
     for body in range(S.shape[1] + 1):
-        stacked = seen_screws(in_numbers, postures, body)
+        stacked = seen_screws(in_numbers, configurations, body)
         for point, at in points:
             moved = stacked.copy()
             moved[:, :3] += np.cross(stacked[:, 3:], at[None, :, None], axis=1)

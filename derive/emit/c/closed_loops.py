@@ -154,7 +154,7 @@ def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
         "P": loops.arguments["p"].size,
         "AT(s)": f"{robot}_closure_p((s)->w, (s)->p, (s)->c, (s)->D)",
         "Z": len(z),
-        "POSTURE(q, z)": f"{robot}_{START}(q, z)",
+        "CONFIGURATION(q, z)": f"{robot}_{START}(q, z)",
     }
     numbers = {
         "ratio": [1.0] * n,

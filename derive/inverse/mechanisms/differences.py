@@ -49,9 +49,9 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
         for a, b in zip(built.struts, design.struts, strict=True)
     ]
     turned = [0.0]
-    here = _posture(mine, mine.values)
+    here = _configuration(mine, mine.values)
     held = {c.moves: mine.values[c.moves] for c in built.coordinates}
-    there = _posture(other, other.values | held)
+    there = _configuration(other, other.values | held)
     size, twists = _size(there), dict[str, FloatArray]()
     for body, own in here.items():
         centre = _centre(there[body])
@@ -69,7 +69,9 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
     return max(moved), max(turned)
 
 
-def _posture(bodies: BodiesInNumbers, values: Mapping[str, float]) -> dict[str, list[Feature]]:
+def _configuration(
+    bodies: BodiesInNumbers, values: Mapping[str, float]
+) -> dict[str, list[Feature]]:
     """Returns the features of each body for given coordinates, with the loops closed."""
     m = bodies.mechanism
     at = bodies.nearest(values, bodies.unknown, [closer.name for closer in m.closers])
@@ -111,9 +113,9 @@ def _pose(T: FloatArray) -> Feature:
     return Feature(T[:3, 3], T[:3, :3].T, np.eye(3))
 
 
-def _size(posture: Mapping[str, list[Feature]]) -> float:
+def _size(configuration: Mapping[str, list[Feature]]) -> float:
     """Returns the distance (metre) of the farthest feature from the mean, or 1 if it is 0."""
-    points = np.array([f.point for of in posture.values() for f in _about(_centre(of), of)])
+    points = np.array([f.point for of in configuration.values() for f in _about(_centre(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ...model.tolerances import JACOBIAN_RANK
 from .lines import Lines, rotation
 
-_POSTURES = 3
+_CONFIGURATIONS = 3
 
 
 def of_chain(lines: Lines) -> int:
@@ -16,7 +16,7 @@ def of_chain(lines: Lines) -> int:
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
     """Returns Jacobians (6, n) in random configurations; lengths are relative to arm length."""
-    return [_jacobian(lines, q)[0] for q in _random_postures(lines)]
+    return [_jacobian(lines, q)[0] for q in _random_configurations(lines)]
 
 
 def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
@@ -27,7 +27,7 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
         point: The point in the home pose (metre).
     """
     size = lines.length or 1.0
-    for q in _random_postures(lines):
+    for q in _random_configurations(lines):
         J, R, t = _jacobian(lines, q)
         there = R @ (point / size) + t
         rates = J[:3] + np.cross(J[3:], there, axis=0)
@@ -36,9 +36,9 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
     return False
 
 
-def _random_postures(lines: Lines) -> NDArray[np.float64]:
+def _random_configurations(lines: Lines) -> NDArray[np.float64]:
     rng = np.random.default_rng(0)
-    return rng.uniform(-np.pi, np.pi, (_POSTURES, len(lines.axes)))
+    return rng.uniform(-np.pi, np.pi, (_CONFIGURATIONS, len(lines.axes)))
 
 
 def _jacobian(

@@ -83,9 +83,9 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     columns += _columns(symbols, robot.coordinates, found)
     table = tabular(columns, repeated=1)
     held = [f"${symbols[k]}$" for k in given]
-    of_posture = f" and {listed(held)} of this configuration" if given else ""
+    of_configuration = f" and {listed(held)} of this configuration" if given else ""
     return sentence(
-        f"For this pose{of_posture}, the arm has {_count(len(found))}"
+        f"For this pose{of_configuration}, the arm has {_count(len(found))}"
         f" ({_measured(robot.coordinates)}), found numerically by the determinant of Raghavan and"
         " Roth:",
         table,

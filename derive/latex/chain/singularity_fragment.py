@@ -39,11 +39,11 @@ def singularities(page: Page) -> str:
     if found.determinant and found.conditions:
         alone = len(found.conditions) == 1 and not found.conditions[0].words
         listed = "" if alone else _listed(page, found.conditions)
-        whole = _postures(page, found) if found.postures else ""
+        whole = _configurations(page, found) if found.configurations else ""
         return text(sentence(*_determinant(page, found), listed), whole)
     if found.conditions:
         return text(sentence(_several(page), _listed(page, found.conditions)))
-    return text(_postures(page, found)) if found.postures else ""
+    return text(_configurations(page, found)) if found.configurations else ""
 
 
 def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
@@ -114,22 +114,22 @@ def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
     return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
 
 
-def _postures(page: Page, found: PrintedSingularities) -> str:
+def _configurations(page: Page, found: PrintedSingularities) -> str:
     """Prints a table of configurations, rounded to the shown digits."""
     joints = page.robot.moving
     symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
     columns: list[Column] = [("joint", symbols)]
-    for number, q in enumerate(found.postures, 1):
+    for number, q in enumerate(found.configurations, 1):
         cells = [_value(x, joint.unit) for x, joint in zip(q, joints, strict=True)]
-        columns.append((f"posture {number}", cells))
+        columns.append((str(number), cells))
     metres = " and displacements in metres" if any(j.unit == "m" for j in joints) else ""
-    sought = r"a wrench $y$ with $J^{\mathsf{T}} y = 0$, on which no joint works"
+    sought = r"$J^{\mathsf{T}} y = 0$ (a wrench $y$ that needs no joint torque or force)"
     if len(joints) < WHOLE:
-        sought = "rates $x$ with $J x = 0$, which do not move the tool"
-    whose = "of six columns of the whole Jacobian" if found.held else "of the Jacobian"
+        sought = "$J x = 0$ (joint rates $x$ that do not move the tool)"
+    whose = "of six columns of the full Jacobian" if found.held else "of the Jacobian"
     return sentence(
-        f"The determinants {whose} have no short factors. Newton's iteration for"
-        f" {sought}, found these singular configurations (angles in degrees{metres}):",
+        f"The determinants {whose} have no short factors. Newton's method for"
+        f" {sought} found these singular configurations (angles in degrees{metres}):",
         tabular(columns, repeated=1),
     )
 

@@ -112,7 +112,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     members = DrawnMembers(
         {name: k for k, name in enumerate(names, 1)}, {j.name for j in robot.joints}
     )
-    parts = scene(skeleton, skeleton.posture, members)
+    parts = scene(skeleton, skeleton.q_drawn, members)
     directions, is_planar = view_of_arm(skeleton)
     marks = _marks(parts, Paper.around(directions, parts.points), is_planar=is_planar)
     taken = marks.obstacles

@@ -294,7 +294,7 @@ class _Cells:
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:
         self.corner, self.side, self.shape = corner, side, shape
         self.known = np.zeros(shape, dtype=bool)
-        self.postures = np.zeros((*shape, n))
+        self.configurations = np.zeros((*shape, n))
 
     def add(self, q: Array, points: Array) -> None:
         """Marks the cells of points (m, 2) as reached at configurations (m, n)."""
@@ -305,13 +305,13 @@ class _Cells:
         )
         new = ~self.known.ravel()[flat]
         self.known.ravel()[flat] = True
-        self.postures.reshape(-1, q.shape[1])[flat[new]] = q[inside][first[new]]
+        self.configurations.reshape(-1, q.shape[1])[flat[new]] = q[inside][first[new]]
 
     def edge(self) -> Array:
         """Returns a configuration for each reached cell next to an unreached cell."""
         padded = np.pad(self.known, 1)
         around = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
-        return np.asarray(self.postures[self.known & ~around])
+        return np.asarray(self.configurations[self.known & ~around])
 
     def loops(self, *, at_zero: bool) -> tuple[Loop, ...]:
         """Returns the boundary, smoothed over adjacent cells, with at most `_CORNERS` corners."""

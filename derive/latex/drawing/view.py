@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...chain.body_shapes import Skeleton
-from ...chain.posture import from_aside
+from ...chain.drawn_configuration import from_aside
 from ...chain.rigid_bodies import Array, placed, tree_poses
 from ...loops.planar.planes import linkages
 from ...model.mechanism import Mechanism
@@ -39,7 +39,7 @@ def view(
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
     """Returns the view of a serial robot: along its axes if all are parallel."""
-    normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.posture))
+    normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.q_drawn))
     return (from_aside(), False) if normal is None else (_along(normal), True)
 
 

@@ -12,13 +12,13 @@ from ...chain.singular.conditions import Condition, conditions
 from ...chain.singular.determinant import factored_minors
 from ...chain.singular.factors import Factored
 from ...chain.singular.nearest import general_rank, nearest_singular
-from ...chain.singular.postures import words
+from ...chain.singular.singular_configurations import words
 from ...model.robot import SerialRobot
 from .notation import Notation
 
 MOST_ADDENDS = 12
 """Maximum terms of a printed factor."""
-POSTURES = 4
+CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are longer."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Joint angles (degree) from which the search for a singularity starts, used cyclically."""
@@ -45,7 +45,7 @@ class PrintedSingularities:
         determinant: The constant of the determinant, and its factors with powers, for a square
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
-        postures: Singular configurations (radian, metre), if there are no short conditions.
+        configurations: Singular configurations (radian, metre), if there are no short conditions.
         held: The fixed coordinates, if the determinant is that of the joints that are not fixed.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
@@ -53,7 +53,7 @@ class PrintedSingularities:
 
     determinant: tuple[sp.Expr, tuple[tuple[sp.Expr, int], ...]] | None
     conditions: tuple[PrintedCondition, ...]
-    postures: tuple[tuple[float, ...], ...] = ()
+    configurations: tuple[tuple[float, ...], ...] = ()
     held: tuple[sp.Symbol, ...] = ()
     rank: int | None = None
     is_regular: bool = False
@@ -87,9 +87,9 @@ def printed_singularities(
         math.radians(angle) if joint.unit == "rad" else 0.0
         for joint, angle in zip(robot.moving, cycle(ANGLES), strict=False)
     ]
-    postures = nearest_singular(robot, start, POSTURES)
-    numbers = tuple(tuple(map(float, q)) for q in postures)
-    return replace(_held(robot, notation, given), postures=numbers)
+    configurations = nearest_singular(robot, start, CONFIGURATIONS)
+    numbers = tuple(tuple(map(float, q)) for q in configurations)
+    return replace(_held(robot, notation, given), configurations=numbers)
 
 
 def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:

@@ -61,10 +61,10 @@ def doubts_of(h: Hybrid) -> tuple[str, ...]:
 class BySearch:
     """Closure test without a closed form: a numerical search from the reference."""
 
-    def __init__(self, bodies: BodiesInNumbers, posture: Mapping[str, float]) -> None:
+    def __init__(self, bodies: BodiesInNumbers, configuration: Mapping[str, float]) -> None:
         """Stores a closed start configuration."""
         self.bodies = bodies
-        self.posture = {name: posture[name] for name in bodies.values}
+        self.configuration = {name: configuration[name] for name in bodies.values}
         self.names = [closer.name for closer in bodies.mechanism.closers]
 
     def is_closed(self, q: Floats) -> bool:
@@ -74,7 +74,9 @@ class BySearch:
             c.moves: float(value) * self.bodies.number(c.ratio)
             for c, value in zip(coordinates, q, strict=True)
         }
-        at = self.bodies.nearest({**self.posture, **actuated}, self.bodies.unknown, self.names)
+        at = self.bodies.nearest(
+            {**self.configuration, **actuated}, self.bodies.unknown, self.names
+        )
         return self.bodies.all_closed(at, self.names)
 
 

@@ -316,8 +316,8 @@ def _range(
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
         return None
-    at, posture = inside
-    near = _edge(bodies, name, at, now, posture, loops)
+    at, configuration = inside
+    near = _edge(bodies, name, at, now, configuration, loops)
     sense = 1.0 if at > now else -1.0
     far = at
     step = FIRST_STEP * (bodies.size if bodies.is_length(name) else 1.0)
@@ -326,12 +326,12 @@ def _range(
         if not _is_sensible(bodies, name, now, beyond):
             is_short = name in bodies.constants and bodies.is_length(name) and beyond <= 0
             return _ordered(near, 0.0 if is_short else None, sense)
-        closed = _at(bodies, name, beyond, posture, loops) or _at(
-            bodies, name, beyond, _beside(bodies, posture), loops
+        closed = _at(bodies, name, beyond, configuration, loops) or _at(
+            bodies, name, beyond, _beside(bodies, configuration), loops
         )
         if closed is None:
-            return _ordered(near, _edge(bodies, name, far, beyond, posture, loops), sense)
-        far, posture, step = beyond, closed, 2 * step
+            return _ordered(near, _edge(bodies, name, far, beyond, configuration, loops), sense)
+        far, configuration, step = beyond, closed, 2 * step
     return _ordered(near, None, sense)
 
 
@@ -339,9 +339,9 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
     return (near, far) if sense > 0 else (far, near)
 
 
-def _beside(bodies: BodiesInNumbers, posture: Mapping[str, float]) -> dict[str, float]:
+def _beside(bodies: BodiesInNumbers, configuration: Mapping[str, float]) -> dict[str, float]:
     """Returns a configuration off a dead point, so that the joint directions are defined."""
-    moved = dict(posture)
+    moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
     return moved
@@ -409,17 +409,17 @@ def _edge(
     name: str,
     inside: float,
     outside: float,
-    posture: Mapping[str, float],
+    configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
     """Returns the last value, between a closing and an open value, at which the loop closes."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
-        closed = _at(bodies, name, middle, posture, loops)
+        closed = _at(bodies, name, middle, configuration, loops)
         if closed is None:
             outside = middle
         else:
-            inside, posture = middle, closed
+            inside, configuration = middle, closed
     return inside
 
 

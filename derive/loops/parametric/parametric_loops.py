@@ -243,7 +243,7 @@ class ParametricLoops:
         return SymbolicFunction(
             name,
             summary,
-            f"{identity}; NaN where the loops do not close near the nominal posture",
+            f"{identity}; NaN where the loops do not close near the nominal configuration",
             (q, self.arguments["p"]),
             (result,),
             self.terms,

@@ -36,7 +36,7 @@ STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
 LEAST = 20.0
 """Minimum factor by which calibration reduces the error of validation poses."""
-POSTURES = 100
+CONFIGURATIONS = 100
 DRAWN = 5e-4
 """Largest error (metre or radian) of axes, rods and tool of a random robot."""
 SAME = 1e-10
@@ -308,10 +308,10 @@ def calibrated(name, seed):
     return read_text(text, file=f"{name}_{seed}.toml")
 
 
-def postures(name, seed):
+def configurations(name, seed):
     """Returns coordinates within the limits of the nominal robot."""
     robot = parametric(name)
-    return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (POSTURES, robot.n))
+    return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (CONFIGURATIONS, robot.n))
 
 
 @pytest.fixture(scope="module")
@@ -322,14 +322,14 @@ def built_four_bar(tmp_path_factory):
 
 
 def test_calibrated_actuator_maps_recover_all_configurations(built_four_bar):
-    q = np.linspace(-3, 3, POSTURES)[:, None]
+    q = np.linspace(-3, 3, CONFIGURATIONS)[:, None]
     theta = built_four_bar.chain(q)
     assert_allclose(built_four_bar.actuators(theta), q, rtol=0, atol=SAME)
 
 
 def test_joint_values_that_violate_loop_closure_are_invalid(built_four_bar):
     robot = built_four_bar
-    theta = robot.chain(np.linspace(-3, 3, POSTURES)[:, None])
+    theta = robot.chain(np.linspace(-3, 3, CONFIGURATIONS)[:, None])
     assert robot.chain_closes(theta).all()
     for joint in range(2):
         moved = theta.copy()
@@ -351,7 +351,7 @@ def built_delta(tmp_path_factory):
 
 
 def test_built_delta_ik_recovers_generating_configuration(built_delta):
-    q = postures("delta", 5)
+    q = configurations("delta", 5)
     T = built_delta.fk(q)
     assert np.abs(T[:, :3, :3] - np.eye(3)).max() > 1e-3
     found = built_delta.ik(T)
@@ -363,7 +363,7 @@ def test_built_delta_ik_recovers_generating_configuration(built_delta):
 
 
 def test_built_delta_ik_position_and_ik_path_recover_motors(built_delta):
-    q = postures("delta", 5)
+    q = configurations("delta", 5)
     p = built_delta.fk(q)[:, :3, 3]
     found = built_delta.ik_position(p)
     assert_allclose(np.abs(found.q - q[:, None]).max(-1).min(-1), 0, atol=SAME)
@@ -378,7 +378,7 @@ def test_built_delta_ik_position_and_ik_path_recover_motors(built_delta):
 def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
     """SciPy finds the solutions from random start values."""
     random = np.random.default_rng(1)
-    p = built_delta.fk(postures("delta", 5)[:4])[:, :3, 3]
+    p = built_delta.fk(configurations("delta", 5)[:4])[:, :3, 3]
     found = built_delta.ik_position(p)
     for at, q, valid in zip(p, found.q, found.valid, strict=True):
 

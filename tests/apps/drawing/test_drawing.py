@@ -35,7 +35,7 @@ CROWDED = ("photo_robot", "excavator", "planar_3rrr", "stewart_gough")
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):
     """Returns the scenes of a skeleton."""
-    poses = bodies.poses(bodies.posture if q is None else q)
+    poses = bodies.poses(bodies.q_drawn if q is None else q)
     none = np.empty((0, *poses.shape))
     found = views_of(bodies, poses, views)
     pale = none if ghosts is None else bodies.poses(ghosts)
@@ -51,7 +51,7 @@ def first_scenes(name):
 
 def lettered(bodies):
     """Draws the labeled view of a skeleton, without other views."""
-    poses = bodies.poses(bodies.posture)
+    poses = bodies.poses(bodies.q_drawn)
     names = ("plane",) if plane_of(bodies, poses) else ("axonometric",)
     return figure_of(shown(bodies, names)[1], (), has_path=False)
 
@@ -184,7 +184,7 @@ def test_ghosts_show_every_other_ik_solution(name):
     generator = np.random.default_rng(8)
     counted = 0
     for _ in range(1 if robot.n > 4 else 3):
-        near = bodies.posture if robot.reference else generator.uniform(-1, 1, robot.n)
+        near = bodies.q_drawn if robot.reference else generator.uniform(-1, 1, robot.n)
         q = near + 0.02 * generator.uniform(-1, 1, robot.n)
         others = other_inverses(robot, q)
         every = robot.ik(robot.fk(q), fixed=fixed_at(robot, q)).distinct()
@@ -242,7 +242,7 @@ def test_marks_of_random_arms_are_finite_and_near_the_robot():
     generator = random.Random(4)
     for _ in range(3):
         bodies = described_skeleton(random_chain(generator, generator.randint(2, 8)).robot())
-        poses = bodies.poses(bodies.posture)
+        poses = bodies.poses(bodies.q_drawn)
         found = marks(bodies, poses, AXONOMETRIC, 0.02 * bodies.size)
         points = np.concatenate([mark.points for mark in found])
         own = AXONOMETRIC.project(corners(bodies, poses))

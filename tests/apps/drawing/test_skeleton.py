@@ -29,7 +29,7 @@ The loop residual of 1e-12 after Newton's method grows along a chain of bodies.
 ROBOTS = chasles.robots()
 
 
-def postures(robot, n, seed=0):
+def configurations(robot, n, seed=0):
     """Returns random coordinates within limits, or near the reference of loops."""
     generator = np.random.default_rng(seed)
     low = np.where(np.isfinite(robot.lower), robot.lower, -1.0)
@@ -47,7 +47,7 @@ def moved(T, point):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_skeleton_poses_match_fk_and_link_poses(name):
     robot = chasles.load(name)
-    bodies, q = skeleton(robot), postures(robot, 40)
+    bodies, q = skeleton(robot), configurations(robot, 40)
     poses, T = bodies.poses(q), robot.fk(q)
     closed = np.isfinite(T).all((1, 2))
     assert closed.sum() >= 20
@@ -62,7 +62,7 @@ def test_skeleton_poses_match_fk_and_link_poses(name):
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_skeleton_closes_pins_and_keeps_strut_lengths(name):
     robot = chasles.load(name)
-    bodies, q = skeleton(robot), postures(robot, 40)
+    bodies, q = skeleton(robot), configurations(robot, 40)
     z = robot.configuration(q)
     poses = bodies.poses(q)
     closed = np.isfinite(z).all(1)
@@ -92,7 +92,7 @@ def test_skeleton_closes_pins_and_keeps_strut_lengths(name):
 @pytest.mark.parametrize("name", ["excavator", "stewart_gough", "delta"])
 def test_strut_frames_are_aligned_with_strut(name):
     robot = chasles.load(name)
-    bodies, q = skeleton(robot), postures(robot, 10)
+    bodies, q = skeleton(robot), configurations(robot, 10)
     poses = bodies.poses(q)
     checked = 0
     for k, body in enumerate(bodies.bodies):
@@ -134,7 +134,7 @@ def test_random_chains_agree_with_pinocchio():
 
 def test_skeleton_poses_accept_batches_and_seeds():
     robot = chasles.load("stewart_gough")
-    bodies, q = skeleton(robot), postures(robot, 6)
+    bodies, q = skeleton(robot), configurations(robot, 6)
     poses = bodies.poses(q.reshape(2, 3, robot.n))
     assert poses.shape == (2, 3, len(bodies.bodies), 4, 4)
     assert poses.reshape(6, -1, 4, 4) == pytest.approx(bodies.poses(q))
@@ -146,7 +146,7 @@ def test_skeleton_poses_accept_batches_and_seeds():
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "board_installer"])
 def test_poses_of_many_configurations_take_as_many_calls_as_of_few(name):
     robot = chasles.load(name)
-    bodies, few, many = skeleton(robot), postures(robot, 8), postures(robot, 80)
+    bodies, few, many = skeleton(robot), configurations(robot, 8), configurations(robot, 80)
     bodies.poses(few)
     calls = calls_of(lambda: bodies.poses(few))
     assert calls == calls_of(lambda: bodies.poses(many))
@@ -169,9 +169,9 @@ def test_skeleton_bodies_form_tree_with_finite_shapes(name):
     drawn = [bodies.actuator(body.joint) for body in bodies.bodies]
     cylinders = {body.span.name for body in bodies.bodies if body.span and body.span.from_end}
     assert len([k for k in drawn if k is not None]) + len(cylinders) >= robot.n
-    assert bodies.posture.shape == (robot.n,)
-    assert np.isfinite(bodies.poses(bodies.posture)).all()
-    within = (bodies.posture >= robot.lower) & (bodies.posture <= robot.upper)
+    assert bodies.q_drawn.shape == (robot.n,)
+    assert np.isfinite(bodies.poses(bodies.q_drawn)).all()
+    within = (bodies.q_drawn >= robot.lower) & (bodies.q_drawn <= robot.upper)
     assert within.all()
 
 
@@ -188,7 +188,7 @@ def test_symbols_of_adjacent_joints_are_separated():
     for name in ("ur5e", "puma560", "iiwa14", "panda"):
         robot = chasles.load(name)
         bodies = skeleton(robot)
-        poses = bodies.poses(bodies.posture)
+        poses = bodies.poses(bodies.q_drawn)
         at = [
             moved(T, shape.points[0])
             for body, T in zip(bodies.bodies, poses, strict=True)
@@ -211,7 +211,7 @@ WRONG = (
     (lambda s: s["tip"]["placement"].pop(), "tip.placement.*three rows of four numbers"),
     (lambda s: s["bodies"][2]["shapes"][0].update(points=[[0, 1]]), "points.*three numbers"),
     (lambda s: s.pop("size"), "has no 'size'"),
-    (lambda s: s.update(posture=[0.0]), "posture.*6 numbers"),
+    (lambda s: s.update(q_drawn=[0.0]), "q_drawn.*6 numbers"),
 )
 
 

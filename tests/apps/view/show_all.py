@@ -78,13 +78,15 @@ def judged(browser, robot, kept):
     file = opened(browser, kept, robot)
     size, far, missed = display.skeleton.size, 0.0, 0.0
     way = walk(display, STEPS, seed=1, part=0.04)
-    for posture in way:
-        assert browser.run(f"setCoordinates({posture.q.tolist()})"), "a loop does not close"
-        assert np.abs(coordinates(browser) - posture.q).max() < 1e-9, "another posture"
-        off = np.abs(on_page(browser) - posture.bodies)
+    for displayed in way:
+        assert browser.run(f"setCoordinates({displayed.q.tolist()})"), "a loop does not close"
+        assert np.abs(coordinates(browser) - displayed.q).max() < 1e-9, (
+            "the page shows other joint positions"
+        )
+        off = np.abs(on_page(browser) - displayed.bodies)
         far = max(far, off[:, :3, :3].max(), off[:, :3, 3].max() / size)
-    for posture in reversed(way):
-        at = browser.run(f"dragTo({posture.tool.ravel().tolist()}, 'position')")
+    for displayed in reversed(way):
+        at = browser.run(f"dragTo({displayed.tool.ravel().tolist()}, 'position')")
         missed = max(missed, at["position"], at["turn"])
     ghosts = searched(browser)
     times = [

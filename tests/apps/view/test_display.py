@@ -47,23 +47,23 @@ def test_displayed_tool_matches_fk(name):
     display = Display(robot)
     assert np.isfinite(display.start.bodies).all()
     np.testing.assert_allclose(display.start.tool, robot.fk(display.start.q), atol=1e-9)
-    for posture in drawn(display, np.random.default_rng(5)):
-        assert posture.reached
+    for displayed in drawn(display, np.random.default_rng(5)):
+        assert displayed.reached
         if robot.loop_solution != "newton":
-            np.testing.assert_allclose(posture.tool, robot.fk(posture.q), atol=1e-12)
+            np.testing.assert_allclose(displayed.tool, robot.fk(displayed.q), atol=1e-12)
         if robot.loops:
-            assert np.abs(robot.constraint(posture.z)).max() < 1e-9
+            assert np.abs(robot.constraint(displayed.z)).max() < 1e-9
 
 
 @pytest.mark.parametrize("name", WITH_BRANCHES)
 def test_ghosts_have_same_tool_pose(name):
     display = Display(chasles.load(name))
     shown = 0
-    for posture in drawn(display, np.random.default_rng(7)):
-        ghosts = display.ghosts(posture)
+    for displayed in drawn(display, np.random.default_rng(7)):
+        ghosts = display.ghosts(displayed)
         found = tools(display, ghosts)
         np.testing.assert_allclose(
-            found, np.broadcast_to(posture.tool, found.shape), atol=SAME_POSE
+            found, np.broadcast_to(displayed.tool, found.shape), atol=SAME_POSE
         )
         shown += len(found)
         assert len(ghosts.scales) == display.most_ghosts
@@ -74,12 +74,12 @@ def test_ghosts_have_same_tool_pose(name):
 def test_ghosts_show_all_branches_except_current():
     robot = chasles.load("ur5e")
     display = Display(robot)
-    posture = display.at(np.array([0.3, -1.1, 1.2, 0.4, 0.9, -0.5]), display.start)
-    assert robot.ik(posture.tool).count == 8
-    ghosts = display.ghosts(posture)
+    displayed = display.at(np.array([0.3, -1.1, 1.2, 0.4, 0.9, -0.5]), display.start)
+    assert robot.ik(displayed.tool).count == 8
+    ghosts = display.ghosts(displayed)
     assert int(ghosts.scales.sum()) == 7
     elbow = [body.name for body in display.skeleton.bodies].index("link3")
-    apart = np.linalg.norm(ghosts.positions[:7, elbow] - posture.bodies[elbow, :3, 3], axis=1)
+    apart = np.linalg.norm(ghosts.positions[:7, elbow] - displayed.bodies[elbow, :3, 3], axis=1)
     assert apart.max() > 0.1
 
 
@@ -91,17 +91,17 @@ def test_dragged_tool_stays_on_its_branch(name):
     units = slider_units(robot, display.start.q)
     middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
     followed = 0
-    for posture in drawn(display, np.random.default_rng(11)):
+    for displayed in drawn(display, np.random.default_rng(11)):
         # As in a drag, the motion leads away from the limits and keeps the fixed joint values.
-        way = 1e-3 * np.where(posture.q < middle, 1.0, -1.0)
+        way = 1e-3 * np.where(displayed.q < middle, 1.0, -1.0)
         way[[item.index for item in robot.redundancy if item.index is not None]] = 0
-        there = display.at(posture.q + way, posture)
+        there = display.at(displayed.q + way, displayed)
         if not there.closes:
             continue
-        found = display.reaching(there.tool, posture)
+        found = display.reaching(there.tool, displayed)
         if found.reached:
             np.testing.assert_allclose(found.tool, there.tool, atol=SAME_POSE)
-            assert np.abs(found.q - posture.q).max() < 0.2
+            assert np.abs(found.q - displayed.q).max() < 0.2
             followed += 1
     assert followed > 0
 
@@ -179,13 +179,13 @@ def test_ghosts_show_all_other_assembly_modes(name):
     robot = chasles.load(name)
     display = Display(robot)
     shown = 0
-    for posture in drawn(display, np.random.default_rng(3)):
-        ghosts = display.modes(posture)
+    for displayed in drawn(display, np.random.default_rng(3)):
+        ghosts = display.modes(displayed)
         assert len(ghosts.scales) == display.most_modes > 0
         found = tools(display, ghosts)
-        count = robot.functions["modes"](posture.q)[1]
+        count = robot.functions["modes"](displayed.q)[1]
         assert len(found) == np.isfinite(count).sum() - 1
-        apart = np.abs(found - posture.tool).max((-1, -2))
+        apart = np.abs(found - displayed.tool).max((-1, -2))
         assert (apart > 1e-6).all()
         shown += len(found)
     assert shown > 0

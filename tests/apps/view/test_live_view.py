@@ -95,24 +95,24 @@ def field_of(label):
 
 
 def test_slider_moves_only_its_joint(view, browser):
-    before = view.posture.q.copy()
+    before = view.displayed.q.copy()
     browser.run(f"{field_of('elbow')}.focus()")
     browser.run(f"{field_of('elbow')}.select()")
     browser.write("33")
-    until(lambda: view.posture.q[2] != before[2])
-    assert view.posture.q[2] == pytest.approx(np.radians(33), abs=1e-9)
-    np.testing.assert_array_equal(np.delete(view.posture.q, 2), np.delete(before, 2))
+    until(lambda: view.displayed.q[2] != before[2])
+    assert view.displayed.q[2] == pytest.approx(np.radians(33), abs=1e-9)
+    np.testing.assert_array_equal(np.delete(view.displayed.q, 2), np.delete(before, 2))
     np.testing.assert_allclose(
-        view.posture.tool, chasles.load("ur5e").fk(view.posture.q), atol=1e-12
+        view.displayed.tool, chasles.load("ur5e").fk(view.displayed.q), atol=1e-12
     )
-    x = f"{1000 * view.posture.tool[0, 3]:.1f}"
+    x = f"{1000 * view.displayed.tool[0, 3]:.1f}"
     until(lambda: x in browser.run("document.body.innerText"))
     assert complaints(browser) == []
 
 
 def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
-    robot, T = chasles.load("ur5e"), view.posture.tool.copy()
-    q = view.posture.q.copy()
+    robot, T = chasles.load("ur5e"), view.displayed.tool.copy()
+    q = view.displayed.q.copy()
     arrows = view.handle_size * T[:3, :2].T
     ways = [
         [seen(view, browser, T[:3, 3] + part * arrow) for part in (GRIP, GRIP + 0.3)]
@@ -122,26 +122,28 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
     # dragged.
     axis = int(np.argmax([np.linalg.norm(end - start) for start, end in ways]))
     browser.drag(*ways[axis])
-    until(lambda: np.abs(view.posture.q - q).max() > 1e-4)
+    until(lambda: np.abs(view.displayed.q - q).max() > 1e-4)
     until(lambda: not view.is_dragged)
-    moved = np.linalg.solve(T, view.posture.tool)
+    moved = np.linalg.solve(T, view.displayed.tool)
     assert 0.1 * view.handle_size < moved[axis, 3] < view.handle_size
     np.testing.assert_allclose(np.delete(moved[:3, 3], axis), 0, atol=1e-6)
     np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-6)
     # The drag selects the nearest solution of all branches.
-    np.testing.assert_allclose(robot.ik(view.posture.tool).nearest(q), view.posture.q, atol=1e-6)
-    assert np.abs(view.posture.q - q).max() < 0.8
+    np.testing.assert_allclose(
+        robot.ik(view.displayed.tool).nearest(q), view.displayed.q, atol=1e-6
+    )
+    assert np.abs(view.displayed.q - q).max() < 0.8
     assert complaints(browser) == []
 
 
 def test_trajectory_is_played_back(view, browser):
-    q = view.posture.q.copy()
+    q = view.displayed.q.copy()
     view.step()
-    first = view.posture.q[0]
-    until(lambda: (view.step(), view.posture.q[0] != first)[1])
-    part = (view.posture.q[0] - q[0]) / ROUTE[0]
+    first = view.displayed.q[0]
+    until(lambda: (view.step(), view.displayed.q[0] != first)[1])
+    part = (view.displayed.q[0] - q[0]) / ROUTE[0]
     assert 0 < part <= 1
-    np.testing.assert_allclose(view.posture.q, q + part * ROUTE, atol=1e-12)
+    np.testing.assert_allclose(view.displayed.q, q + part * ROUTE, atol=1e-12)
     until(lambda: "time" in browser.run("document.body.innerText"))
     assert complaints(browser) == []
 
@@ -156,11 +158,11 @@ def test_view_of_loops_follows_target_and_trajectory(name, tmp_path):
     view = LiveView(robot, trajectory=trajectory)
     try:
         view.set_target(there.tool)
-        np.testing.assert_allclose(view.posture.tool, there.tool, atol=1e-7)
-        shown = [T[:3, 3] for T in view.posture.bodies]
+        np.testing.assert_allclose(view.displayed.tool, there.tool, atol=1e-7)
+        shown = [T[:3, 3] for T in view.displayed.bodies]
         np.testing.assert_allclose([body.position for body in view._bodies], shown, atol=1e-12)
         view.step()
-        part = (view.posture.q - start.q) / (there.q - start.q)
+        part = (view.displayed.q - start.q) / (there.q - start.q)
         np.testing.assert_allclose(part, part[0], atol=1e-9)
         assert 0 <= part[0] <= 1
     finally:

@@ -33,13 +33,13 @@ def test_page_kinematics_match_generated_functions(browser, tmp_path):
         name = robot.name
         display = Display(robot)
         kinds |= {closure.kind for closure in display.skeleton.closures}
-        postures = walk(display, STEPS, seed=3)
-        q = [posture.q.tolist() for posture in postures]
+        configurations = walk(display, STEPS, seed=3)
+        q = [displayed.q.tolist() for displayed in configurations]
         found = asked(browser, display, f"{q}.map((q) => [k.moveTo(q), k.poses()])")
-        for posture, (closes, poses) in zip(postures, found, strict=True):
+        for displayed, (closes, poses) in zip(configurations, found, strict=True):
             assert closes, name
             size = display.skeleton.size
-            off = np.abs(np.array(poses, dtype=float).reshape(-1, 4, 4) - posture.bodies)
+            off = np.abs(np.array(poses, dtype=float).reshape(-1, 4, 4) - displayed.bodies)
             assert off[:, :3, :3].max() < CLOSED, name
             assert off[:, :3, 3].max() < CLOSED * size, name
             checked += 1

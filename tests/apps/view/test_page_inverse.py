@@ -50,20 +50,20 @@ def test_page_inverse_follows_tool_for_all_robots(page):
         robot = chasles.load(name)
         display = Display(robot)
         way = walk(display, STEPS, seed=4, part=0.04)
-        goals = [posture.tool.ravel().tolist() for posture in way]
+        goals = [displayed.tool.ravel().tolist() for displayed in way]
         q = "k.driven.map((j, i) => k.z[j] / k.robot.sliders[i].ratio)"
         follow = f"{goals}.map((T) => {{ const f = inverse.follow(k.z, T); k.z = f.z;"
         out = asked(page, display, f"{follow} return [{q}, f.position, f.turn, k.poses()]; }})")
-        for posture, (found, position, turn, poses) in zip(way, out, strict=True):
+        for displayed, (found, position, turn, poses) in zip(way, out, strict=True):
             assert max(position, turn) < TRUE, name
             bodies = np.array(poses, dtype=float).reshape(-1, 4, 4)
-            off = np.abs(display.skeleton.tip_poses(bodies) - posture.tool)
+            off = np.abs(display.skeleton.tip_poses(bodies) - displayed.tool)
             assert off[:3, :3].max() < TRUE, name
             assert off[:3, 3].max() < TRUE * display.skeleton.size, name
             assert (np.array(found) > robot.lower - SAME).all(), name
             assert (np.array(found) < robot.upper + SAME).all(), name
             if name not in REDUNDANT:
-                near = wrapped(robot, np.array(found) - posture.q)
+                near = wrapped(robot, np.array(found) - displayed.q)
                 assert np.abs(near).max() < SAME * max(1, display.skeleton.size), name
             checked += 1
     assert checked == STEPS * len(chasles.robots())
@@ -74,20 +74,20 @@ def test_page_inverse_follows_tool_for_all_robots(page):
 def test_page_ghosts_show_all_closed_form_branches(page, name):
     robot = chasles.load(name)
     display = Display(robot)
-    posture = walk(display, 3, seed=8)[-1]
+    displayed = walk(display, 3, seed=8)[-1]
     seek = "[...inverse.others(k.z)].filter((z) => z)"
     q = ".map((z) => k.driven.map((j, i) => z[j] / k.robot.sliders[i].ratio))"
-    script = f"(k.moveTo({posture.q.tolist()}), {seek}{q})"
+    script = f"(k.moveTo({displayed.q.tolist()}), {seek}{q})"
     found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
     assert len(found) > 0
-    T = posture.tool
+    T = displayed.tool
     # The delta's closed form omits solutions at which the actuators also allow a different pose.
     for row in found if name != "delta" else ():
         expected = branches(robot, T, row).q
         assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)
-    own = branches(robot, T, posture.q).q
+    own = branches(robot, T, displayed.q).q
     for row in own:
-        every = np.vstack([found, posture.q])
+        every = np.vstack([found, displayed.q])
         assert np.abs(wrapped(robot, every - row)).max(-1).min() < SAME, (name, row)
 
 
@@ -96,11 +96,11 @@ def test_dragged_tool_respects_limits_at_local_minimum(page):
     robot, rng = chasles.load("irb6640"), np.random.default_rng(1)
     display = Display(robot)
     size, at_limits = display.skeleton.size, 0
-    for posture in walk(display, 12, seed=6, part=0.5):
-        T = posture.tool.copy()
+    for displayed in walk(display, 12, seed=6, part=0.5):
+        T = displayed.tool.copy()
         T[:3, 3] += 0.5 * size * rng.normal(size=3)
         goal = T.ravel().tolist()
-        script = f"(k.moveTo({posture.q.tolist()}), "
+        script = f"(k.moveTo({displayed.q.tolist()}), "
         script += "(() => { let z = k.z, f; for (let i = 0; i < 20; i++)"
         script += f" {{ f = inverse.follow(z, {goal}); z = f.z; }} return [z, f.position]; }})())"
         q, position = asked(page, display, script)

@@ -11,7 +11,7 @@ import chasles.derive
 from chasles.derive.chain.singular.conditions import conditions, roots
 from chasles.derive.chain.singular.determinant import determinant, factored_minors
 from chasles.derive.chain.singular.nearest import nearest_singular
-from chasles.derive.chain.singular.postures import words
+from chasles.derive.chain.singular.singular_configurations import words
 from chasles.derive.latex.chain.singularity_fragment import singularities
 from chasles.derive.latex.setting.page import Page
 from tests.support.generators.round_arms import round_arm
@@ -23,7 +23,7 @@ SQUARE = ("ur5e", "irb6640", "stanford", "scara")
 SEVERAL = ("iiwa14", "lynxmotion")
 """Arms with seven and five joints, whose Jacobians have several minors."""
 TEN_DIGITS = 1e-10
-POSTURES = 100
+CONFIGURATIONS = 100
 LOST = 1e-8
 """Singular value (m, rad) of a rank-deficient Jacobian; the roots are accurate to 1e-9."""
 FULL = 1e-4
@@ -84,10 +84,10 @@ def test_factor_product_equals_jacobian_determinant(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
     found = in_numbers(robot, product(whole_determinant(name)))
-    postures = np.random.default_rng(5).uniform(-3, 3, (POSTURES, len(q)))
-    for posture, at in zip(postures, J(postures), strict=True):
+    configurations = np.random.default_rng(5).uniform(-3, 3, (CONFIGURATIONS, len(q)))
+    for configuration, at in zip(configurations, J(configurations), strict=True):
         expected = volume(at)
-        assert abs(abs(found(posture)) - expected) <= TEN_DIGITS * max(1.0, expected)
+        assert abs(abs(found(configuration)) - expected) <= TEN_DIGITS * max(1.0, expected)
 
 
 def test_ur5e_determinant_has_textbook_factors():
@@ -133,10 +133,10 @@ def test_zero_of_wrist_factor_is_a_singular_configuration():
     q, J = coordinates(robot), jacobian(robot)
     wrist = next(f for f, _ in whole_determinant("irb6640").factors if f == sp.sin(q[4]))
     assert wrist == sp.sin(q[4])
-    posture = np.array([0.3, -0.4, 0.5, 0.6, 0.0, 0.7])
-    assert np.linalg.svd(J(posture))[1][-1] <= TEN_DIGITS
-    posture[4] = 0.2
-    assert np.linalg.svd(J(posture))[1][-1] > 1e-3
+    configuration = np.array([0.3, -0.4, 0.5, 0.6, 0.0, 0.7])
+    assert np.linalg.svd(J(configuration))[1][-1] <= TEN_DIGITS
+    configuration[4] = 0.2
+    assert np.linalg.svd(J(configuration))[1][-1] > 1e-3
 
 
 TURNED = """name = "arm"
@@ -161,10 +161,10 @@ def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
     made = determinant(robot, q)
     assert len(made.factors) >= 2
     found = in_numbers(robot, product(made))
-    postures = np.random.default_rng(6).uniform(-3, 3, (POSTURES, len(q)))
-    for posture, at in zip(postures, J(postures), strict=True):
+    configurations = np.random.default_rng(6).uniform(-3, 3, (CONFIGURATIONS, len(q)))
+    for configuration, at in zip(configurations, J(configurations), strict=True):
         expected = volume(at)
-        assert abs(abs(found(posture)) - expected) <= TEN_DIGITS
+        assert abs(abs(found(configuration)) - expected) <= TEN_DIGITS
 
 
 def test_iiwa14_has_four_textbook_singularity_conditions():
@@ -182,7 +182,7 @@ def on_conditions(robot, found):
     q = coordinates(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     for condition in found:
-        yield from roots([factor.xreplace(values) for factor in condition], q, POSTURES // 8)
+        yield from roots([factor.xreplace(values) for factor in condition], q, CONFIGURATIONS // 8)
 
 
 @pytest.mark.parametrize("name", [*SEVERAL, *SQUARE[:2], "crx10ia"])
@@ -193,7 +193,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
     least = np.linalg.svd(J([*on_conditions(robot, found)]))[1][:, -1]
     assert len(least) >= len(found) * 10
     assert max(least) <= LOST
-    drawn = np.random.default_rng(7).uniform(-3, 3, (POSTURES, len(q)))
+    drawn = np.random.default_rng(7).uniform(-3, 3, (CONFIGURATIONS, len(q)))
     assert np.linalg.svd(J(drawn))[1][:, -1].min() > FULL / 10
 
 
@@ -204,10 +204,10 @@ def test_numerically_found_singularities_satisfy_a_condition(name):
     q = coordinates(robot)
     found = found_conditions(name)
     made = [in_numbers(robot, sp.Matrix(condition)) for condition in found]
-    postures = nearest_singular(robot, [0.3] * len(q), 8)
-    assert len(postures) >= 4
-    for posture in postures:
-        assert min(np.abs(one(posture)).max() for one in made) <= 1e-6
+    configurations = nearest_singular(robot, [0.3] * len(q), 8)
+    assert len(configurations) >= 4
+    for configuration in configurations:
+        assert min(np.abs(one(configuration)).max() for one in made) <= 1e-6
 
 
 def test_arm_without_short_factors_prints_singular_configurations():
@@ -215,9 +215,9 @@ def test_arm_without_short_factors_prints_singular_configurations():
     printed = Page.of(chasles.derive.derive(robot, functions=["fk"])).singular
     assert not printed.conditions
     J = jacobian(robot)
-    assert len(printed.postures) == 4
-    for posture in printed.postures:
-        shown = np.round(posture, 7)
+    assert len(printed.configurations) == 4
+    for configuration in printed.configurations:
+        shown = np.round(configuration, 7)
         assert np.linalg.svd(J(shown))[1][-1] <= 1e-6
     drawn = np.random.default_rng(8).uniform(-3, 3, (20, len(robot.moving)))
     assert min(np.linalg.svd(J(q))[1][-1] for q in drawn) > FULL
@@ -237,8 +237,8 @@ def test_determinant_with_last_joint_fixed_matches_six_columns(name):
         whole = whole.xreplace(notation.meanings)
     own = dict(zip(notation.q, coordinates(robot), strict=True))
     value, J = in_numbers(robot, whole.xreplace(own)), jacobian(robot)
-    postures = np.random.default_rng(7).uniform(-3, 3, (POSTURES, 7))
-    for q, at in zip(postures, J(postures), strict=True):
+    configurations = np.random.default_rng(7).uniform(-3, 3, (CONFIGURATIONS, 7))
+    for q, at in zip(configurations, J(configurations), strict=True):
         assert abs(value(q)) == pytest.approx(volume(at[:, :6]), abs=TEN_DIGITS)
     assert len(found.conditions) == len(factors)
 
@@ -255,7 +255,7 @@ def test_page_states_rank_of_arms_singular_in_every_configuration(seed):
     page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
     q, J = coordinates(robot), jacobian(robot)
     drawn = np.random.default_rng(9).uniform(-3, 3, (20, len(q)))
-    ranks = {np.linalg.matrix_rank(J(posture), FULL) for posture in drawn}
+    ranks = {np.linalg.matrix_rank(J(configuration), FULL) for configuration in drawn}
     assert ranks == {page.singular.rank}
     assert page.singular.rank < len(q)
     said = singularities(page)
@@ -267,9 +267,9 @@ def test_page_states_rank_of_arms_singular_in_every_configuration(seed):
 def test_full_rank_arms_get_no_rank_statement(seed):
     robot = chasles.derive.read_text(round_arm(seed), file="arm.toml")
     J = jacobian(robot)
-    posture = np.random.default_rng(9).uniform(-3, 3, len(robot.moving))
+    configuration = np.random.default_rng(9).uniform(-3, 3, len(robot.moving))
     page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
-    assert np.linalg.matrix_rank(J(posture), FULL) == len(robot.moving)
+    assert np.linalg.matrix_rank(J(configuration), FULL) == len(robot.moving)
     assert page.singular.rank is None
     assert "at most" not in singularities(page)
 
@@ -294,8 +294,8 @@ def test_a_mill_is_nowhere_singular():
     assert page.singular.is_regular
     assert "the robot has no singularity" in singularities(page)
     J = jacobian(robot)
-    postures = np.random.default_rng(0).choice([0, np.pi / 2, np.pi, 1.0], (50, 5))
-    assert np.linalg.svd(J(postures), compute_uv=False).min() > 0.1
+    configurations = np.random.default_rng(0).choice([0, np.pi / 2, np.pi, 1.0], (50, 5))
+    assert np.linalg.svd(J(configurations), compute_uv=False).min() > 0.1
 
 
 @pytest.mark.parametrize("name", ["scara", "lynxmotion"])

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from chasles.derive.chain.posture import from_aside
+from chasles.derive.chain.drawn_configuration import from_aside
 from chasles.derive.latex.drawing import DrawnMembers, arm_drawing
 from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
 from chasles.derive.latex.drawing.parts import scene
@@ -27,13 +27,13 @@ def parts(name):
     found = derived(name)
     coordinates = {joint.name: k for k, joint in enumerate(found.robot.coordinates, 1)}
     members = DrawnMembers(coordinates, coordinates)
-    return found.skeleton, scene(found.skeleton, found.skeleton.posture, members)
+    return found.skeleton, scene(found.skeleton, found.skeleton.q_drawn, members)
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_joints_lie_on_their_screw_axes_and_the_tool_is_at_its_pose(name):
     skeleton, scene = parts(name)
-    q = np.array(skeleton.posture)
+    q = np.array(skeleton.q_drawn)
     functions = [derived(name).function(function) for function in ("fk", "jacobian_space")]
     pose, screws = (np.array(kernel(q)) for kernel in lower(functions, name))
     assert scene.tool.ravel() == pytest.approx(pose.ravel(), abs=1e-12)
@@ -56,7 +56,7 @@ def test_the_figure_names_each_coordinate_and_fits_the_page(name):
     text = arm_drawing(derived(name).robot, skeleton)
     assert len(text) < LARGEST
     indices = re.findall(r"\\node\[coordinate name[^\n]*\$q_\{(\d+)\}\$", text)
-    assert sorted(map(int, indices)) == list(range(1, len(skeleton.posture) + 1))
+    assert sorted(map(int, indices)) == list(range(1, len(skeleton.q_drawn) + 1))
     paper = Paper.around(from_aside(), scene.points)
     assert f"\\draw[frame] {at(paper.at(scene.tool[:3, 3]))}" in text
     assert f"\\draw[frame] {at(paper.at(np.zeros(3)))}" in text
@@ -69,7 +69,7 @@ def test_the_figure_names_each_coordinate_and_fits_the_page(name):
 @pytest.mark.parametrize("name", DRAWN)
 def test_drawn_configurations_are_round_and_within_limits(name):
     found = derived(name)
-    for value, joint in zip(found.skeleton.posture, found.robot.coordinates, strict=True):
+    for value, joint in zip(found.skeleton.q_drawn, found.robot.coordinates, strict=True):
         low, high = joint.limits
         assert low is None or value >= float(low)
         assert high is None or value <= float(high)

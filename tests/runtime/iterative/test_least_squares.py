@@ -43,7 +43,7 @@ def drawn(request, tmp_path_factory):
     return compiled(mechanism, tmp_path_factory.mktemp("open"), names, ["c"]), mechanism
 
 
-def postures(robot, count=40):
+def configurations(robot, count=40):
     offset = np.random.default_rng(5).uniform(-0.3, 0.3, (count, robot.n))
     q = robot.reference.q + offset
     assert robot.loops_close(q).all()
@@ -72,7 +72,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
     robot, mechanism = drawn
     model, gaps, slopes = weighted(mechanism)
     free = model.unknown
-    for z in robot.configuration(postures(robot, 4)):
+    for z in robot.configuration(configurations(robot, 4)):
 
         def at(x, z=z):
             whole = z.copy()
@@ -95,21 +95,21 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
 def test_constraint_norm_equals_closure_gaps(drawn):
     robot, mechanism = drawn
     model = Model(mechanism)
-    z = robot.configuration(postures(robot))
+    z = robot.configuration(configurations(robot))
     squares = (robot.constraint(z) ** 2).sum(-1)
     np.testing.assert_allclose(squares, (model.gaps(z) ** 2).sum(-1), rtol=1e-9)
 
 
 def test_fk_matches_independent_model_pose(drawn):
     robot, mechanism = drawn
-    q = postures(robot)
+    q = configurations(robot)
     tip = Model(mechanism).tip(robot.configuration(q))
     np.testing.assert_allclose(robot.fk(q), tip, atol=1e-12)
 
 
 def test_derivatives_match_finite_differences(drawn):
     robot, _ = drawn
-    q = postures(robot)
+    q = configurations(robot)
     rng = np.random.default_rng(6)
     v, a = rng.uniform(-1, 1, (2, *q.shape))
 
@@ -130,7 +130,7 @@ def test_derivatives_match_finite_differences(drawn):
 
 def test_actuator_maps_invert_chain_maps(drawn):
     robot, _ = drawn
-    q = postures(robot)
+    q = configurations(robot)
     rng = np.random.default_rng(7)
     v, a = rng.uniform(-1, 1, (2, *q.shape))
     theta, thetad = robot.chain(q), robot.chain_rates(q, v)

@@ -312,11 +312,11 @@ def objective(robot, name, q):
 
 
 @pytest.mark.parametrize("robot_name", ["panda", "iiwa14"])
-@pytest.mark.parametrize("name", ["limits", "manipulability", "posture"])
+@pytest.mark.parametrize("name", ["limits", "manipulability", "configuration"])
 def test_secondary_objective_improves_without_changing_task(robot_name, name):
     robot = chasles.load(robot_name)
     q, V = inside(robot, 300, seed=11), twists(300)
-    redundancy = inside(robot, 1, seed=12)[0] if name == "posture" else name
+    redundancy = inside(robot, 1, seed=12)[0] if name == "configuration" else name
     plain = robot.joint_rates(q, V)
     found = robot.joint_rates(q, V, redundancy=redundancy, gain=2.0)
     np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)

@@ -88,8 +88,8 @@ def test_planar_sections_match_sampled_reachability():
     rng, checked = np.random.default_rng(1), 0
     for chain in chains(5):
         region = region_of(*chain)
-        postures = sampled(*chain, rng)
-        places = place(chain[0], postures)
+        configurations = sampled(*chain, rng)
+        places = place(chain[0], configurations)
         outside = places[~region.contains(places)]
         assert not len(outside) or from_border(region, outside).max() < 1e-9
         least, most = region.bounds

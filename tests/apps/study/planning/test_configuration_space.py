@@ -42,7 +42,7 @@ def space(request):
     return configuration_space(robot, OBSTACLES, radius=0.05)
 
 
-def postures(space, rng, count):
+def configurations(space, rng, count):
     q = rng.uniform(
         np.maximum(space.lower, -np.pi), np.minimum(space.upper, np.pi), (count, space.robot.n)
     )
@@ -52,7 +52,7 @@ def postures(space, rng, count):
 def test_free_segments_stay_free_at_finer_sampling(space):
     rng = np.random.default_rng(1)
     free = 0
-    for q in postures(space, rng, 40):
+    for q in configurations(space, rng, 40):
         other = np.clip(q + rng.normal(0, 0.2, len(q)), space.lower, space.upper)
         if space.is_free_segment(q, other):
             points = q + np.linspace(0, 1, 100)[:, None] * (other - q)
@@ -66,7 +66,7 @@ def test_free_segments_stay_free_at_finer_sampling(space):
 def test_distance_change_stays_within_approach_bound(space):
     rng = np.random.default_rng(2)
     checked = 0
-    for q in postures(space, rng, 40):
+    for q in configurations(space, rng, 40):
         step = rng.normal(0, 0.05, len(q))
         here, there = space.distances(q), space.distances(q + step)
         apart = (here > 0) & (there > 0)
@@ -95,7 +95,7 @@ def test_sphere_distances_match_sampled_shapes(name):
     )
     space = configuration_space(robot, OBSTACLES[:1], radius=radii)
     rng, checked = np.random.default_rng(3), 0
-    for q in postures(space, rng, 12):
+    for q in configurations(space, rng, 12):
         found = dict(zip(space.checks, space.distances(q), strict=True))
         corners = space.hulls.corners(robot.configuration(q) if robot.loops else q)
         for k, hull in enumerate(space.hulls.hulls):
@@ -128,7 +128,7 @@ def test_allowed_collisions_disable_only_checks_of_named_pair():
 def test_roadmap_paths_of_arm_stay_free_after_shortcutting():
     robot = chasles.load("ur5e")
     space = configuration_space(robot, OBSTACLES, radius=0.05)
-    q = postures(space, np.random.default_rng(4), 60)
+    q = configurations(space, np.random.default_rng(4), 60)
     found = 0
     for start, goal in zip(q[:6:2], q[1:6:2], strict=True):
         plan = prm(space, 150, neighbors=8).plan(start, goal)
@@ -143,7 +143,7 @@ def test_roadmap_paths_of_arm_stay_free_after_shortcutting():
 def test_rrt_connect_finds_free_arm_path_silently(capfd):
     pytest.importorskip("ompl")
     space = configuration_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
-    start, goal = postures(space, np.random.default_rng(5), 60)[:2]
+    start, goal = configurations(space, np.random.default_rng(5), 60)[:2]
     for key in (1, 2):
         plan = rrt_connect(space, start, goal, time_limit=SECONDS, rng=key)
         assert plan.found, plan.reason

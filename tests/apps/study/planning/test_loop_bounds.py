@@ -11,7 +11,7 @@ import chasles
 from chasles.errors import InputValueError
 from chasles.study.planning import configuration_space, sphere
 from chasles.study.planning.hulls import hulls_of
-from chasles.study.planning.loop_bounds import closed_postures, loop_bounds
+from chasles.study.planning.loop_bounds import closed_configurations, loop_bounds
 
 ROBOTS = (
     "excavator",
@@ -49,7 +49,7 @@ def test_loop_motion_stays_within_bounds(name):
     robot, bounds, lower, upper = made(name)
     hulls = hulls_of(robot)
     rng, certain, tight = np.random.default_rng(1), 0, []
-    q, _ = closed_postures(robot, lower, upper)
+    q, _ = closed_configurations(robot, lower, upper)
     for k in range(45):
         a = q[rng.integers(len(q))]
         size = (0.0005, 0.002, 0.01)[k % 3] * (upper - lower)
@@ -182,7 +182,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)
-        q, z = closed_postures(robot, lower, upper)
+        q, z = closed_configurations(robot, lower, upper)
         rest = np.setdiff1d(np.arange(z.shape[1]), bounds.given)
         rng = np.random.default_rng(7)
         for k in range(30):

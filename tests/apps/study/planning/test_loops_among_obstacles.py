@@ -17,7 +17,7 @@ from chasles.study.planning import (
     shortcut,
     sphere,
 )
-from chasles.study.planning.loop_bounds import closed_postures
+from chasles.study.planning.loop_bounds import closed_configurations
 from tests.campaigns.scenes import drawn, left, planned
 from tests.support.waiting import SECONDS
 
@@ -34,7 +34,7 @@ def test_paths_stay_collision_free_at_finer_sampling():
 def test_approach_bound_limits_distance_change(name):
     rng, checked = np.random.default_rng(8), 0
     space, _ = drawn(chasles.load(name), rng)
-    q, _ = closed_postures(space.robot, space.lower, space.upper)
+    q, _ = closed_configurations(space.robot, space.lower, space.upper)
     for k in range(6):
         step = rng.normal(size=space.robot.n) * (space.upper - space.lower)
         a = q[k]

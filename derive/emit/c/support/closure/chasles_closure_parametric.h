@@ -9,7 +9,7 @@
  *   CLOSURE_P                  parameters of the geometry
  *   CLOSURE_AT(s)              computes s->c and s->D at s->w and s->p
  *   CLOSURE_Z                  entries of the nominal configuration z
- *   CLOSURE_POSTURE(q, z)      computes z at q; NaN if the nominal loops do not close
+ *   CLOSURE_CONFIGURATION(q, z)      computes z at q; NaN if the nominal loops do not close
  *   tables actuated, ratio     the variable of each coordinate, and 1
  *          unknown, of_z       the unknown variables, and their indices in z
  *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
@@ -24,7 +24,7 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
                              const double p[CLOSURE_P], double w[CLOSURE_W])
 {
     double z[CLOSURE_Z];
-    CLOSURE_POSTURE(q, z);
+    CLOSURE_CONFIGURATION(q, z);
     s->p = p;
     for (int k = 0; k < CLOSURE_U; k++)
         s->w[CLOSURE_NAME(unknown)[k]] = z[CLOSURE_NAME(of_z)[k]];
@@ -121,4 +121,4 @@ static void CLOSURE_NAME(in_body)(const CLOSURE_NAME(closed) * s, const double T
 #undef CLOSURE_P
 #undef CLOSURE_AT
 #undef CLOSURE_Z
-#undef CLOSURE_POSTURE
+#undef CLOSURE_CONFIGURATION

@@ -31,7 +31,7 @@ def from_aside() -> Array:
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-def posture(rigid: RigidBodies) -> tuple[float, ...]:
+def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     """Returns coordinates within the limits that separate the joints in the default view.
 
     Selects the best of up to two thousand configurations with round angles. The score is the

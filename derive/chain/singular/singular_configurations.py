@@ -30,7 +30,7 @@ SEED = 30
 
 
 @dataclass(frozen=True)
-class _Posture:
+class _Configuration:
     """Joint axes in the base frame; prismatic joints have no points."""
 
     directions: FloatArray
@@ -72,7 +72,7 @@ class _Posture:
 WHOLE_WRIST = 3
 """Number of wrist axes that intersect in the wrist center."""
 WRIST = "the wrist's centre"
-Relation = Callable[[_Posture], float]
+Relation = Callable[[_Configuration], float]
 """Deviation of a configuration from a relation; 0 if the relation holds."""
 
 
@@ -90,24 +90,26 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     factors = [factor.xreplace(values) for factor in condition]
-    found = [_posture(screws, x) for x in roots(factors, q, DRAWS)]
+    found = [_configuration(screws, x) for x in roots(factors, q, DRAWS)]
     return _first_that_holds(_coincident(len(q)), found, general)
 
 
-def _in_general(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
+def _in_general(
+    robot: SerialRobot, q: Sequence[sp.Symbol]
+) -> tuple[FloatArray, list[_Configuration]]:
     """Returns numeric screws of a robot, and generic configurations."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
     screws = np.array(S.xreplace(values).evalf(), float)
     drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))
-    return screws, [_posture(screws, x) for x in drawn]
+    return screws, [_configuration(screws, x) for x in drawn]
 
 
 def _first_that_holds(
     relations: Iterable[tuple[str, Relation]],
-    found: Sequence[_Posture],
-    general: Sequence[_Posture],
+    found: Sequence[_Configuration],
+    general: Sequence[_Configuration],
 ) -> str:
     """Returns the description of the first relation that holds only at singular configurations."""
     for text, relation in relations if found else ():
@@ -121,8 +123,8 @@ def _coincident(count: int) -> Iterator[tuple[str, Relation]]:
         yield f"axes {i + 1} and {j + 1} coincide", partial(_off_axis, i, j)
 
 
-def _off_axis(i: int, j: int, posture: _Posture) -> float:
-    return max(posture.off_parallel(i, j), posture.off_line(posture.points[j], i))
+def _off_axis(i: int, j: int, configuration: _Configuration) -> float:
+    return max(configuration.off_parallel(i, j), configuration.off_line(configuration.points[j], i))
 
 
 def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
@@ -130,17 +132,17 @@ def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> s
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     rng = np.random.default_rng(SEED + 1)
-    found = [_posture(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
+    found = [_configuration(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
     own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
     return _first_that_holds(_relations(general[0], own), found, general)
 
 
-def _posture(S: FloatArray, q: FloatArray) -> _Posture:
+def _configuration(S: FloatArray, q: FloatArray) -> _Configuration:
     screws = seen_screws(S, q, 0).T
     turns = np.linalg.norm(screws[:, 3:], axis=1) > HOLDS
     directions = np.where(turns[:, None], screws[:, 3:], screws[:, :3])
     points = np.where(turns[:, None], np.cross(screws[:, 3:], screws[:, :3]), 0.0)
-    return _Posture(directions, points, float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0)
+    return _Configuration(directions, points, float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0)
 
 
 def _roots(
@@ -177,7 +179,7 @@ def _halved(
     return np.array([*at[:k], (low + high) / 2, *at[k + 1 :]])
 
 
-def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
+def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
     """Yields the relations to test with their descriptions; joint numbers start at 1."""
     count = len(general.directions)
     if len(own) == 1 and 0 < own[0] < count - 1:
@@ -200,11 +202,11 @@ def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Rel
         yield from _of_centre(axes, WRIST if len(axes) == WHOLE_WRIST else named, parallel)
 
 
-def _point(k: int, posture: _Posture) -> FloatArray:
-    return np.asarray(posture.points[k])
+def _point(k: int, configuration: _Configuration) -> FloatArray:
+    return np.asarray(configuration.points[k])
 
 
-def _in_plane(k: int, point: Callable[[_Posture], FloatArray]) -> Relation:
+def _in_plane(k: int, point: Callable[[_Configuration], FloatArray]) -> Relation:
     """Returns the relation "a point lies in the plane of two adjacent parallel axes"."""
     return lambda p: p.off_plane(point(p), k, p.points[k + 1] - p.points[k])
 
@@ -214,7 +216,7 @@ def _of_centre(
 ) -> Iterator[tuple[str, Relation]]:
     """Yields relations of the intersection of the last axes."""
 
-    def centre(p: _Posture) -> FloatArray:
+    def centre(p: _Configuration) -> FloatArray:
         found = p.meeting(axes)
         return p.points[axes[0]] if found is None else found
 
