@@ -3,6 +3,7 @@
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
+from .input_files import MAX_TABLE, open_input, read_input
 from .manifest import (
     FORMAT,
     SUPPORT,
@@ -29,6 +30,7 @@ __all__ = [
     "AIMS",
     "FORMAT",
     "KINDS",
+    "MAX_TABLE",
     "ROLES",
     "SUPPORT",
     "VECTORS",
@@ -61,6 +63,8 @@ __all__ = [
     "UnknownRobotError",
     "Variable",
     "manifest_entries",
+    "open_input",
+    "read_input",
     "read_manifest",
     "requires",
 ]

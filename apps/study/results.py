@@ -22,6 +22,7 @@ import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from chasles import InputValueError
+from chasles.contract import open_input
 
 T = TypeVar("T")
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -102,7 +103,7 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
         InputValueError: The file cannot be read.
     """
     try:
-        with Path(path).open("rb") as file, NpzFile(file) as arrays:
+        with open_input(path) as file, NpzFile(file) as arrays:
             return {name: _array(name, arrays[name]) for name in arrays.files}
     except _DAMAGED as error:
         reason = str(error) or type(error).__name__

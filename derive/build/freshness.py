@@ -15,6 +15,7 @@ from pathlib import Path
 
 from chasles.contract import requires
 
+from ..description.file_text import read_bytes
 from ..description.shipped_files import nominal_file
 from ..model.errors import DescriptionError
 
@@ -105,7 +106,7 @@ def _recipe(job: Job) -> str:
         job.languages,
         job.name,
     )
-    calibration = [job.calibration.read_bytes()] if job.calibration else []
+    calibration = [read_bytes(job.calibration)] if job.calibration else []
     described = [*_description(job), *calibration]
     parts = (*described, _compiler().encode(), repr(choices).encode())
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
@@ -121,10 +122,10 @@ def _description(job: Job) -> list[bytes]:
             return [_expanded(file, job)[0].encode()]
         except DescriptionError:
             # The reader of the description reports an invalid file.
-            return [file.read_bytes()]
+            return [read_bytes(file)]
     if ending == ".xml":
         return _included(file, file.parent, {})
-    return list(_named_along(file, {}).values()) if ending == ".toml" else [file.read_bytes()]
+    return list(_named_along(file, {}).values()) if ending == ".toml" else [read_bytes(file)]
 
 
 def source_files(job: Job) -> list[Path]:
@@ -155,7 +156,7 @@ def write_sources(job: Job, to: Path) -> None:
     """Writes digests and paths of the source files, with which the runtime caches the robot."""
     folder = job.file.parent.resolve()
     lines = [
-        f"{hashlib.sha256(file.read_bytes()).hexdigest()} {os.path.relpath(file, folder)}\n"
+        f"{hashlib.sha256(read_bytes(file)).hexdigest()} {os.path.relpath(file, folder)}\n"
         for file in source_files(job)
     ]
     to.write_text("".join(lines), encoding="utf-8")
@@ -165,7 +166,7 @@ def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
     """Returns the bytes of a robot file and of its extended and nominal files, by path."""
     if not file.is_file() or file.resolve() in seen:
         return seen
-    seen[file.resolve()] = content = file.read_bytes()
+    seen[file.resolve()] = content = read_bytes(file)
     try:
         table = tomllib.loads(content.decode("utf-8-sig"))
     except ValueError:
@@ -185,7 +186,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
     The reader of the description reports a missing file.
     """
     if file.is_file() and file not in seen:
-        seen[file] = file.read_bytes()
+        seen[file] = read_bytes(file)
         for name in re.findall(rb"""<include\s+file\s*=\s*["']([^"']+)["']""", seen[file]):
             _included(folder / name.decode(errors="replace"), folder, seen)
     return list(seen.values())

@@ -1,7 +1,12 @@
 """Reads the text of description files, with a size limit and a declared encoding."""
 
+import errno
+from collections.abc import Iterable
 from pathlib import Path
 
+from chasles.contract.input_files import PACKAGE_FILE, input_folder, is_inside, read_input
+
+from ..model.errors import DescriptionError
 from .toml_file import file_error
 
 LONGEST_FILE = 1_000_000
@@ -25,14 +30,52 @@ def read_bytes(path: str | Path) -> bytes:
     """
     file = str(path)
     try:
-        with Path(path).open("rb") as stream:
-            content = stream.read(LONGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise file_error(file, None, "", None, f"a readable file ({reason})") from error
-    if len(content) > LONGEST_FILE:
-        raise file_error(file, None, "", None, f"at most {LONGEST_FILE} bytes")
-    return content
+        return read_input(path, LONGEST_FILE)
+    except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise _too_long(file) from error
+        raise file_error(file, None, "", None, f"a readable file ({error.strerror})") from error
+
+
+def check_length(file: str, text: str) -> None:
+    """Raises an error for a text that is longer than a file may be.
+
+    Raises:
+        DescriptionError: The text is too long.
+    """
+    if len(text) > LONGEST_FILE:
+        raise _too_long(file)
+
+
+def _too_long(file: str) -> DescriptionError:
+    return file_error(file, None, "", None, f"at most {LONGEST_FILE} bytes")
+
+
+def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
+    """Returns the content of a file that a description includes.
+
+    Args:
+        path: The included file.
+        folders: The folders from which the description may include files.
+        by: The description.
+
+    Raises:
+        FileNotFoundError: The file does not exist.
+        DescriptionError: The file is outside the folders, cannot be read, or is too long.
+    """
+    if not any(is_inside(path, folder) for folder in folders):
+        expected = (
+            f"included files inside {input_folder(by)}; copy the file there, or put a "
+            f"{PACKAGE_FILE} into a folder that contains both"
+        )
+        raise file_error(str(by), None, "", str(path), expected)
+    try:
+        return read_input(path, LONGEST_FILE)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        expected = f"readable included files ({error.strerror})"
+        raise file_error(str(by), None, "", str(path), expected) from error
 
 
 def decoded(file: str, content: bytes, encoding: str) -> str:

@@ -37,7 +37,7 @@ from ..model.mechanism import Described, Mechanism
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
 from .conventions.suited import with_suitable_conventions
-from .file_text import text_of
+from .file_text import check_length, text_of
 from .importers.chains import SUFFIXES, chains, imported, is_imported
 from .importers.identifiers import prefix
 from .mechanism_file import MechanismFile, has_loops
@@ -124,8 +124,10 @@ def read_text(
         The robot, see :func:`read`.
 
     Raises:
-        DescriptionError: The text or its parent file is invalid, or the format is unknown.
+        DescriptionError: The text or its parent file is invalid, the text is longer than a file may
+            be, or the format is unknown.
     """
+    check_length(file, text)
     if format == "urdf":
         robot = UrdfFile(file, text).robot(None, None, None)
         return robot if exact else cleaned_with_warning(robot, file)
@@ -159,11 +161,20 @@ def _chain(
     return robot if exact else cleaned_with_warning(robot, str(file))
 
 
-def _of_toml(text: str, file: str, conventions: Sequence[Convention], exact: bool) -> Described:
-    """Reads a robot from the text of a robot file."""
+def _of_toml(
+    text: str,
+    file: str,
+    conventions: Sequence[Convention],
+    exact: bool,
+    *,
+    is_nominal: bool = False,
+) -> Described:
+    """Reads a robot from the text of a robot file; a nominal robot has no nominal robot itself."""
     written = TomlFile(file, text)
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
+    if is_nominal and "nominal" in source.table:
+        source.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
     if has_loops(source.table):
         described = MechanismFile(source.file, source.text, heir, conventions).mechanism()
         robot = described if exact else cleaned_with_warning(described, file)
@@ -179,9 +190,12 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
-        nominal = read(path, conventions=conventions)
-        if not isinstance(nominal, Mechanism) or nominal.nominal is not None:
-            file.fail(keys, "the file of a robot with loops that names no nominal robot itself")
+        if path.suffix.lower() == SUFFIX:
+            nominal = _of_toml(text_of(path), str(path), conventions, exact=False, is_nominal=True)
+        else:
+            nominal = read(path, conventions=conventions)
+        if not isinstance(nominal, Mechanism):
+            file.fail(keys, "the file of a robot with loops")
         return replace(robot, nominal=nominal)
     except (DescriptionError, UnknownRobotError) as error:
         at = (error.file, error.field) if isinstance(error, DescriptionError) else None
@@ -195,11 +209,12 @@ def _extended(heir: TomlFile) -> TomlFile:
     """Returns the parent file that a file extends."""
     keys = ("extends",)
     path = Path(heir.file).parent / heir.string(keys, "")
+    if path.suffix.lower() != SUFFIX:
+        heir.fail(keys, f"the name of a robot file, which ends in {SUFFIX}")
     try:
-        text = text_of(path)
+        extended = TomlFile(str(path), text_of(path))
     except DescriptionError as error:
-        heir.fail(keys, f"a robot file beside this one ({error})")
-    extended = TomlFile(str(path), text)
+        heir.fail(keys, f"a robot file in this folder ({error})")
     if "extends" in extended.table:
         heir.fail(keys, "a file that extends no other")
     return extended

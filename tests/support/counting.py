@@ -2,6 +2,9 @@
 
 import sys
 from collections.abc import Callable
+from typing import TypeVar
+
+Result = TypeVar("Result")
 
 
 def calls_of(work: Callable[[], object]) -> int:
@@ -23,3 +26,29 @@ def calls_of(work: Callable[[], object]) -> int:
     finally:
         sys.setprofile(before)
     return count
+
+
+class TooManyCallsError(BaseException):
+    """A call made too many function calls; no handler of ``Exception`` hides it."""
+
+
+def stopped_after(most: int, work: Callable[[], Result]) -> Result:
+    """Returns the result of ``work``, which may make a limited number of function calls.
+
+    Raises:
+        TooManyCallsError: ``work`` made more calls and was stopped.
+    """
+    count = 0
+
+    def profile(_frame, event, _argument):
+        nonlocal count
+        count += event in ("call", "c_call")
+        if count > most:
+            raise TooManyCallsError(f"more than {most} calls")
+
+    before = sys.getprofile()
+    sys.setprofile(profile)
+    try:
+        return work()
+    finally:
+        sys.setprofile(before)

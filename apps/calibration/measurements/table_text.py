@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from chasles import InputValueError
+from chasles.contract import MAX_TABLE, read_input
 
 COMMENTS = ("#", "%", "//")
 _SEPARATORS = (";", "\t", "|", ",")
@@ -43,11 +44,15 @@ def cells_of(path: Path) -> TableText:
     """Return the cells of a file.
 
     Raises:
-        InputValueError: The file is a spreadsheet, or empty.
+        InputValueError: The file cannot be read, is a spreadsheet, or is empty.
     """
+    try:
+        content = read_input(path, MAX_TABLE)
+    except OSError as error:
+        raise InputValueError(f"{path}: expected a table ({error.strerror})") from error
     comment = ""
     kept: list[tuple[int, str]] = []
-    for number, line in enumerate(_decoded(path, path.read_bytes()).splitlines(), 1):
+    for number, line in enumerate(_decoded(path, content).splitlines(), 1):
         if not line.strip(" \t,;|"):
             continue
         if line.lstrip().startswith(COMMENTS):

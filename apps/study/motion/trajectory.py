@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
+from chasles.contract import MAX_TABLE, read_input
 from chasles.summaries import summary_repr
 
 from ..results import StudyResult, by_suffix, read_npz, write_table
@@ -213,8 +215,8 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
     """Return arrays t and q of a table, and qd and qdd if it has these columns."""
     try:
-        with path.open(newline="", encoding="utf-8") as lines:
-            head, *rows = [row for row in csv.reader(lines) if row]
+        lines = io.StringIO(read_input(path, MAX_TABLE).decode("utf-8-sig"), newline="")
+        head, *rows = [row for row in csv.reader(lines) if row]
     except (OSError, ValueError, csv.Error) as error:
         raise InputValueError(f"{path}: expected a table with a header ({error})") from error
     header, names = [name.strip() for name in head], _names(robot)

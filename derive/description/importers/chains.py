@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 
 from ...isolation import IsolatedWorkError, Limits, isolated
 from ...model.errors import DescriptionError
+from ...model.exact import NotExact
 from ...model.mechanism import Described
 from ..toml_file import file_error
 from ..urdf import UrdfFile
@@ -77,6 +78,9 @@ def within_limits(file: Path, work: Callable[[], Result]) -> Result:
     """Reads a file in a separate process, with limits on its time and memory."""
     try:
         return isolated(work, READING)
+    except NotExact as error:
+        expected = f"numbers in the supported range ({error})"
+        raise file_error(str(file), None, "", None, expected) from None
     except IsolatedWorkError as error:
         expected = f"a file that can be read: {error}"
         raise file_error(str(file), None, "", None, expected) from None

@@ -2,8 +2,12 @@
 
 import re
 from pathlib import Path
+from xml.dom import minidom
+from xml.parsers.expat import ExpatError
 
 from lxml import etree
+
+from chasles.contract.errors import DescriptionError
 
 from ..file_text import decoded, read_bytes
 from ..toml_file import file_error
@@ -29,6 +33,14 @@ def read_xml(path: str | Path) -> str:
     return decoded(str(path), content, _UTF_16.get(content[:2], encoding))
 
 
+def nearby_document(path: Path) -> minidom.Document | None:
+    """Returns a file near a description, such as package.xml; None if it is not valid XML."""
+    try:
+        return minidom.parseString(read_bytes(path))
+    except (DescriptionError, ExpatError, ValueError):
+        return None
+
+
 def is_urdf(text: str) -> bool:
     """Whether the first element of an XML text is <robot>."""
     without_comments = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
@@ -46,13 +58,13 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
     )
 
 
-def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
+def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     """Parses an XML text; returns the root element without its namespace.
 
     Args:
         file: File name in error messages.
         text: XML text.
-        root: Required name of the root element.
+        root: Required name of the root element; None accepts any name.
 
     Raises:
         DescriptionError: The text is not valid XML, has a document type, or has a different root
@@ -60,21 +72,25 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     """
     parser = _parser()
     try:
-        element = etree.fromstring(text.encode(), parser)
+        content = text.encode()
+    except UnicodeEncodeError as error:
+        raise file_error(file, None, "", None, f"UTF-8 text ({error.reason})") from error
+    try:
+        element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         # Some exporters write undeclared prefixes such as drake:. The log of the exception may
         # include entries from other texts, so the log of the parser is used.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error
-        element = etree.fromstring(text.encode(), _parser(recover=True))
+        element = etree.fromstring(content, _parser(recover=True))
     _drop_namespace(element)
     tag, line = str(element.tag), element.sourceline
     about = f"<{tag}>"
     if element.getroottree().docinfo.doctype:
         expected = "no document type, which could define entities"
         raise file_error(file, line, about, None, expected)
-    if tag != root:
+    if root is not None and tag != root:
         raise file_error(file, line, about, tag, f"a <{root}>")
     return element
 

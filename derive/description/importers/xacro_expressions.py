@@ -9,7 +9,8 @@ and ``str.format``. No symbol may lead to a rejected function: ``map`` calls wha
 
 import ast
 import operator
-from collections.abc import Callable, Collection, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -74,14 +75,17 @@ class RefusedExpressionError(ValueError):
 @contextmanager
 def replaced(module: Any, **values: Any) -> Iterator[None]:
     """Context manager that temporarily replaces attributes of a module."""
-    before = {name: getattr(module, name) for name in values}
+    before = dict(vars(module))
     try:
-        for name, value in values.items():
-            setattr(module, name, value)
+        vars(module).update(values)
         yield
     finally:
-        for name, value in before.items():
-            setattr(module, name, value)
+        for name in values:
+            # The name of a function of Python is new in the module.
+            if name in before:
+                setattr(module, name, before[name])
+            else:
+                delattr(module, name)
 
 
 def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
@@ -178,6 +182,8 @@ class _Evaluator:
         return self.value(node.body)
 
     def _constant(self, node: ast.Constant) -> Any:
+        if isinstance(node.value, bytes):
+            raise RefusedExpressionError("bytes are not allowed in an expression")
         return node.value
 
     def _name(self, node: ast.Name) -> Any:
@@ -286,7 +292,9 @@ class _Evaluator:
         if not isinstance(value, str | int | float):
             value = str(value)
         shown = {114: repr, 97: ascii}.get(node.conversion, lambda same: same)(value)
-        return format(shown, "" if node.format_spec is None else self.value(node.format_spec))
+        spec = "" if node.format_spec is None else self.value(node.format_spec)
+        _check_widths(spec)
+        return format(shown, spec)
 
     def _listcomp(self, node: ast.ListComp) -> list[Any]:
         return list(self._produced(node.elt, node.generators))
@@ -335,6 +343,8 @@ def _is_hashable(found: Any) -> bool:
 
 def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
     """Rejects a power, shift, repetition or format whose result would exhaust memory."""
+    if isinstance(kind, ast.Mod) and isinstance(left, str):
+        _check_widths(left, right if isinstance(right, tuple) else (right,))
     size = 0
     if isinstance(kind, ast.Pow) and isinstance(left, int) and isinstance(right, int):
         size = left.bit_length() * right
@@ -345,4 +355,13 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
         counts = [side for side in (left, right) if isinstance(side, int)]
         size = lengths[0] * counts[0] if lengths and counts else 0
     if size > MAX_SIZE:
+        raise RefusedExpressionError(f"a result is larger than {MAX_SIZE}")
+
+
+def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
+    """Rejects a format with large widths or precisions; ``*`` takes a width from the values."""
+    widths = [int(digits) for digits in re.findall(r"\d+", text)]
+    if "*" in text:
+        widths += [abs(value) for value in values if isinstance(value, int)]
+    if sum(widths) > MAX_SIZE:
         raise RefusedExpressionError(f"a result is larger than {MAX_SIZE}")

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
-from xml.dom import minidom
-from xml.parsers.expat import ExpatError
 
 from chasles.contract.errors import DescriptionError, NotInstalledError
+from chasles.contract.input_files import FOLDERS_UP, PACKAGE_FILE, input_folder
 
+from ..file_text import included_bytes
 from ..toml_file import file_error
-from .robot_xml import read_xml
+from .robot_xml import nearby_document, read_xml
 from .xacro_expressions import (
     allowed_symbols,
     expression_evaluator,
@@ -26,10 +26,9 @@ CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Error class name that xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
 """Duplicate message of a nested xacro error."""
-PACKAGE_FILE = "package.xml"
+MAX_REASON = 2000
+"""Maximum number of characters of a reason from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")
-FOLDERS_UP = 5
-"""Number of parent folders searched for packages, including their subfolders."""
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
 
@@ -48,7 +47,8 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
 
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
     ROS. A package is a folder whose package.xml has this name, or a folder with this name. Suffixes
-    of ``PACKAGE_ENDINGS`` are ignored.
+    of ``PACKAGE_ENDINGS`` are ignored. Included files and YAML files are read from the package of
+    the file (or its folder, without a package.xml) and from packages of ``$(find package)``.
 
     Args:
         file: A xacro file.
@@ -69,15 +69,18 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     before = len(xacro.all_includes)
     symbols = allowed_symbols(xacro._global_symbols)
     evaluator = expression_evaluator(symbols)
+    packages = _Packages(file.resolve())
     try:
         with (
             redirect_stdout(said),
             redirect_stderr(said),
-            _packages_found(substitution_args, file),
-            replaced(xacro, safe_eval=evaluator, _global_symbols=symbols),
+            _packages_found(substitution_args, packages),
+            replaced(xacro, safe_eval=evaluator, _global_symbols=symbols, open=packages.opened),
             replaced(substitution_args, _eval=substitution_evaluator(substitution_args)),
         ):
             document = xacro.process_file(str(file), mappings=values)
+    except DescriptionError:
+        raise
     except Exception as error:
         # Expressions in the file may raise any error, in addition to the errors of xacro.
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
@@ -110,30 +113,32 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
-    reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason).split()))
     hint = missing(reason, Path(inner))
+    reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason[:MAX_REASON]).split()))
+    # A surrogate could not be printed.
+    reason = reason.encode(errors="replace").decode()
     expected = f"xacro that can be expanded ({reason}{within}{hint})"
     return file_error(inner, int(line[1]) if line else None, "", None, expected)
 
 
 @contextmanager
-def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
+def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[None]:
     """Resolves ``$(find package)`` in the folders near a file during the expansion of the file.
 
     Xacro has no option for these folders: it only queries the package index of an installed ROS.
     """
     of_ros = substitution_args._eval_find
-    around = _Packages(file.resolve())
 
     def found(name: str) -> str:
-        folder = around.folder(name)
-        if folder is not None:
-            return str(folder)
-        try:
-            return str(of_ros(name))
-        except Exception as error:
-            # ROS is missing, or a different package has replaced the package finder of ROS.
-            raise substitution_args.SubstitutionException(around.missed(name)) from error
+        folder = packages.folder(name)
+        if folder is None:
+            try:
+                folder = Path(of_ros(name))
+            except Exception as error:
+                # ROS is missing, or a different package has replaced the package finder of ROS.
+                raise substitution_args.SubstitutionException(packages.missed(name)) from error
+        packages.readable.append(folder)
+        return str(folder)
 
     functions = {**substitution_args._eval_dict, "find": found}
     with replaced(substitution_args, _eval_find=found, _eval_dict=functions):
@@ -141,10 +146,16 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
 
 
 class _Packages:
-    """Finds packages near a file by name."""
+    """Finds packages near a file by name, and opens files in these packages."""
 
     def __init__(self, file: Path) -> None:
+        self.file = file
         self.above = list(file.parents)[:FOLDERS_UP]
+        self.readable = [input_folder(file)]
+
+    def opened(self, name: str) -> io.BytesIO:
+        """Opens an included file; replaces the function ``open`` of xacro."""
+        return io.BytesIO(included_bytes(Path(name), self.readable, self.file))
 
     def folder(self, name: str) -> Path | None:
         """Returns the folder of a package, or None."""
@@ -181,9 +192,7 @@ def _stem(name: str) -> str:
 
 
 def _package_name(file: Path) -> str:
-    try:
-        names = minidom.parse(str(file)).getElementsByTagName("name")
-    except (ExpatError, OSError):
-        return file.parent.name
+    document = nearby_document(file)
+    names = document.getElementsByTagName("name") if document else []
     text = names[0].firstChild if names else None
     return str(text.nodeValue).strip() if text else file.parent.name

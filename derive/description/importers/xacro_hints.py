@@ -9,7 +9,11 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from xml.dom import minidom
-from xml.parsers.expat import ExpatError
+
+from chasles.contract.errors import DescriptionError
+
+from ..file_text import read_bytes
+from .robot_xml import nearby_document
 
 MOST_FILES = 300
 """Maximum number of searched files; bounds the computing time."""
@@ -113,10 +117,8 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 def _macros(file: Path) -> list[_Macro]:
     """Returns the macros of a file that create links; if there are none, all macros."""
-    try:
-        elements = minidom.parse(str(file)).getElementsByTagName("xacro:macro")
-    except (ExpatError, OSError):
-        return []
+    document = nearby_document(file)
+    elements = document.getElementsByTagName("xacro:macro") if document else []
     found = [
         _Macro(
             element.getAttribute("name").removeprefix("xacro:"),
@@ -149,8 +151,8 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
+        return read_bytes(path).decode(errors="replace")
+    except DescriptionError:
         return ""
 
 

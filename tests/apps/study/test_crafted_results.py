@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import os
+import sys
 from dataclasses import fields
 from zipfile import ZIP_LZMA, ZIP_STORED, ZipFile
 
@@ -92,3 +94,14 @@ def test_damaged_archive_is_refused(name, tmp_path):
         file.write_bytes(content.replace(entry + b"\0", entry + b"\1"))
     with pytest.raises(ChaslesError, match=r"result\.npz: expected NumPy arrays"):
         read_npz(file)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="named pipes")
+@pytest.mark.parametrize("name", ["table.csv", "result.npz"])
+def test_named_pipe_does_not_block(name, tmp_path):
+    file = tmp_path / name
+    os.mkfifo(file)
+    loads = (Trajectory.load,) if name == "result.npz" else (Trajectory.load, read_measurements)
+    for load in loads:
+        with pytest.raises(ChaslesError, match=rf"{name}: expected .*not a regular file"):
+            load(file, chasles.load("ur5e"))

@@ -16,12 +16,14 @@ import sympy as sp
 from lxml import etree
 
 from chasles.contract.errors import DescriptionError, NotInstalledError
+from chasles.contract.input_files import input_folder
 
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
+from ...file_text import included_bytes, text_of
 from ...toml_file import file_error
-from ..robot_xml import parsed, read_xml
+from ..robot_xml import parsed
 from ..roll_pitch_yaw import of_quaternion
 from .mjcf_drives import Drives, drives_of
 
@@ -52,6 +54,8 @@ REMOVED = (
     "plugins",
 )
 """Element lists that do not affect poses; lists that contain references come first."""
+OPENED = ("include", "model", "flexcomp")
+"""Elements whose files MuJoCo opens when it reads a model."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
@@ -81,7 +85,7 @@ def compiled(file: Path) -> CompiledModel:
         import mujoco  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise NotInstalledError(f"{file}: expected {NEEDED}") from error
-    _check_text(file, read_xml(file))
+    _check_text(file, file, [])
     try:
         spec = mujoco.MjSpec.from_file(str(file))
         drives = drives_of(spec, mujoco)
@@ -117,12 +121,20 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     spec.compiler.fusestatic = 0
 
 
-def _check_text(file: Path, text: str) -> None:
-    """Raises an error for nonfinite numbers; MuJoCo itself would only write a log file."""
-    try:
-        root = parsed(str(file), text, "mujoco")
-    except DescriptionError:
-        return
+def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
+    """Checks a file and the files that it includes, before MuJoCo opens them.
+
+    Numbers must be finite: MuJoCo itself would only write a log file. Included files must be inside
+    the folder of the model. MuJoCo does not open other files, since shapes are removed.
+
+    Args:
+        file: The model, or an included file.
+        by: The model.
+        seen: Files that are checked; extended by this file.
+    """
+    seen.append(file)
+    # MuJoCo reads UTF-8, whatever encoding the file declares.
+    root = parsed(str(file), text_of(file), "mujoco" if file == by else None)
     for element in root.iter(tag=etree.Element):
         for name in sorted({*map(str, element.keys())}.difference(NAMES)):
             value = str(element.get(name))
@@ -130,6 +142,24 @@ def _check_text(file: Path, text: str) -> None:
                 field = f"<{element.tag!s}> {name}"
                 line = element.sourceline
                 raise file_error(str(file), line, field, value, "finite numbers")
+        # MuJoCo ignores namespaces.
+        if etree.QName(element).localname in OPENED and element.get("file") is not None:
+            included = _included(element, file, by)
+            if included not in seen:
+                _check_text(included, by, seen)
+
+
+def _included(element: etree._Element, file: Path, by: Path) -> Path:
+    """Returns the file that an element includes: MuJoCo tries the folder of the model first."""
+    name = str(element.get("file"))
+    for folder in (by.parent, file.parent):
+        try:
+            included_bytes(folder / name, [input_folder(by)], by)
+        except FileNotFoundError:
+            continue
+        return folder / name
+    expected = "the name of an existing file"
+    raise file_error(str(file), element.sourceline, f"<{element.tag!s}> file", name, expected)
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:

@@ -100,10 +100,10 @@ def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
     ("old", "new", "words"),
     [
         ("<geom size", "<geon size", "unrecognized element; Element 'geon', line"),
-        ("</mujoco>", "", "expected MJCF that MuJoCo reads"),
+        ("</mujoco>", "", "expected well-formed XML"),
         ('type="slide"', 'type="screw"', ":3: expected MJCF that MuJoCo reads"),
         ('name="slide"', 'name="turn"', "repeated name 'turn' in joint"),
-        ("<mujoco", "<mujoko", "expected MJCF that MuJoCo reads"),
+        ("<mujoco", "<mujoko", "expected well-formed XML"),
         ("</mujoco>", '<include file="none.xml"/></mujoco>', "none.xml"),
         (
             'name="hand" pos="0 0 1"',

@@ -1,0 +1,63 @@
+"""Opens input files: only regular files, with a size limit, and inside the folder of a robot."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+_FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+"""Without O_NONBLOCK, opening a named pipe waits for a writer. Windows has O_BINARY."""
+
+MAX_TABLE = 1 << 28
+"""Maximum size of a table in bytes."""
+PACKAGE_FILE = "package.xml"
+"""File that marks the folder of a ROS package."""
+FOLDERS_UP = 5
+"""Number of folders in which a package is searched: the folder of a file and its parents."""
+
+
+def input_folder(file: Path) -> Path:
+    """Returns the folder whose files a description may include.
+
+    This is the folder of the ROS package that contains the description, or its own folder.
+    """
+    folders = list(file.resolve().parents)[:FOLDERS_UP]
+    return next((own for own in folders if (own / PACKAGE_FILE).is_file()), folders[0])
+
+
+def is_inside(file: Path, folder: Path) -> bool:
+    """Whether a file is in a folder, after symbolic links are resolved."""
+    return file.resolve().is_relative_to(folder.resolve())
+
+
+def open_input(path: str | os.PathLike[str]) -> BinaryIO:
+    """Opens a regular file for reading.
+
+    Raises:
+        OSError: The file cannot be opened, or is a folder, a pipe or a device.
+    """
+    if "\0" in os.fspath(path):
+        raise OSError(errno.EINVAL, "a path contains no null character", repr(os.fspath(path)))
+    handle = os.open(path, os.O_RDONLY | _FLAGS)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise OSError(errno.EINVAL, "not a regular file", os.fspath(path))
+    return os.fdopen(handle, "rb")
+
+
+def read_input(path: str | os.PathLike[str], max_bytes: int) -> bytes:
+    """Reads a regular file.
+
+    Args:
+        path: The file.
+        max_bytes: Maximum size of the file.
+
+    Raises:
+        OSError: The file cannot be read, is not a regular file, or is larger.
+    """
+    with open_input(path) as stream:
+        content = stream.read(max_bytes + 1)
+    if len(content) > max_bytes:
+        raise OSError(errno.EFBIG, f"larger than {max_bytes} bytes", os.fspath(path))
+    return content
