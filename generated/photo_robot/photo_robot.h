@@ -149,7 +149,7 @@ void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 873 operations: multiply 423, add 313, negate 34, trig 32, other 71.
+ * 885 operations: multiply 425, add 321, negate 34, trig 32, other 73.
  *   T: pose of the tool, T_w_ee, 4 x 4 (1, m)
  *   q1: the value of r1, which is given,  (m)
  *   q4: the value of r4, which is given,  (m)

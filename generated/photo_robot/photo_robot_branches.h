@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 275 operations: multiply 150, add 100, negate 2, trig 6, other 17
+// One branch of ik: 281 operations: multiply 152, add 102, negate 2, trig 6, other 19
 LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
     const double *T, const double *q1, const double *q4, const double (*choice)[8], int b, lanes *out)
 {
@@ -31,91 +31,95 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
       v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
   const lanes_where v5 = LANES_LT(0.0, choice_2); out[0] = q1_0; out[3] = q4_0;
-  const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
-      v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
-      v16 = 0.110889 + v13, v17 = v1 + v14;
-  LANES_LET1(v19, sqrt, v16);
-  const lanes v20 = 0.927369 + v16, v21 = 3.709476 * v16;
-  LANES_LET1(v22, rsqrt, v17);
-  const lanes v23 = v19 - 0.963, v24 = 0.963 + v19, v26 = 1e-300 + v21, v27 = T_7 * v22,
-      v28 = v11 * v22, v29 = v23 * v23, v30 = v24 * v24, v31 = choice_0 * v28, v32 = choice_0 * v27,
-      v33 = 4e-15 * v30, v34 = T_7 * v32, v35 = v8 * v31, v36 = T_6 * v31, v37 = T_2 * v32,
-      v38 = T_2 * v31, v39 = T_6 * v32, v40 = T_4 * v31, v41 = T_0 * v32, v42 = T_0 * v31,
-      v43 = T_4 * v32, v44 = v34 + v35, v45 = v36 - v37, v46 = v38 + v39, v47 = v40 - v41,
-      v48 = v42 + v43, v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v10, v52 = v51 - v29,
-      v53 = 4e-15 * v51, v54 = v30 - v51, v55 = v51 - v20, v56 = v52 - v53, v57 = v54 - v33,
-      v58 = v52 * v54, v59 = 0.641358 * v55, v60 = v12 * v55;
-  LANES_LET2(v61, fmin, v56, v57); LANES_LET1(v62, sqrt, v58);
-  const lanes v63 = v58 / v26;
-  const lanes_where v64 = LANES_LT(0.0, v61); out[9] = v63;
-  const lanes v65 = LANES_CHOICE(v64, v62, 0.0), v66 = choice_1 * v65, v67 = v12 * v66,
-      v68 = 0.641358 * v66, v69 = v67 - v59, v70 = v68 + v60, v71 = 1e-150 + v69, v72 = v70 * v70,
-      v73 = v71 * v71, v75 = v72 + v73;
-  LANES_LET1(v77, rsqrt, v75);
-  const lanes v78 = v71 * v77, v79 = v70 * v77, v80 = 0.963 * v78, v81 = 0.963 * v79,
-      v82 = 0.333 - v80, v83 = v9 + v81, v84 = v44 * v82, v85 = v4 * v83, v86 = v44 * v83,
-      v87 = v4 * v82, v88 = v84 - v85, v89 = v86 + v87, v90 = v88 * v88, v91 = 1e-150 + v89,
-      v92 = v91 * v91, v94 = v90 + v92;
-  LANES_LET1(v95, rsqrt, v94);
-  const lanes v96 = v88 * v95, v97 = v91 * v95, v98 = v97 * v46, v99 = T_10 * v96,
-      v100 = T_10 * v97, v101 = v96 * v46, v102 = v97 * v48, v103 = T_8 * v96, v104 = T_8 * v97,
-      v105 = v96 * v48, v106 = v7 * v97, v107 = 0.333 * v96, v108 = v78 * v96, v109 = v79 * v97,
-      v110 = v78 * v97, v111 = v79 * v96, v112 = v7 * v96, v113 = 0.333 * v97, v114 = v98 - v99,
-      v115 = v100 + v101, v116 = v102 - v103, v117 = v104 + v105, v118 = v106 + v107,
-      v119 = v108 - v109, v120 = v110 + v111, v121 = v112 - v113, v122 = v78 * v114,
-      v123 = v79 * v115, v124 = v78 * v115, v125 = v79 * v114, v126 = v78 * v116, v127 = v79 * v117,
-      v128 = v78 * v117, v129 = v79 * v116, v130 = 0.963 * v119, v131 = 0.963 * v120,
-      v132 = v31 * v119, v133 = v31 * v120, v134 = v32 * v119, v135 = v32 * v120,
-      v136 = v122 + v123, v137 = v124 - v125, v138 = v126 + v127, v139 = v128 - v129,
-      v140 = v118 - v130, v141 = v131 + v121, v142 = 1e-150 - v136, v143 = v137 * v137,
-      v144 = v31 * v140, v145 = v32 * v140, v146 = 0.3 - v141, v147 = v142 * v142, v149 = v6 + v144,
-      v150 = v145 - T_7, v151 = v146 - T_11, v152 = v50 + v147, v154 = v149 - T_3,
-      v155 = v150 * v150, v156 = v151 * v151;
-  LANES_LET1(v157, rsqrt, v152);
-  const lanes v159 = v154 * v154, v160 = v45 * v157, v161 = v142 * v157, v163 = v159 + v155,
-      v164 = choice_2 * v161, v165 = choice_2 * v160, v166 = v163 + v156, v167 = v136 * v164,
-      v168 = v45 * v165, v169 = v164 * v47, v170 = v165 * v138, v171 = v164 * v138,
-      v172 = v165 * v47, v173 = v32 * v165, v174 = v164 * v133, v175 = v32 * v164,
-      v176 = v165 * v133, v177 = v164 * v135, v178 = v31 * v165, v179 = v31 * v164,
-      v180 = v165 * v135, v181 = v164 * v119, v182 = v165 * v119, v183 = v167 - v168,
-      v184 = v169 + v170, v185 = v171 - v172, v186 = v173 + v174, v187 = v175 - v176,
-      v188 = v177 - v178, v189 = v179 + v180, v190 = v183 * v183;
-  LANES_LET2(v191, atan2, v137, v183);
-  const lanes v192 = v184 * v184, v193 = v143 + v190, v194 = -v191;
-  LANES_LET1(v195, rsqrt, v193); out[6] = v194;
-  const lanes v196 = v137 * v195, v197 = v183 * v195, v198 = v197 * v139, v199 = v196 * v185,
-      v200 = v197 * v132, v201 = v196 * v186, v202 = v197 * v186, v203 = v196 * v132,
-      v204 = v197 * v134, v205 = v196 * v188, v206 = v197 * v188, v207 = v196 * v134,
-      v208 = v197 * v120, v209 = v196 * v181, v210 = v196 * v120, v211 = v197 * v181,
-      v212 = v198 - v199, v213 = v200 - v201, v214 = v202 + v203, v215 = v204 - v205,
-      v216 = v206 + v207, v217 = v208 + v209, v218 = v210 - v211, v219 = v212 * v212;
-  LANES_LET2(v220, atan2, v184, v212);
-  const lanes v221 = v214 - T_2, v222 = v216 - T_6, v223 = v218 - T_10, v224 = v192 + v219;
-  out[7] = v220;
-  const lanes v225 = v221 * v221, v226 = v222 * v222, v227 = v223 * v223;
-  LANES_LET1(v228, rsqrt, v224);
-  const lanes v229 = v184 * v228, v230 = v212 * v228, v231 = v230 * v213, v232 = v229 * v187,
-      v233 = v230 * v187, v234 = v229 * v213, v235 = v230 * v215, v236 = v229 * v189,
-      v237 = v229 * v215, v238 = v230 * v189, v239 = v230 * v217, v240 = v229 * v182,
-      v241 = v230 * v182, v242 = v229 * v217, v243 = v231 - v232, v244 = v233 + v234,
-      v245 = v235 + v236, v246 = v237 - v238, v247 = v239 - v240, v248 = v241 + v242,
-      v249 = v243 - T_0, v250 = v244 - T_1, v251 = v245 - T_4, v252 = v246 - T_5, v253 = v247 - T_8,
-      v254 = v248 - T_9, v255 = v249 * v249, v256 = v250 * v250, v257 = v251 * v251,
-      v258 = v252 * v252, v259 = v253 * v253, v260 = v254 * v254, v261 = v255 + v256,
-      v262 = v261 + v225, v263 = v262 + v257, v264 = v263 + v258, v265 = v264 + v226,
-      v266 = v265 + v259, v267 = v266 + v260, v268 = v267 + v227, v269 = 0.5 * v268,
-      v270 = v166 + v269, v271 = v166 - v269;
-  LANES_LET1(v272, fabs, v271);
-  const lanes v273 = v270 + v272, v274 = 0.5 * v273;
-  LANES_LET1(v275, sqrt, v274); out[8] = v275;
-  lanes v18, v74; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v70, &v71, &v18, &v74);
-  lanes v93, v148; LANES_NAME(lanes_two_atan2)(&v88, &v91, &v45, &v142, &v93, &v148);
-  const lanes v25 = choice_0 * v18;
-  out[1] = v25;
-  const lanes v76 = -v74;
-  out[4] = v76; out[2] = v93; LANES_LET2(v153, supplement, v148, v45);
-  const lanes v158 = LANES_CHOICE(v5, v148, v153), v162 = choice_2 * v158;
-  out[5] = v162;
+  const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333;
+  LANES_LET1(v8, fabs, q1_0); LANES_LET1(v9, fabs, q4_0);
+  const lanes v10 = v2 - 1.0, v11 = v3 - 1.0, v12 = v4 * v4, v13 = 2.220446049250313e-16 * v8,
+      v14 = 2.220446049250313e-16 * v9, v15 = 1e-150 + v10, v16 = 1.926 * v11, v17 = v11 * v11,
+      v18 = v15 * v15, v19 = v15 * choice_0, v20 = 0.110889 + v17, v21 = v1 + v18;
+  LANES_LET1(v23, sqrt, v20);
+  const lanes v24 = 0.927369 + v20, v25 = 3.709476 * v20;
+  LANES_LET1(v26, rsqrt, v21);
+  const lanes v27 = v23 - 0.963, v28 = 0.963 + v23, v30 = 1e-300 + v25, v31 = T_7 * v26,
+      v32 = v15 * v26, v33 = v27 * v27, v34 = v28 * v28, v35 = choice_0 * v32, v36 = choice_0 * v31,
+      v37 = 4e-15 * v34, v38 = T_7 * v36, v39 = v10 * v35, v40 = T_6 * v35, v41 = T_2 * v36,
+      v42 = T_2 * v35, v43 = T_6 * v36, v44 = T_4 * v35, v45 = T_0 * v36, v46 = T_0 * v35,
+      v47 = T_4 * v36, v48 = v38 + v39, v49 = v40 - v41, v50 = v42 + v43, v51 = v44 - v45,
+      v52 = v46 + v47, v53 = v48 * v48, v54 = v49 * v49, v55 = v53 + v12, v56 = v55 - v33,
+      v57 = 4e-15 * v55, v58 = v34 - v55, v59 = v55 - v24, v60 = v56 - v57, v61 = v58 - v37,
+      v62 = v56 * v58, v63 = 0.641358 * v59, v64 = v16 * v59;
+  LANES_LET2(v65, fmin, v60, v61); LANES_LET1(v66, sqrt, v62);
+  const lanes v67 = v62 / v30;
+  const lanes_where v68 = LANES_LT(0.0, v65); out[9] = v67;
+  const lanes v69 = LANES_CHOICE(v68, v66, 0.0), v70 = choice_1 * v69, v71 = v16 * v70,
+      v72 = 0.641358 * v70, v73 = v71 - v63, v74 = v72 + v64, v75 = 1e-150 + v73, v76 = v74 * v74,
+      v77 = v75 * v75, v79 = v76 + v77;
+  LANES_LET1(v81, rsqrt, v79);
+  const lanes v82 = v75 * v81, v83 = v74 * v81, v84 = 0.963 * v82, v85 = 0.963 * v83,
+      v86 = 0.333 - v84, v87 = v11 + v85, v88 = v48 * v86, v89 = v4 * v87, v90 = v48 * v87,
+      v91 = v4 * v86, v92 = v88 - v89, v93 = v90 + v91, v94 = v92 * v92, v95 = 1e-150 + v93,
+      v96 = v95 * v95, v98 = v94 + v96;
+  LANES_LET1(v99, rsqrt, v98);
+  const lanes v100 = v92 * v99, v101 = v95 * v99, v102 = v101 * v50, v103 = T_10 * v100,
+      v104 = T_10 * v101, v105 = v100 * v50, v106 = v101 * v52, v107 = T_8 * v100,
+      v108 = T_8 * v101, v109 = v100 * v52, v110 = v7 * v101, v111 = 0.333 * v100,
+      v112 = v82 * v100, v113 = v83 * v101, v114 = v82 * v101, v115 = v83 * v100, v116 = v7 * v100,
+      v117 = 0.333 * v101, v118 = v102 - v103, v119 = v104 + v105, v120 = v106 - v107,
+      v121 = v108 + v109, v122 = v110 + v111, v123 = v112 - v113, v124 = v114 + v115,
+      v125 = v116 - v117, v126 = v82 * v118, v127 = v83 * v119, v128 = v82 * v119,
+      v129 = v83 * v118, v130 = v82 * v120, v131 = v83 * v121, v132 = v82 * v121, v133 = v83 * v120,
+      v134 = 0.963 * v123, v135 = 0.963 * v124, v136 = v35 * v123, v137 = v35 * v124,
+      v138 = v36 * v123, v139 = v36 * v124, v140 = v126 + v127, v141 = v128 - v129,
+      v142 = v130 + v131, v143 = v132 - v133, v144 = v122 - v134, v145 = v135 + v125,
+      v146 = 1e-150 - v140, v147 = v141 * v141, v148 = v35 * v144, v149 = v36 * v144,
+      v150 = 0.3 - v145, v151 = v146 * v146, v153 = v6 + v148, v154 = v149 - T_7,
+      v155 = v150 - T_11, v156 = v54 + v151, v158 = v153 - T_3, v159 = v154 * v154,
+      v160 = v155 * v155;
+  LANES_LET1(v161, rsqrt, v156);
+  const lanes v163 = v158 * v158, v164 = v49 * v161, v165 = v146 * v161, v167 = v163 + v159,
+      v168 = choice_2 * v165, v169 = choice_2 * v164, v170 = v167 + v160, v171 = v140 * v168,
+      v172 = v49 * v169, v173 = v168 * v51, v174 = v169 * v142, v175 = v168 * v142,
+      v176 = v169 * v51, v177 = v36 * v169, v178 = v168 * v137, v179 = v36 * v168,
+      v180 = v169 * v137, v181 = v168 * v139, v182 = v35 * v169, v183 = v35 * v168,
+      v184 = v169 * v139, v185 = v168 * v123, v186 = v169 * v123, v187 = v171 - v172,
+      v188 = v173 + v174, v189 = v175 - v176, v190 = v177 + v178, v191 = v179 - v180,
+      v192 = v181 - v182, v193 = v183 + v184, v194 = v187 * v187;
+  LANES_LET2(v195, atan2, v141, v187);
+  const lanes v196 = v188 * v188, v197 = v147 + v194, v198 = -v195;
+  LANES_LET1(v199, rsqrt, v197); out[6] = v198;
+  const lanes v200 = v141 * v199, v201 = v187 * v199, v202 = v201 * v143, v203 = v200 * v189,
+      v204 = v201 * v136, v205 = v200 * v190, v206 = v201 * v190, v207 = v200 * v136,
+      v208 = v201 * v138, v209 = v200 * v192, v210 = v201 * v192, v211 = v200 * v138,
+      v212 = v201 * v124, v213 = v200 * v185, v214 = v200 * v124, v215 = v201 * v185,
+      v216 = v202 - v203, v217 = v204 - v205, v218 = v206 + v207, v219 = v208 - v209,
+      v220 = v210 + v211, v221 = v212 + v213, v222 = v214 - v215, v223 = v216 * v216;
+  LANES_LET2(v224, atan2, v188, v216);
+  const lanes v225 = v218 - T_2, v226 = v220 - T_6, v227 = v222 - T_10, v228 = v196 + v223;
+  out[7] = v224;
+  const lanes v229 = v225 * v225, v230 = v226 * v226, v231 = v227 * v227;
+  LANES_LET1(v232, rsqrt, v228);
+  const lanes v233 = v188 * v232, v234 = v216 * v232, v235 = v234 * v217, v236 = v233 * v191,
+      v237 = v234 * v191, v238 = v233 * v217, v239 = v234 * v219, v240 = v233 * v193,
+      v241 = v233 * v219, v242 = v234 * v193, v243 = v234 * v221, v244 = v233 * v186,
+      v245 = v234 * v186, v246 = v233 * v221, v247 = v235 - v236, v248 = v237 + v238,
+      v249 = v239 + v240, v250 = v241 - v242, v251 = v243 - v244, v252 = v245 + v246,
+      v253 = v247 - T_0, v254 = v248 - T_1, v255 = v249 - T_4, v256 = v250 - T_5, v257 = v251 - T_8,
+      v258 = v252 - T_9, v259 = v253 * v253, v260 = v254 * v254, v261 = v255 * v255,
+      v262 = v256 * v256, v263 = v257 * v257, v264 = v258 * v258, v265 = v259 + v260,
+      v266 = v265 + v229, v267 = v266 + v261, v268 = v267 + v262, v269 = v268 + v230,
+      v270 = v269 + v263, v271 = v270 + v264, v272 = v271 + v231, v273 = 0.5 * v272,
+      v274 = v170 + v273, v275 = v170 - v273;
+  LANES_LET1(v276, fabs, v275);
+  const lanes v277 = v274 + v276, v278 = 0.5 * v277;
+  LANES_LET1(v279, sqrt, v278);
+  const lanes v280 = v279 + v13, v281 = v280 + v14;
+  out[8] = v281; lanes v22, v78; LANES_NAME(lanes_two_atan2)(&T_7, &v19, &v74, &v75, &v22, &v78);
+  lanes v97, v152; LANES_NAME(lanes_two_atan2)(&v92, &v95, &v49, &v146, &v97, &v152);
+  const lanes v29 = choice_0 * v22;
+  out[1] = v29;
+  const lanes v80 = -v78;
+  out[4] = v80; out[2] = v97; LANES_LET2(v157, supplement, v152, v49);
+  const lanes v162 = LANES_CHOICE(v5, v152, v157), v166 = choice_2 * v162;
+  out[5] = v166;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -145,7 +145,7 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 151 operations: multiply 54, add 64, negate 2, trig 4, other 27.
+ * 155 operations: multiply 55, add 66, negate 2, trig 4, other 28.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)

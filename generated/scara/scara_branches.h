@@ -14,7 +14,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 110 operations: multiply 47, add 45, negate 1, trig 3, other 14
+// One branch of ik: 113 operations: multiply 48, add 46, negate 1, trig 3, other 15
 LANES_INLINE void LANES_NAME(scara_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -26,46 +26,49 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
       v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v15 = T_11 + v5, v16 = v6 + v7,
       v17 = v10 * v10, v18 = v12 * v12, v19 = v11 * v11, v20 = v3 + v13, v21 = -v15,
-      v22 = v15 - 0.2, v23 = v16 + v8, v24 = v18 + v19;
-  LANES_LET1(v25, rsqrt, v20); out[2] = v21;
-  const lanes v26 = v22 + 0.877, v27 = v23 + v9, v28 = v24 - 0.0025, v29 = 0.64 - v24,
-      v30 = v24 - 0.32125, v31 = T_4 * v25, v32 = v4 * v25, v33 = v26 - T_11, v34 = v28 * v29,
-      v35 = 3.1372549019607843 * v30;
-  const lanes_where v36 = LANES_LT(v30, 0.0);
-  const lanes v37 = v33 * v33, v38 = v32 - T_0, v39 = v31 - T_1, v40 = v31 - T_4, v41 = T_5 + v32;
-  const lanes_where v42 = LANES_LT(4.0640625e-16, v34);
-  const lanes v43 = LANES_CHOICE(v36, -1.0, 1.0);
-  LANES_LET1(v44, sqrt, v34);
-  const lanes v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40, v48 = v41 * v41,
-      v49 = 9.84236831987697 * v34, v50 = LANES_CHOICE(v42, v35, v43),
-      v51 = 3.1372549019607843 * v44, v52 = v27 + v45;
-  out[5] = v49;
-  const lanes v53 = 0.375 * v50, v54 = LANES_CHOICE(v42, v51, 0.0), v55 = v52 + v46,
-      v56 = v53 + 0.425, v57 = choice_0 * v54, v59 = v55 + v47, v60 = v11 * v56, v61 = 0.375 * v57,
-      v62 = v12 * v56, v64 = v59 + v48, v65 = v12 * v61, v66 = v11 * v61, v67 = v64 + v17,
-      v68 = v60 - v65, v69 = v62 + v66, v70 = 0.5 * v67, v71 = v68 * v68, v72 = 1e-150 + v69,
-      v73 = v72 * v72;
-  LANES_LET2(v74, atan2, v68, v72);
-  const lanes v75 = v71 + v73;
-  out[0] = v74; LANES_LET1(v77, rsqrt, v75);
-  const lanes v79 = v68 * v77, v80 = v72 * v77, v86 = v50 * v80, v87 = v57 * v79, v88 = 0.425 * v80,
-      v89 = v50 * v79, v90 = v57 * v80, v91 = 0.425 * v79, v93 = v86 - v87, v94 = v89 + v90,
-      v95 = 0.375 * v93, v96 = 0.375 * v94, v97 = v95 + v88, v98 = v96 + v91, v99 = v97 - T_3,
-      v100 = v98 - T_7, v101 = v99 * v99, v102 = v100 * v100, v103 = v101 + v102, v104 = v103 + v37,
-      v105 = v104 + v70, v106 = v104 - v70;
-  LANES_LET1(v107, fabs, v106);
-  const lanes v108 = v105 + v107, v109 = 0.5 * v108;
-  LANES_LET1(v110, sqrt, v109); out[4] = v110;
-  lanes v14, v58; LANES_NAME(lanes_two_atan2)(&T_4, &v4, &v54, &v50, &v14, &v58);
-  const lanes v63 = choice_0 * v58;
-  out[1] = v63;
-  const lanes v76 = v74 + v63, v78 = v76 - v14;
-  const lanes_where v81 = LANES_LT(3.141592653589793, v78);
-  const lanes v82 = v78 - 6.283185307179586;
-  const lanes_where v83 = LANES_LT(v78, -3.141592653589793);
-  const lanes v84 = v78 + 6.283185307179586, v85 = LANES_CHOICE(v83, v84, v78),
-      v92 = LANES_CHOICE(v81, v82, v85);
-  out[3] = v92;
+      v22 = v15 - 0.2, v23 = v16 + v8;
+  LANES_LET1(v24, fabs, v15);
+  const lanes v25 = v18 + v19;
+  LANES_LET1(v26, rsqrt, v20); out[2] = v21;
+  const lanes v27 = v22 + 0.877, v28 = v23 + v9, v29 = 2.220446049250313e-16 * v24,
+      v30 = v25 - 0.0025, v31 = 0.64 - v25, v32 = v25 - 0.32125, v33 = T_4 * v26, v34 = v4 * v26,
+      v35 = v27 - T_11, v36 = v30 * v31, v37 = 3.1372549019607843 * v32;
+  const lanes_where v38 = LANES_LT(v32, 0.0);
+  const lanes v39 = v35 * v35, v40 = v34 - T_0, v41 = v33 - T_1, v42 = v33 - T_4, v43 = T_5 + v34;
+  const lanes_where v44 = LANES_LT(4.0640625e-16, v36);
+  const lanes v45 = LANES_CHOICE(v38, -1.0, 1.0);
+  LANES_LET1(v46, sqrt, v36);
+  const lanes v47 = v40 * v40, v48 = v41 * v41, v49 = v42 * v42, v50 = v43 * v43,
+      v51 = 9.84236831987697 * v36, v52 = LANES_CHOICE(v44, v37, v45),
+      v53 = 3.1372549019607843 * v46, v54 = v28 + v47;
+  out[5] = v51;
+  const lanes v55 = 0.375 * v52, v56 = LANES_CHOICE(v44, v53, 0.0), v57 = v54 + v48,
+      v58 = v55 + 0.425, v59 = choice_0 * v56, v61 = v57 + v49, v62 = v11 * v58, v63 = 0.375 * v59,
+      v64 = v12 * v58, v66 = v61 + v50, v67 = v12 * v63, v68 = v11 * v63, v69 = v66 + v17,
+      v70 = v62 - v67, v71 = v64 + v68, v72 = 0.5 * v69, v73 = v70 * v70, v74 = 1e-150 + v71,
+      v75 = v74 * v74;
+  LANES_LET2(v76, atan2, v70, v74);
+  const lanes v77 = v73 + v75;
+  out[0] = v76; LANES_LET1(v79, rsqrt, v77);
+  const lanes v81 = v70 * v79, v82 = v74 * v79, v88 = v52 * v82, v89 = v59 * v81, v90 = 0.425 * v82,
+      v91 = v52 * v81, v92 = v59 * v82, v93 = 0.425 * v81, v95 = v88 - v89, v96 = v91 + v92,
+      v97 = 0.375 * v95, v98 = 0.375 * v96, v99 = v97 + v90, v100 = v98 + v93, v101 = v99 - T_3,
+      v102 = v100 - T_7, v103 = v101 * v101, v104 = v102 * v102, v105 = v103 + v104,
+      v106 = v105 + v39, v107 = v106 + v72, v108 = v106 - v72;
+  LANES_LET1(v109, fabs, v108);
+  const lanes v110 = v107 + v109, v111 = 0.5 * v110;
+  LANES_LET1(v112, sqrt, v111);
+  const lanes v113 = v112 + v29;
+  out[4] = v113; lanes v14, v60; LANES_NAME(lanes_two_atan2)(&T_4, &v4, &v56, &v52, &v14, &v60);
+  const lanes v65 = choice_0 * v60;
+  out[1] = v65;
+  const lanes v78 = v76 + v65, v80 = v78 - v14;
+  const lanes_where v83 = LANES_LT(3.141592653589793, v80);
+  const lanes v84 = v80 - 6.283185307179586;
+  const lanes_where v85 = LANES_LT(v80, -3.141592653589793);
+  const lanes v86 = v80 + 6.283185307179586, v87 = LANES_CHOICE(v85, v86, v80),
+      v94 = LANES_CHOICE(v83, v84, v87);
+  out[3] = v94;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

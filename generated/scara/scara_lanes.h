@@ -385,7 +385,7 @@ static LANES_TARGET void LANES_NAME(scara_acceleration_mixed)(const lanes *in, l
   out[5] = v38;
 }
 
-// ik: 151 operations: multiply 60, add 64, negate 2, trig 4, other 21
+// ik: 155 operations: multiply 61, add 66, negate 2, trig 4, other 22
 static LANES_SPARING LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -395,65 +395,69 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lan
       v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4;
   LANES_LET2(v14, atan2, T_4, v4);
   const lanes v15 = T_11 + v5, v16 = v6 + v7, v17 = v10 * v10, v18 = v12 * v12, v19 = v11 * v11,
-      v20 = v3 + v13, v21 = -v15, v22 = v15 - 0.2, v23 = v16 + v8, v24 = v18 + v19;
-  LANES_LET1(v25, rsqrt, v20); out[2] = v21;
-  const lanes v26 = v22 + 0.877, v27 = v23 + v9;
+      v20 = v3 + v13, v21 = -v15, v22 = v15 - 0.2, v23 = v16 + v8;
+  LANES_LET1(v24, fabs, v15);
+  const lanes v25 = v18 + v19;
+  LANES_LET1(v26, rsqrt, v20); out[2] = v21;
+  const lanes v27 = v22 + 0.877, v28 = v23 + v9, v29 = 2.220446049250313e-16 * v24;
   out[6] = v21;
-  const lanes v28 = v24 - 0.0025, v29 = 0.64 - v24, v30 = v24 - 0.32125, v31 = T_4 * v25,
-      v32 = v4 * v25, v33 = v26 - T_11, v34 = v28 * v29, v35 = 3.1372549019607843 * v30;
-  const lanes_where v36 = LANES_LT(v30, 0.0);
-  const lanes v37 = v33 * v33, v38 = v32 - T_0, v39 = v31 - T_1, v40 = v31 - T_4, v41 = T_5 + v32;
-  const lanes_where v42 = LANES_LT(4.0640625e-16, v34);
-  const lanes v43 = LANES_CHOICE(v36, -1.0, 1.0);
-  LANES_LET1(v44, sqrt, v34);
-  const lanes v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40, v48 = v41 * v41,
-      v49 = 9.84236831987697 * v34, v50 = LANES_CHOICE(v42, v35, v43),
-      v51 = 3.1372549019607843 * v44, v52 = v27 + v45;
-  out[10] = v49; out[11] = v49;
-  const lanes v53 = 0.375 * v50, v54 = LANES_CHOICE(v42, v51, 0.0), v55 = v52 + v46,
-      v56 = v53 + 0.425, v57 = 0.375 * v54;
-  LANES_LET2(v58, atan2, v54, v50);
-  const lanes v59 = v55 + v47, v60 = v11 * v56, v61 = v12 * v57, v62 = v12 * v56, v63 = v11 * v57;
-  out[1] = v58;
-  const lanes v64 = v59 + v48, v65 = -v58, v66 = v60 - v61, v67 = v62 + v63, v68 = v60 + v61,
-      v69 = v62 - v63, v70 = v64 + v17;
-  out[5] = v65;
-  const lanes v71 = v66 * v66, v72 = 1e-150 + v67, v73 = v68 * v68, v74 = 1e-150 + v69,
-      v75 = 0.5 * v70, v76 = v72 * v72;
-  LANES_LET2(v77, atan2, v66, v72);
-  const lanes v78 = v74 * v74;
+  const lanes v30 = v25 - 0.0025, v31 = 0.64 - v25, v32 = v25 - 0.32125, v33 = T_4 * v26,
+      v34 = v4 * v26, v35 = v27 - T_11, v36 = v30 * v31, v37 = 3.1372549019607843 * v32;
+  const lanes_where v38 = LANES_LT(v32, 0.0);
+  const lanes v39 = v35 * v35, v40 = v34 - T_0, v41 = v33 - T_1, v42 = v33 - T_4, v43 = T_5 + v34;
+  const lanes_where v44 = LANES_LT(4.0640625e-16, v36);
+  const lanes v45 = LANES_CHOICE(v38, -1.0, 1.0);
+  LANES_LET1(v46, sqrt, v36);
+  const lanes v47 = v40 * v40, v48 = v41 * v41, v49 = v42 * v42, v50 = v43 * v43,
+      v51 = 9.84236831987697 * v36, v52 = LANES_CHOICE(v44, v37, v45),
+      v53 = 3.1372549019607843 * v46, v54 = v28 + v47;
+  out[10] = v51; out[11] = v51;
+  const lanes v55 = 0.375 * v52, v56 = LANES_CHOICE(v44, v53, 0.0), v57 = v54 + v48,
+      v58 = v55 + 0.425, v59 = 0.375 * v56;
+  LANES_LET2(v60, atan2, v56, v52);
+  const lanes v61 = v57 + v49, v62 = v11 * v58, v63 = v12 * v59, v64 = v12 * v58, v65 = v11 * v59;
+  out[1] = v60;
+  const lanes v66 = v61 + v50, v67 = -v60, v68 = v62 - v63, v69 = v64 + v65, v70 = v62 + v63,
+      v71 = v64 - v65, v72 = v66 + v17;
+  out[5] = v67;
+  const lanes v73 = v68 * v68, v74 = 1e-150 + v69, v75 = v70 * v70, v76 = 1e-150 + v71,
+      v77 = 0.5 * v72, v78 = v74 * v74;
   LANES_LET2(v79, atan2, v68, v74);
-  const lanes v80 = v71 + v76, v81 = v73 + v78;
-  out[0] = v77;
-  const lanes v82 = v77 + v58;
-  out[4] = v79;
-  const lanes v83 = v79 - v58;
-  LANES_LET1(v84, rsqrt, v80); LANES_LET1(v85, rsqrt, v81);
-  const lanes v86 = v82 - v14, v87 = v83 - v14, v88 = v66 * v84, v89 = v72 * v84, v90 = v68 * v85,
-      v91 = v74 * v85;
-  const lanes_where v92 = LANES_LT(3.141592653589793, v86);
-  const lanes v93 = v86 - 6.283185307179586;
-  const lanes_where v94 = LANES_LT(v86, -3.141592653589793);
-  const lanes v95 = v86 + 6.283185307179586;
-  const lanes_where v96 = LANES_LT(3.141592653589793, v87);
-  const lanes v97 = v87 - 6.283185307179586;
-  const lanes_where v98 = LANES_LT(v87, -3.141592653589793);
-  const lanes v99 = v87 + 6.283185307179586, v100 = LANES_CHOICE(v94, v95, v86), v101 = v50 * v89,
-      v102 = v54 * v88, v103 = 0.425 * v89, v104 = v50 * v88, v105 = v54 * v89, v106 = 0.425 * v88,
-      v107 = LANES_CHOICE(v98, v99, v87), v108 = v50 * v91, v109 = v54 * v90, v110 = 0.425 * v91,
-      v111 = v50 * v90, v112 = v54 * v91, v113 = 0.425 * v90, v114 = LANES_CHOICE(v92, v93, v100),
-      v115 = v101 - v102, v116 = v104 + v105, v117 = LANES_CHOICE(v96, v97, v107),
-      v118 = v108 + v109, v119 = v111 - v112;
-  out[3] = v114;
-  const lanes v120 = 0.375 * v115, v121 = 0.375 * v116;
-  out[7] = v117;
-  const lanes v122 = 0.375 * v118, v123 = 0.375 * v119, v124 = v120 + v103, v125 = v121 + v106,
-      v126 = v122 + v110, v127 = v123 + v113, v128 = v124 - T_3, v129 = v125 - T_7,
-      v130 = v126 - T_3, v131 = v127 - T_7, v132 = v128 * v128, v133 = v129 * v129,
-      v134 = v130 * v130, v135 = v131 * v131, v136 = v132 + v133, v137 = v134 + v135,
-      v138 = v136 + v37, v139 = v137 + v37, v140 = v138 + v75, v141 = v138 - v75, v142 = v139 + v75,
-      v143 = v139 - v75;
-  LANES_LET1(v144, fabs, v141); LANES_LET1(v145, fabs, v143);
-  const lanes v146 = v140 + v144, v147 = v142 + v145, v148 = 0.5 * v146, v149 = 0.5 * v147;
-  LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149); out[8] = v150; out[9] = v151;
+  const lanes v80 = v76 * v76;
+  LANES_LET2(v81, atan2, v70, v76);
+  const lanes v82 = v73 + v78, v83 = v75 + v80;
+  out[0] = v79;
+  const lanes v84 = v79 + v60;
+  out[4] = v81;
+  const lanes v85 = v81 - v60;
+  LANES_LET1(v86, rsqrt, v82); LANES_LET1(v87, rsqrt, v83);
+  const lanes v88 = v84 - v14, v89 = v85 - v14, v90 = v68 * v86, v91 = v74 * v86, v92 = v70 * v87,
+      v93 = v76 * v87;
+  const lanes_where v94 = LANES_LT(3.141592653589793, v88);
+  const lanes v95 = v88 - 6.283185307179586;
+  const lanes_where v96 = LANES_LT(v88, -3.141592653589793);
+  const lanes v97 = v88 + 6.283185307179586;
+  const lanes_where v98 = LANES_LT(3.141592653589793, v89);
+  const lanes v99 = v89 - 6.283185307179586;
+  const lanes_where v100 = LANES_LT(v89, -3.141592653589793);
+  const lanes v101 = v89 + 6.283185307179586, v102 = LANES_CHOICE(v96, v97, v88), v103 = v52 * v91,
+      v104 = v56 * v90, v105 = 0.425 * v91, v106 = v52 * v90, v107 = v56 * v91, v108 = 0.425 * v90,
+      v109 = LANES_CHOICE(v100, v101, v89), v110 = v52 * v93, v111 = v56 * v92, v112 = 0.425 * v93,
+      v113 = v52 * v92, v114 = v56 * v93, v115 = 0.425 * v92, v116 = LANES_CHOICE(v94, v95, v102),
+      v117 = v103 - v104, v118 = v106 + v107, v119 = LANES_CHOICE(v98, v99, v109),
+      v120 = v110 + v111, v121 = v113 - v114;
+  out[3] = v116;
+  const lanes v122 = 0.375 * v117, v123 = 0.375 * v118;
+  out[7] = v119;
+  const lanes v124 = 0.375 * v120, v125 = 0.375 * v121, v126 = v122 + v105, v127 = v123 + v108,
+      v128 = v124 + v112, v129 = v125 + v115, v130 = v126 - T_3, v131 = v127 - T_7,
+      v132 = v128 - T_3, v133 = v129 - T_7, v134 = v130 * v130, v135 = v131 * v131,
+      v136 = v132 * v132, v137 = v133 * v133, v138 = v134 + v135, v139 = v136 + v137,
+      v140 = v138 + v39, v141 = v139 + v39, v142 = v140 + v77, v143 = v140 - v77, v144 = v141 + v77,
+      v145 = v141 - v77;
+  LANES_LET1(v146, fabs, v143); LANES_LET1(v147, fabs, v145);
+  const lanes v148 = v142 + v146, v149 = v144 + v147, v150 = 0.5 * v148, v151 = 0.5 * v149;
+  LANES_LET1(v152, sqrt, v150); LANES_LET1(v153, sqrt, v151);
+  const lanes v154 = v152 + v29, v155 = v153 + v29;
+  out[8] = v154; out[9] = v155;
 }

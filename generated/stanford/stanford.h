@@ -147,7 +147,7 @@ void stanford_acceleration_mixed(const double q[6], const double qd[6], const do
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 784 operations: multiply 386, add 274, negate 24, trig 26, other 74.
+ * 790 operations: multiply 387, add 278, negate 24, trig 26, other 75.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution per row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

@@ -18,7 +18,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 242 operations: multiply 130, add 83, negate 2, trig 5, other 22
+// One branch of ik: 245 operations: multiply 131, add 84, negate 2, trig 5, other 23
 LANES_INLINE void LANES_NAME(stanford_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -39,75 +39,77 @@ LANES_INLINE void LANES_NAME(stanford_ik_branch)(
   const lanes_where v22 = LANES_LT(v19, v18);
   const lanes v23 = v18 / v21, v24 = LANES_CHOICE(v22, v20, 0.0), v25 = choice_0 * v24,
       v26 = v25 * v25, v27 = v10 * v25;
-  out[2] = v25; LANES_LET2(v28, fmin, v26, v13); const lanes_where v29 = LANES_LT(v26, v13);
-  const lanes v30 = v26 - v14, v31 = 1e-150 + v27, v32 = 4e-15 * v28,
-      v33 = LANES_CHOICE(v29, v30, v16), v34 = v31 * v31, v35 = 1e-300 + v28;
-  const lanes_where v36 = LANES_LT(v32, v33); LANES_LET1(v37, sqrt, v33);
-  const lanes v38 = v33 / v35, v39 = LANES_CHOICE(v36, v37, 0.0);
-  LANES_LET2(v40, fmin, v23, v38);
-  const lanes v41 = choice_1 * v39;
-  out[7] = v40;
-  const lanes v42 = v5 * v41, v43 = v6 * v41, v44 = v42 - v11, v45 = v43 + v12, v46 = v44 * v44,
-      v47 = 1e-150 + v45, v48 = v47 * v47, v50 = v46 + v48;
-  LANES_LET1(v51, rsqrt, v50);
-  const lanes v52 = v44 * v51, v53 = v47 * v51, v54 = v6 * v53, v55 = v5 * v52, v56 = T_2 * v53,
-      v57 = T_6 * v52, v58 = T_6 * v53, v59 = T_2 * v52, v60 = T_0 * v53, v61 = T_4 * v52,
-      v62 = T_0 * v52, v63 = T_4 * v53, v64 = v54 + v55, v65 = v56 + v57, v66 = v58 - v59,
-      v67 = v60 + v61, v68 = v62 - v63, v69 = v25 * v64, v70 = 1e-150 - v66, v71 = v69 * v69,
-      v73 = v70 * v70, v74 = v71 + v34;
-  LANES_LET1(v75, rsqrt, v74);
-  const lanes v76 = v69 * v75, v77 = v31 * v75, v78 = v77 * v65, v79 = T_10 * v76, v80 = T_10 * v77,
-      v81 = v76 * v65, v82 = T_8 * v76, v83 = v77 * v67, v84 = T_8 * v77, v85 = v76 * v67,
-      v86 = v53 * v77, v87 = v53 * v76, v88 = v52 * v77, v89 = v52 * v76, v90 = v78 - v79,
-      v91 = v80 + v81, v92 = v82 - v83, v93 = v84 + v85, v94 = v90 * v90, v96 = v91 * v91,
-      v97 = v94 + v73;
-  LANES_LET1(v99, rsqrt, v97);
-  const lanes v101 = v90 * v99, v102 = v70 * v99, v104 = choice_2 * v102, v105 = choice_2 * v101,
-      v106 = v66 * v104, v107 = v90 * v105, v108 = v104 * v92, v109 = v105 * v68, v110 = v104 * v68,
-      v111 = v105 * v92, v112 = v52 * v104, v113 = v105 * v86, v114 = v104 * v86, v115 = v52 * v105,
-      v116 = v105 * v88, v117 = v53 * v104, v118 = v53 * v105, v119 = v104 * v88, v120 = v76 * v105,
-      v121 = v76 * v104, v122 = v106 - v107, v123 = v108 + v109, v124 = v110 - v111,
-      v125 = v112 + v113, v126 = v114 - v115, v127 = v116 - v117, v128 = v118 + v119,
-      v129 = v122 * v122;
-  LANES_LET2(v130, atan2, v122, v91);
-  const lanes v131 = v123 * v123, v132 = v96 + v129, v133 = -v130;
-  LANES_LET1(v134, rsqrt, v132); out[4] = v133;
-  const lanes v135 = v122 * v134, v136 = v91 * v134, v137 = v136 * v124, v138 = v135 * v93,
-      v139 = 0.26289 * v136, v140 = 0.26289 * v135, v141 = v136 * v125, v142 = v135 * v87,
-      v143 = v135 * v125, v144 = v136 * v87, v145 = v136 * v127, v146 = v135 * v89,
-      v147 = v135 * v127, v148 = v136 * v89, v149 = v77 * v135, v150 = v136 * v120,
-      v151 = v77 * v136, v152 = v135 * v120, v153 = v137 + v138, v154 = v25 + v139,
-      v155 = v105 * v140, v156 = v104 * v140, v157 = v141 + v142, v158 = v143 - v144,
-      v159 = v145 + v146, v160 = v147 - v148, v161 = v149 - v150, v162 = v151 + v152,
-      v163 = v153 * v153;
-  LANES_LET2(v164, atan2, v123, v153);
-  const lanes v165 = v76 * v154, v166 = v77 * v155, v167 = v156 + 0.15367, v168 = v77 * v154,
-      v169 = v76 * v155, v170 = T_2 + v158, v171 = T_6 + v160, v172 = v162 - T_10,
-      v173 = v131 + v163, v174 = -v164, v175 = v165 - v166, v176 = v52 * v167, v177 = v53 * v167,
-      v178 = v168 + v169, v179 = v170 * v170, v180 = v171 * v171, v181 = v172 * v172;
-  LANES_LET1(v182, rsqrt, v173); out[5] = v174;
-  const lanes v183 = v53 * v175, v184 = v52 * v175, v185 = v178 + 0.411988, v186 = v123 * v182,
-      v187 = v153 * v182, v188 = v183 - v176, v189 = v177 + v184, v190 = v185 - T_11,
-      v191 = v188 - T_3, v192 = v189 - T_7, v193 = v190 * v190, v194 = v187 * v157,
-      v195 = v186 * v126, v196 = v187 * v126, v197 = v186 * v157, v198 = v187 * v159,
-      v199 = v186 * v128, v200 = v187 * v128, v201 = v186 * v159, v202 = v187 * v161,
-      v203 = v186 * v121, v204 = v186 * v161, v205 = v187 * v121, v206 = v191 * v191,
-      v207 = v192 * v192, v208 = v194 - v195, v209 = v196 + v197, v210 = v198 - v199,
-      v211 = v200 + v201, v212 = v202 + v203, v213 = v204 - v205, v214 = v206 + v207,
-      v215 = v208 - T_0, v216 = v209 - T_1, v217 = v210 - T_4, v218 = v211 - T_5, v219 = v212 - T_8,
-      v220 = v213 - T_9, v221 = v214 + v193, v222 = v215 * v215, v223 = v216 * v216,
-      v224 = v217 * v217, v225 = v218 * v218, v226 = v219 * v219, v227 = v220 * v220,
-      v228 = v222 + v223, v229 = v228 + v179, v230 = v229 + v224, v231 = v230 + v225,
-      v232 = v231 + v180, v233 = v232 + v226, v234 = v233 + v227, v235 = v234 + v181,
-      v236 = 0.5 * v235, v237 = v221 + v236, v238 = v221 - v236;
-  LANES_LET1(v239, fabs, v238);
-  const lanes v240 = v237 + v239, v241 = 0.5 * v240;
-  LANES_LET1(v242, sqrt, v241); out[6] = v242;
-  lanes v49, v72; LANES_NAME(lanes_two_atan2)(&v44, &v47, &v69, &v31, &v49, &v72);
-  LANES_LET2(v95, atan2, v90, v70); out[0] = v49; out[1] = v72;
-  LANES_LET2(v98, supplement, v95, v90);
-  const lanes v100 = LANES_CHOICE(v4, v95, v98), v103 = choice_2 * v100;
-  out[3] = v103;
+  out[2] = v25; LANES_LET1(v28, fabs, v25); LANES_LET2(v29, fmin, v26, v13);
+  const lanes_where v30 = LANES_LT(v26, v13);
+  const lanes v31 = v26 - v14, v32 = 1e-150 + v27, v33 = 2.220446049250313e-16 * v28,
+      v34 = 4e-15 * v29, v35 = LANES_CHOICE(v30, v31, v16), v36 = v32 * v32, v37 = 1e-300 + v29;
+  const lanes_where v38 = LANES_LT(v34, v35); LANES_LET1(v39, sqrt, v35);
+  const lanes v40 = v35 / v37, v41 = LANES_CHOICE(v38, v39, 0.0);
+  LANES_LET2(v42, fmin, v23, v40);
+  const lanes v43 = choice_1 * v41;
+  out[7] = v42;
+  const lanes v44 = v5 * v43, v45 = v6 * v43, v46 = v44 - v11, v47 = v45 + v12, v48 = v46 * v46,
+      v49 = 1e-150 + v47, v50 = v49 * v49, v52 = v48 + v50;
+  LANES_LET1(v53, rsqrt, v52);
+  const lanes v54 = v46 * v53, v55 = v49 * v53, v56 = v6 * v55, v57 = v5 * v54, v58 = T_2 * v55,
+      v59 = T_6 * v54, v60 = T_6 * v55, v61 = T_2 * v54, v62 = T_0 * v55, v63 = T_4 * v54,
+      v64 = T_0 * v54, v65 = T_4 * v55, v66 = v56 + v57, v67 = v58 + v59, v68 = v60 - v61,
+      v69 = v62 + v63, v70 = v64 - v65, v71 = v25 * v66, v72 = 1e-150 - v68, v73 = v71 * v71,
+      v75 = v72 * v72, v76 = v73 + v36;
+  LANES_LET1(v77, rsqrt, v76);
+  const lanes v78 = v71 * v77, v79 = v32 * v77, v80 = v79 * v67, v81 = T_10 * v78, v82 = T_10 * v79,
+      v83 = v78 * v67, v84 = T_8 * v78, v85 = v79 * v69, v86 = T_8 * v79, v87 = v78 * v69,
+      v88 = v55 * v79, v89 = v55 * v78, v90 = v54 * v79, v91 = v54 * v78, v92 = v80 - v81,
+      v93 = v82 + v83, v94 = v84 - v85, v95 = v86 + v87, v96 = v92 * v92, v98 = v93 * v93,
+      v99 = v96 + v75;
+  LANES_LET1(v101, rsqrt, v99);
+  const lanes v103 = v92 * v101, v104 = v72 * v101, v106 = choice_2 * v104, v107 = choice_2 * v103,
+      v108 = v68 * v106, v109 = v92 * v107, v110 = v106 * v94, v111 = v107 * v70, v112 = v106 * v70,
+      v113 = v107 * v94, v114 = v54 * v106, v115 = v107 * v88, v116 = v106 * v88, v117 = v54 * v107,
+      v118 = v107 * v90, v119 = v55 * v106, v120 = v55 * v107, v121 = v106 * v90, v122 = v78 * v107,
+      v123 = v78 * v106, v124 = v108 - v109, v125 = v110 + v111, v126 = v112 - v113,
+      v127 = v114 + v115, v128 = v116 - v117, v129 = v118 - v119, v130 = v120 + v121,
+      v131 = v124 * v124;
+  LANES_LET2(v132, atan2, v124, v93);
+  const lanes v133 = v125 * v125, v134 = v98 + v131, v135 = -v132;
+  LANES_LET1(v136, rsqrt, v134); out[4] = v135;
+  const lanes v137 = v124 * v136, v138 = v93 * v136, v139 = v138 * v126, v140 = v137 * v95,
+      v141 = 0.26289 * v138, v142 = 0.26289 * v137, v143 = v138 * v127, v144 = v137 * v89,
+      v145 = v137 * v127, v146 = v138 * v89, v147 = v138 * v129, v148 = v137 * v91,
+      v149 = v137 * v129, v150 = v138 * v91, v151 = v79 * v137, v152 = v138 * v122,
+      v153 = v79 * v138, v154 = v137 * v122, v155 = v139 + v140, v156 = v25 + v141,
+      v157 = v107 * v142, v158 = v106 * v142, v159 = v143 + v144, v160 = v145 - v146,
+      v161 = v147 + v148, v162 = v149 - v150, v163 = v151 - v152, v164 = v153 + v154,
+      v165 = v155 * v155;
+  LANES_LET2(v166, atan2, v125, v155);
+  const lanes v167 = v78 * v156, v168 = v79 * v157, v169 = v158 + 0.15367, v170 = v79 * v156,
+      v171 = v78 * v157, v172 = T_2 + v160, v173 = T_6 + v162, v174 = v164 - T_10,
+      v175 = v133 + v165, v176 = -v166, v177 = v167 - v168, v178 = v54 * v169, v179 = v55 * v169,
+      v180 = v170 + v171, v181 = v172 * v172, v182 = v173 * v173, v183 = v174 * v174;
+  LANES_LET1(v184, rsqrt, v175); out[5] = v176;
+  const lanes v185 = v55 * v177, v186 = v54 * v177, v187 = v180 + 0.411988, v188 = v125 * v184,
+      v189 = v155 * v184, v190 = v185 - v178, v191 = v179 + v186, v192 = v187 - T_11,
+      v193 = v190 - T_3, v194 = v191 - T_7, v195 = v192 * v192, v196 = v189 * v159,
+      v197 = v188 * v128, v198 = v189 * v128, v199 = v188 * v159, v200 = v189 * v161,
+      v201 = v188 * v130, v202 = v189 * v130, v203 = v188 * v161, v204 = v189 * v163,
+      v205 = v188 * v123, v206 = v188 * v163, v207 = v189 * v123, v208 = v193 * v193,
+      v209 = v194 * v194, v210 = v196 - v197, v211 = v198 + v199, v212 = v200 - v201,
+      v213 = v202 + v203, v214 = v204 + v205, v215 = v206 - v207, v216 = v208 + v209,
+      v217 = v210 - T_0, v218 = v211 - T_1, v219 = v212 - T_4, v220 = v213 - T_5, v221 = v214 - T_8,
+      v222 = v215 - T_9, v223 = v216 + v195, v224 = v217 * v217, v225 = v218 * v218,
+      v226 = v219 * v219, v227 = v220 * v220, v228 = v221 * v221, v229 = v222 * v222,
+      v230 = v224 + v225, v231 = v230 + v181, v232 = v231 + v226, v233 = v232 + v227,
+      v234 = v233 + v182, v235 = v234 + v228, v236 = v235 + v229, v237 = v236 + v183,
+      v238 = 0.5 * v237, v239 = v223 + v238, v240 = v223 - v238;
+  LANES_LET1(v241, fabs, v240);
+  const lanes v242 = v239 + v241, v243 = 0.5 * v242;
+  LANES_LET1(v244, sqrt, v243);
+  const lanes v245 = v244 + v33;
+  out[6] = v245; lanes v51, v74; LANES_NAME(lanes_two_atan2)(&v46, &v49, &v71, &v32, &v51, &v74);
+  LANES_LET2(v97, atan2, v92, v72); out[0] = v51; out[1] = v74;
+  LANES_LET2(v100, supplement, v97, v92);
+  const lanes v102 = LANES_CHOICE(v4, v97, v100), v105 = choice_2 * v102;
+  out[3] = v105;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
 from ..call._call import Function
 from ..call.validation import real_array
 from ..contract import FunctionInfo, Manifest, read_manifest
@@ -23,9 +22,7 @@ from ..errors import DerivationError, InputTypeError, InputValueError
 from ..facts import redundancy_of
 from ..fixed import following
 from ..library.derived import derived_folder, description_of, options_for_fixed
-from ..se3 import project
-from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
-from .refinement import Refinement
+from .complete_inverse import CompleteInverse
 from .solutions import Solutions
 
 _MAX_KEPT = 256
@@ -60,15 +57,15 @@ class FixedJoints:
         result: Solutions = inverse.solve(T, fixed=values, **options)
         # The solutions of dask arrays are lazy.
         if inverse.fixed and isinstance(result.valid, np.ndarray):
-            inverse.complete(result, T, values)
+            return inverse.complete(result, T, values)
         return result
 
     @functools.cached_property
-    def _inverses(self) -> dict[tuple[str, ...], PerturbedInverse]:
+    def _inverses(self) -> dict[tuple[str, ...], CompleteInverse]:
         """The inverses used so far, by the names of the fixed joints in the order of the call."""
         return {}
 
-    def _inverse_for(self, fixed: tuple[str, ...]) -> PerturbedInverse:
+    def _inverse_for(self, fixed: tuple[str, ...]) -> CompleteInverse:
         names = tuple(joint for joint in self._joints if joint in fixed)
         is_own = set(names) == set(self._parameters)
         solve = self._with_parameters if is_own else self._derived(names)
@@ -76,7 +73,7 @@ class FixedJoints:
         if not self.manifest.loops.chain:
             indices = tuple(self._joints.index(name) for name in names)
         fk_jacobian = self._with_role("pose and jacobian", "actuators")
-        inverse = PerturbedInverse(names, solve, fk_jacobian, indices)
+        inverse = CompleteInverse(names, solve, fk_jacobian, indices)
         return self._inverses.setdefault(fixed, inverse)
 
     @functools.cached_property
@@ -185,59 +182,13 @@ class FixedJoints:
 def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
     """Return the redundancy parameters if C can call the inverse directly, else ().
 
-    With fixed joints between other joints, the inverse may degenerate; see `PerturbedInverse`.
+    With fixed joints between other joints, the inverse may degenerate; see `CompleteInverse`.
     """
     fixed = {item.index for item in redundancy_of(manifest)}
     free = [k for k in range(len(manifest.coordinates)) if k not in fixed]
     is_outer = None in fixed or len(free) == free[-1] - free[0] + 1
     names = tuple(item.name for item in redundancy_of(manifest))
     return names if is_outer or manifest.loops.chain else ()
-
-
-@dataclass(frozen=True)
-class PerturbedInverse:
-    """An inverse for fixed joints, also if the structure of the other joints is degenerate.
-
-    If a fixed joint is at a right angle, its adjacent axes may be parallel, and formulas for
-    oblique axes miss solutions. Newton's method finds these solutions from the solutions at a
-    slightly different joint value.
-
-    Attributes:
-        names: The fixed joints.
-        solve: The inverse, `solve(T, fixed={...})`.
-        fk_jacobian_mixed: Forward kinematics of a serial robot.
-        fixed: Indices of the fixed joints in q, () for a robot with loops.
-    """
-
-    names: tuple[str, ...]
-    solve: Callable[..., Any]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]] | None
-    fixed: tuple[int, ...]
-
-    def complete(self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]) -> None:
-        """Add solutions in place, for poses without a solution."""
-        if solutions.valid.any(-1).all():
-            return
-        assert self.fk_jacobian_mixed is not None
-        # A single pose becomes a batch of one.
-        lead = (None,) if solutions.valid.ndim == 1 else ()
-        unit = solutions.unit_length
-        q, residual, margin, valid = (field[lead] for field in solutions)
-        missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
-        if not missed.any():
-            return
-        poses = project(np.broadcast_to(T, (*missed.shape, 4, 4))[missed], caller="ik")
-        at = {name: np.broadcast_to(values[name], missed.shape)[missed] for name in self.names}
-        near = self.solve(poses, fixed={name: at[name] + GIVEN_ASIDE for name in at})
-        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * unit)
-        start = near.q[rows, slots]
-        start[:, self.fixed] = np.stack([*at.values()], -1)[rows]
-        refine = Refinement(self.fk_jacobian_mixed, self.fixed, unit)
-        found, left = refine.led(poses[rows], start)
-        solved = left <= SOLVED * unit
-        filled = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
-        q[filled], residual[filled], valid[filled] = found[solved], left[solved], True
-        margin[filled] = near.margin[rows[solved], slots[solved]]
 
 
 @functools.lru_cache(maxsize=_MAX_KEPT)

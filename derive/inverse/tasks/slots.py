@@ -24,6 +24,8 @@ POSE_SYMBOLS = tuple(
     )
 )
 """Symbols of the pose entries, row by row; names in robot files never start with "_"."""
+ROUNDING = sp.Rational(1, 2**52)
+"""Relative rounding of a double."""
 
 
 def pose_argument(robot: SerialRobot) -> Argument:
@@ -102,6 +104,16 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
 
 
+def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
+    """Returns the residual plus the rounding of prismatic coordinates.
+
+    Almost parallel prismatic axes give coordinates of 1e15 m. Their rounding cancels in the
+    residual, but not in another evaluation of the pose.
+    """
+    sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
+    return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
+
+
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
     """Returns the smallest margin of all steps and loops; 1 if no step can fail."""
     margins = [*work.margins(), *loops]
@@ -155,6 +167,8 @@ def branches(
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
     names = tuple(robot.moving[joint].name for joint in given)
+    lengths = [e for e, joint in zip(values, robot.coordinates, strict=True) if joint.unit == "m"]
+    residual = with_rounding(work.terms, residual, lengths)
     function = function_of(name, work, asked, q, unit, residual, identity, given)
     return Solved(function, work, names, inputs)
 

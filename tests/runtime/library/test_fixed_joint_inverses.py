@@ -204,6 +204,32 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
         arm.ik(T[0], fixed={"j1": 0.2})
 
 
+# j1 and j3 are parallel where j2 is 0. The second arm then has two solutions for its only slot.
+PARALLEL_AT_ZERO = {
+    830591000001: [[-np.pi / 2, 0, -np.pi / 2, -0.3, 0, np.pi], [np.pi / 2, 0, 0, 0.5, np.pi, 0]],
+    4471000019: [[np.pi, 0, 0.5, 0], [-np.pi / 2, 0, -0.1, -np.pi / 2]],
+}
+
+
+@pytest.mark.parametrize("seed", PARALLEL_AT_ZERO)
+def test_degenerate_values_of_fixed_joint_lose_and_repeat_no_solution(seed, tmp_path):
+    functions = ("fk", "fk_jacobian_mixed", "ik")
+    write(random_arm(seed), tmp_path / "arm", functions=functions, fixed=("j2",), languages=("c",))
+    arm = chasles.load(tmp_path / "arm")
+    q = np.array(PARALLEL_AT_ZERO[seed])
+    T = arm.fk(q)
+    found = arm.ik(T, fixed={"j2": 0.0})
+    np.testing.assert_array_equal(found.count, found.distinct().count)
+    rows = np.nonzero(found.valid)[0]
+    np.testing.assert_allclose(arm.fk(found.q[found.valid]), T[rows], atol=1e-8)
+    away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
+    assert np.abs(away).max(-1).min(-1).max() < 1e-6
+    assert len(found.labels) == found.q.shape[-2]
+    for row in range(len(q)):
+        one = arm.ik(T[row], fixed={"j2": 0.0})
+        np.testing.assert_allclose(one.valid_q(), found.at(row).valid_q(), atol=1e-9)
+
+
 def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
     T, wanted = np.eye(4), {"joint4": 0.0}
     with pytest.raises(chasles.InputValueError, match="no joint 'joint8' to fix; there are joint1"):

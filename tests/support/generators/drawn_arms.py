@@ -14,9 +14,10 @@ import numpy as np
 import sympy as sp
 
 from chasles.closed_form.aims import Task
-from chasles.closed_form.fixed_joints import PerturbedInverse
+from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.closed_form.refinement import Refinement
-from chasles.closed_form.solutions import Solutions
+from chasles.closed_form.solutions import solutions_of
+from chasles.contract import Coordinate
 from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
@@ -168,16 +169,20 @@ class Derived(Case):
         )
         refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
         if self.inverses.classification.give:
-            slots = Solutions(found.q, found.residual, found.margin, valid)
+            kinds = [("revolute", "rad") if turns else ("prismatic", "m") for turns in self.turns]
+            of = [Coordinate("", *kind, None, None) for kind in kinds]
+            kind = solutions_of(tuple(of), tuple(self.turns.tolist()))
+            slots = kind(found.q, found.residual, found.margin, valid)
             inverse = self.robot.functions["ik"]
             fixed = dict(zip(self.given, self.others(q), strict=True))
-            perturbed = PerturbedInverse(
+            complete = CompleteInverse(
                 self.given,
                 lambda T, fixed: inverse(T, *fixed.values()),
                 refine.fk_jacobian_mixed,
                 role.given,
             )
-            perturbed.complete(slots, self.targets(q), fixed)
+            slots = complete.complete(slots, self.targets(q), fixed)
+            return Answers(slots.q, slots.valid)
         return Answers(found.q, valid)
 
     @property

@@ -1,0 +1,161 @@
+"""An inverse for fixed joints that is complete at degenerate values of these joints."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import BoolArray, FloatArray
+from ..call._call import Function
+from ..se3 import project
+from ..tolerances import AT_REST_RATE, GIVEN_ASIDE, GIVEN_NEAR
+from .refinement import Refinement
+from .solutions import Solutions, solutions_of
+
+_OTHER_VALUES = (0.5, 1.1, 1.9)
+"""Offsets [rad or m] of a fixed joint to values at which the relations of axes are generic."""
+_GENERIC = 0.4
+"""Multiples [rad or m] are the values of the other joints, at which the axes that these joints move
+have no relation."""
+_SEARCH = 16
+"""Steps of Newton's method from each start configuration; then only configurations near the pose
+continue."""
+_TURNS = 96
+"""Number of start configurations with random revolute joints for each slot."""
+
+
+@dataclass(frozen=True)
+class CompleteInverse:
+    """An inverse for fixed joints, also if the structure of the other joints is degenerate.
+
+    At some values of a fixed joint, its adjacent axes are parallel, at right angles or in a plane.
+    Then formulas for oblique axes miss solutions. Newton's method finds these solutions from the
+    slots at this value and at a slightly different value, and with random revolute joints.
+
+    Attributes:
+        names: The fixed joints.
+        solve: The inverse, `solve(T, fixed={...})`.
+        fk_jacobian_mixed: Forward kinematics of a serial robot.
+        fixed: Indices of the fixed joints in q, () for a robot with loops.
+    """
+
+    names: tuple[str, ...]
+    solve: Callable[..., Solutions]
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]] | None
+    fixed: tuple[int, ...]
+
+    def complete(
+        self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]
+    ) -> Solutions:
+        """Return all solutions, also for poses with degenerate values of the fixed joints.
+
+        Solutions without a slot get further slots, whose labels are empty.
+        """
+        batch, kind = solutions.valid.shape[:-1], type(solutions)
+        at = np.stack([np.broadcast_to(values[name], batch) for name in self.names], -1)
+        is_open = np.isfinite(solutions.q).any((-2, -1)) & self._is_degenerate(kind, at)
+        if not is_open.any():
+            return solutions
+        poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
+        aside = (at[is_open] + GIVEN_ASIDE).T
+        near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
+        further: dict[tuple[int, ...], Solutions] = {}
+        for row, index in enumerate(map(tuple, np.argwhere(is_open))):
+            start = np.concatenate([solutions.q[index], near.q[row]])
+            start[:, self.fixed] = at[index]
+            q, residual, is_regular = self._found(kind, poses[row], start)
+            # The solution steps are degenerate: the margins are 0.
+            found = kind(q, residual, 0 * residual, np.ones_like(is_regular))
+            slots = kind(*(field[index] for field in solutions))
+            further[index] = _fill(slots, found, is_regular)
+        return _with_slots(solutions, further)
+
+    def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
+        """Test for values (..., f) with relations between axes that hold at no other value."""
+        offsets = np.array([0.0, *_OTHER_VALUES])[:, None]
+        n = len(kind.wraps)
+        q = np.tile(_GENERIC * np.arange(1, n + 1), (*at.shape[:-1], len(offsets), 1))
+        q[..., self.fixed] = at[..., None, :] + offsets
+        holds = self._relations(q, kind.unit_length) <= GIVEN_NEAR
+        return np.asarray((holds[..., 0, :] & ~holds[..., 1:, :].all(-2)).any(-1))
+
+    def _relations(self, q: FloatArray, unit: float) -> FloatArray:
+        """Return sine, cosine and reciprocal product of axes with a fixed joint between."""
+        assert self.fk_jacobian_mixed is not None
+        J = self.fk_jacobian_mixed(q)[1].mT
+        v, omega = J[..., :3] / unit, J[..., 3:]
+        axis = np.where(omega.any(-1, keepdims=True), omega, v * unit)
+        pairs = itertools.combinations(self._free(q.shape[-1]), 2)
+        across = [(a, b) for a, b in pairs if any(a < k < b for k in self.fixed)]
+        a, b = np.array(across, dtype=np.intp).reshape(-1, 2).T
+        first, second = axis[..., a, :], axis[..., b, :]
+        product = v[..., a, :] * omega[..., b, :] + v[..., b, :] * omega[..., a, :]
+        sine = np.linalg.norm(np.cross(first, second), axis=-1)
+        found = np.concatenate([sine, (first * second).sum(-1), product.sum(-1)], -1)
+        return np.asarray(np.abs(found))
+
+    def _free(self, n: int) -> list[int]:
+        return [k for k in range(n) if k not in self.fixed]
+
+    def _found(
+        self, kind: type[Solutions], T: FloatArray, start: FloatArray
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Return solutions (N, n) of a pose from start configurations (M, n), regular ones first.
+
+        The other results are residuals (N,) and whether a solution is regular (N,).
+        """
+        assert self.fk_jacobian_mixed is not None
+        free = self._free(n := start.shape[-1])
+        start = start[np.isfinite(start).all(-1)]
+        _, first = np.unique(np.rint(start / GIVEN_NEAR), axis=0, return_index=True)
+        turns = [k for k in free if kind.wraps[k]]
+        start = np.repeat(start[first, None], 1 + _TURNS, axis=1)
+        start[:, 1:, turns] = np.random.default_rng(0).uniform(-np.pi, np.pi, (_TURNS, len(turns)))
+        start = start.reshape(-1, n)
+        refine = Refinement(self.fk_jacobian_mixed, self.fixed, kind.unit_length)
+        target = np.broadcast_to(T, (len(start), 4, 4))
+        q, residual = refine.led(target, start, _SEARCH)
+        is_near = residual <= GIVEN_NEAR * kind.unit_length
+        q, residual = refine.led(target[is_near], q[is_near])
+        q, residual = (field[residual <= kind.tolerance] for field in (q, residual))
+        J = self.fk_jacobian_mixed(q)[1][..., free]
+        is_regular = np.linalg.svd(J, compute_uv=False)[..., -1] > AT_REST_RATE
+        order = np.argsort(~is_regular, kind="stable")
+        return q[order], residual[order], is_regular[order]
+
+
+def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solutions:
+    """Put new solutions into the invalid slots of a pose, and return the other regular ones."""
+    k, kind = len(slots.valid), cast("Any", type(slots))
+    both = kind(*map(np.concatenate, zip(slots, found, strict=True))).distinct()
+    slots.valid[:] = both.valid[:k]
+    new = k + np.flatnonzero(both.valid[k:])
+    empty = np.flatnonzero(~slots.valid)[: len(new)]
+    for field, values in zip(slots, both, strict=True):
+        field[empty] = values[new[: len(empty)]]
+    rest = new[len(empty) :]
+    # A self-motion has a singular solution at every point.
+    rest = rest[is_regular[rest - k]]
+    return cast("Solutions", kind(*(field[rest] for field in both)))
+
+
+def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
+    """Return solutions with the slots that the pose with the most further solutions needs."""
+    most = max(len(more.valid) for more in further.values())
+    if not most:
+        return slots
+    labels = (*slots.labels, *[""] * most) if slots.labels else ()
+    kind = solutions_of(slots.coordinates, slots.wraps, labels, slots.unit_length)
+    shape = (*slots.valid.shape[:-1], most)
+    q = np.full((*shape, slots.q.shape[-1]), np.nan)
+    added = kind(q, np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, np.bool_))
+    for index, more in further.items():
+        for field, values in zip(added, more, strict=True):
+            field[index][: len(more.valid)] = values
+    axis = len(shape) - 1
+    return kind(*(np.concatenate(pair, axis) for pair in zip(slots, added, strict=True)))
