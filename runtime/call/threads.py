@@ -180,8 +180,23 @@ def _get_pool() -> ThreadPoolExecutor:
     global _pool  # noqa: PLW0603
     with _pool_lock:
         if _pool is None:
-            _pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
+            pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
+            # Ctrl-C interrupts the main thread only. A thread whose start it interrupts would never
+            # end, and the program would not exit.
+            starter = threading.Thread(target=_start_threads, args=(pool,))
+            starter.start()
+            starter.join()
+            _pool = pool
         return _pool
+
+
+def _start_threads(pool: ThreadPoolExecutor) -> None:
+    """Start all threads of the pool, or as many as the system allows."""
+    are_started = threading.Event()
+    with contextlib.suppress(RuntimeError):
+        for _ in range(count_cores()):
+            pool.submit(are_started.wait)
+    are_started.set()
 
 
 def _forget_pool() -> None:

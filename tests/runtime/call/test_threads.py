@@ -226,6 +226,24 @@ def test_threads_accept_strided_wide_core(eager, robot):
     np.testing.assert_array_equal(robot.wide(w, threads=3), 2 * w[:, ::-1, ::-1])
 
 
+def test_no_thread_starts_in_main_thread():
+    """Ctrl-C during the start of a thread would leave a thread that never ends."""
+    starts = []
+
+    class Watched(threading.Thread):
+        def start(self):
+            starts.append((self.name, threading.current_thread()))
+            super().start()
+
+    chasles.call.threads._forget_pool()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading, "Thread", Watched)
+        chasles.load("ur5e").fk(np.zeros((100_000, 6)), threads=2)
+    of_pool = [by for name, by in starts if name.startswith("chasles")]
+    assert len(of_pool) == chasles.call.threads.count_cores()
+    assert threading.main_thread() not in of_pool
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_threaded_non_finite_inputs_propagate_without_warning(bad):
     arm = chasles.load("ur5e")
