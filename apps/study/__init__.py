@@ -14,11 +14,13 @@ from .planar import (
     OrientationGrid,
     OrientationRangeWorkspace,
     PlanarRegion,
+    SingularityCurves,
     constant_orientation_workspace,
     dexterous_workspace,
     exact_workspace,
     orientation_grid,
     orientation_range_workspace,
+    singularity_curves,
 )
 from .reach import Reach, base_placement, reach, uniform_orientations
 from .reachable_positions import ReachablePositions, reachable_positions
@@ -32,6 +34,7 @@ __all__ = [
     "PlanarRegion",
     "Reach",
     "ReachablePositions",
+    "SingularityCurves",
     "SizeEstimate",
     "Workspace",
     "base_placement",
@@ -42,6 +45,7 @@ __all__ = [
     "orientation_range_workspace",
     "reach",
     "reachable_positions",
+    "singularity_curves",
     "uniform_orientations",
     "workspace",
 ]

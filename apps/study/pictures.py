@@ -226,6 +226,31 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     return axes
 
 
+def plot_singularities(found: Any, ax: Any = None) -> Any:
+    """Plot singular positions of a planar platform.
+
+    Args:
+        found: The `SingularityCurves`.
+        ax: matplotlib axes, or None for a new figure.
+
+    Returns:
+        The axes.
+    """
+    axes = _axes(ax, (4.2, 4.2))
+    names = ("type 1: a leg is stretched or folded", "type 2: the platform gains a freedom")
+    for curves, k, name in zip((found.type_1, found.type_2), (0, 3), names, strict=True):
+        for i, curve in enumerate(curves):
+            label = None if i else name
+            axes.plot(*curve.T, _STYLES[k % 2], color=_COLOR_BLIND[k], linewidth=1.2, label=label)
+    if found.type_1 or found.type_2:
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), fontsize="small")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"{found.robot}: singular positions")
+    return axes
+
+
 def plot_section(found: Any, ax: Any = None) -> Any:
     """Plot the border of a section; distances beyond the first axis are negative.
 

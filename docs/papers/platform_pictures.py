@@ -13,6 +13,7 @@ from panels import COLOURS, GREY, PALE, STYLES, legend_below, panels, plane, sol
 from report import Figures
 
 import chasles
+from chasles.study import singularity_curves
 from chasles.study.planning import Plan, prm
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
@@ -176,7 +177,7 @@ def singular() -> Any:
     """Draws the singular positions at 0 deg."""
     figure, axes = panels(3.3)
     bounds = (-0.2, 0.2)
-    found = platform.platform().singularity_curves(0.0, x=bounds, y=bounds, resolution=161)
+    found = singularity_curves(platform.platform(), 0.0, x=bounds, y=bounds, resolution=161)
     for lines, k, name in ((found.type_1, 0, "type 1"), (found.type_2, 3, "type 2")):
         for i, line in enumerate(lines):
             style = {"color": COLOURS[k], "linestyle": STYLES[k % 2], "linewidth": 1.4}

@@ -18,7 +18,6 @@ _ITERATED = "its loops are solved by iteration"
 _ALWAYS_CLOSED = "its loops close everywhere, in one way"
 _NO_PASSIVE = "all its joints are in the main chain"
 _CLOSED_FORM = "it has a closed form, which needs no seed"
-_NOT_PLANAR = "it is not a planar platform"
 _NO_PLATFORM = "it is not a platform on legs"
 _ON_DEMAND = "it is derived by chasles.load(..., parametric=True)"
 _TWO_BRANCHES = "its actuators follow from the main chain in one way"
@@ -98,8 +97,6 @@ def _reason(robot: Described, name: str) -> str:
         return _ON_DEMAND
     if name in groups["platforms"] and robot.functions.keys().isdisjoint(("rods", "legs")):
         return _NO_PLATFORM
-    if name == "singularity_curves":
-        return _NOT_PLANAR
     if name in groups["loops"] and manifest.kind == "serial":
         return _OF_LOOPS
     if name in groups["iterated"]:

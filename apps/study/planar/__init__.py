@@ -8,6 +8,7 @@ from .planar_platform import (
     dexterous_workspace,
     orientation_grid,
 )
+from .singularity_curves import SingularityCurves, singularity_curves
 from .turning_platform import OrientationRangeWorkspace, orientation_range_workspace
 
 __all__ = [
@@ -15,9 +16,11 @@ __all__ = [
     "OrientationGrid",
     "OrientationRangeWorkspace",
     "PlanarRegion",
+    "SingularityCurves",
     "constant_orientation_workspace",
     "dexterous_workspace",
     "exact_workspace",
     "orientation_grid",
     "orientation_range_workspace",
+    "singularity_curves",
 ]

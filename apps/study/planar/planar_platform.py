@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, Robot, SingularityCurves
+from chasles import InputValueError, Robot
 from chasles.summaries import summary_repr
 
 from ..arguments import finite
@@ -72,12 +72,12 @@ class PlanarRegion(StudyResult):
         inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
         return np.asarray(np.any(inside, axis=0))
 
-    def plot(self, ax: Any = None, singular: SingularityCurves | None = None) -> Any:
+    def plot(self, ax: Any = None, singular: Any = None) -> Any:
         """Plot the region, the circles of the legs and singularity curves.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
-            singular: Singularity curves, from `robot.singularity_curves`.
+            singular: `SingularityCurves`, or None.
 
         Returns:
             The axes.

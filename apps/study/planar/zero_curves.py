@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from chasles.contract import requires
 
+BoolArray = NDArray[np.bool_]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 Values = Callable[[FloatArray], FloatArray]
 """A function from points (..., 2) to values (...), NaN outside its domain."""
-
-HALVINGS = 48
-"""Number of bisections, to 4e-15 of the interval."""
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
@@ -44,26 +46,18 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
         return sides, low
     size = np.abs(values(low)) + np.abs(values(high))
 
-    def at(s: FloatArray) -> FloatArray:
-        return low + s[:, None] * (high - low)
+    with requires("chasles[study]"):
+        from scipy.optimize.elementwise import find_root  # noqa: PLC0415
 
-    points = at(bisected(lambda s: values(at(s)) > 0, np.zeros(len(low)), np.ones(len(low))))
+    def f_at(s: FloatArray, row: IntArray) -> FloatArray:
+        return values(low[row] + s[:, None] * (high[row] - low[row]))
+
+    zero, one = np.zeros(len(low)), np.ones(len(low))
+    s = find_root(f_at, (zero, one), args=(np.arange(len(low)),)).x
+    points = low + s[:, None] * (high - low)
     # Near a pole the absolute values increase.
-    poles = ~(np.abs(values(points)) < size)
-    points[poles] = np.nan
+    points[~(np.abs(values(points)) < size)] = np.nan
     return sides, points
-
-
-def bisected(
-    is_on: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
-) -> FloatArray:
-    """Bisect intervals (N,) at which a condition changes; return the ends on the lower side."""
-    before = is_on(low)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        same = is_on(middle) == before
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return low
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:

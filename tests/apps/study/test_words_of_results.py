@@ -13,6 +13,7 @@ from chasles.study import (
     orientation_range_workspace,
     reach,
     reachable_positions,
+    singularity_curves,
     workspace,
 )
 from chasles.study.grid import Grid, SizeEstimate
@@ -43,7 +44,7 @@ def results():
     yield orientation_range_workspace(PLATFORM, 0, 0.1, tolerance=0.1)
     yield orientation_grid(PLATFORM, [0, 0.1], resolution=20)
     yield reachable_positions(chasles.load("stewart_gough"), resolution=32)
-    yield PLATFORM.singularity_curves(0.5, resolution=11)
+    yield singularity_curves(PLATFORM, 0.5, resolution=11)
     yield from (moved(), moved().sample(100), moved().curve, moved().time_scaling)
     yield MotionSequence(ROBOT, Q).pause(1).pause(1)
     yield spline([[0, 0, 0], [1, 0, 0], [1, 1, 0]])

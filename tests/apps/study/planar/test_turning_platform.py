@@ -11,6 +11,7 @@ from chasles.study import (
     constant_orientation_workspace,
     dexterous_workspace,
     orientation_range_workspace,
+    singularity_curves,
 )
 from chasles.study.planar.annuli import Annulus
 from chasles.study.planar.planar_platform import PlanarRegion
@@ -115,7 +116,7 @@ def test_singular_curves_have_zero_type_2_measure():
     platform, checked = chasles.load("planar_3rrr"), 0
     for degrees in (0, 45):
         phi = np.radians(degrees)
-        found = platform.singularity_curves(phi, resolution=61)
+        found = singularity_curves(platform, phi, resolution=61)
         region = constant_orientation_workspace(platform, phi)
         for curve in found.type_2:
             inner = curve[region.contains(curve)]
@@ -132,7 +133,7 @@ def test_plot_legend_names_singular_curves():
     pytest.importorskip("matplotlib").use("Agg")
     platform = chasles.load("planar_3rrr")
     axes = constant_orientation_workspace(platform, 0.5).plot(
-        singular=platform.singularity_curves(0.5)
+        singular=singularity_curves(platform, 0.5)
     )
     assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
 
