@@ -48,16 +48,16 @@ def product_of_exponentials(
 
 def placement_matrix(placement: Placement) -> sp.Matrix:
     """Returns a constant placement as a homogeneous matrix (4, 4)."""
-    return _matrix_of(placement).as_mutable()
+    return _matrix_of(placement).copy()
 
 
 @lru_cache(maxsize=PLACEMENTS)
-def _matrix_of(placement: Placement) -> sp.ImmutableMatrix:
+def _matrix_of(placement: Placement) -> sp.Matrix:
     T = sp.eye(4)
-    for motion in placement:
-        T = T * (_turn(motion) if isinstance(motion, Rotation) else _shift(motion.vector))
-        T = T.applyfunc(shortened)
-    return sp.ImmutableMatrix(T)
+    for k, motion in enumerate(placement):
+        step = _turn(motion) if isinstance(motion, Rotation) else _shift(motion.vector)
+        T = (T * step if k else step).applyfunc(shortened)
+    return T
 
 
 def _turn(rotation: Rotation) -> sp.Matrix:

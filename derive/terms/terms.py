@@ -5,7 +5,7 @@ length. Terms that are equal up to sign share a name (common subexpression elimi
 construction).
 """
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
 from typing import TypeVar, cast
 
 import sympy as sp
@@ -42,6 +42,7 @@ class Terms:
         self._composed: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
         self._names: dict[sp.Expr, sp.Expr] = {}
         self._values = Values()
+        self._decimals: dict[sp.Expr, sp.Expr] = {}
         self._constant_symbols = set(self.parameters)
         self._numbers: set[sp.Symbol] = set()
         self._made: dict[Hashable, object] = {}
@@ -49,6 +50,7 @@ class Terms:
         self._addends: dict[sp.Symbol, int] = {}
         self._sizes: dict[sp.Symbol, int] = {}
         self._positions: dict[sp.Symbol, int] = {}
+        self._symbols: dict[sp.Symbol, frozenset[sp.Symbol]] = {}
         for symbol, value in self.parameters.items():
             self._values.know(symbol, self._values.of(value))
 
@@ -66,17 +68,16 @@ class Terms:
         known = self._names.get(expression)
         if known is not None:
             return known
-        if is_short(expression) or expression.is_Symbol or (-expression).is_Symbol:
+        if is_short(expression) or _is_signed_symbol(expression):
             return expression
-        symbols = expression.free_symbols
-        if symbols <= self._constant_symbols:
-            return self._constant(expression, is_number=symbols <= self._numbers)
-        if _negative(expression):
+        if self.is_constant(expression):
+            return self._constant(expression, is_number=self.is_number(expression))
+        negative = [addend.as_coeff_Mul()[0].is_negative for addend in sp.Add.make_args(expression)]
+        if all(negative):
             return -self.let(-expression)
-        opposite = self._names.get(-expression)
-        if opposite is not None:
-            return -opposite
-        return self._name(expression)
+        # Only a sum with both signs can equal the negative of a named expression.
+        opposite = self._names.get(-expression) if any(negative) else None
+        return self._name(expression) if opposite is None else -opposite
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         """Returns the derivative with respect to a symbol, treating named terms as constants."""
@@ -103,15 +104,18 @@ class Terms:
         Raises:
             NoValue: The value is not finite or not real, or the expression contains other symbols.
         """
-        return to_digits(self._values.of(expression))
+        known = self._decimals.get(expression)
+        if known is None:
+            known = self._decimals[expression] = to_digits(self._values.of(expression))
+        return known
 
     def is_constant(self, expression: sp.Expr) -> bool:
         """Whether an expression contains only numbers, parameters and constants."""
-        return bool(expression.free_symbols <= self._constant_symbols)
+        return _has_only(expression, self._constant_symbols)
 
     def is_number(self, expression: sp.Expr) -> bool:
         """Whether an expression is a number that does not depend on parameters."""
-        return bool(expression.free_symbols <= self._numbers)
+        return _has_only(expression, self._numbers)
 
     def is_never_zero(self, expression: sp.Expr) -> bool:
         """Whether an expression is a nonzero constant at the default parameters."""
@@ -248,12 +252,15 @@ class Terms:
     ) -> list[sp.Symbol]:
         """Returns the defined symbols on which expressions depend, in the order of definition."""
         found: set[sp.Symbol] = set()
-        waiting = [symbol for e in expressions for symbol in e.free_symbols]
+        waiting = {symbol for e in expressions for symbol in e.free_symbols}
         while waiting:
             symbol = waiting.pop()
-            if symbol in definitions and symbol not in found:
-                found.add(symbol)
-                waiting.extend(definitions[symbol].free_symbols)
+            if symbol not in definitions:
+                continue
+            found.add(symbol)
+            if symbol not in self._symbols:
+                self._symbols[symbol] = frozenset(definitions[symbol].free_symbols)
+            waiting |= self._symbols[symbol] - found
         return sorted(found, key=self._positions.__getitem__)
 
     def _name(self, expression: sp.Expr) -> sp.Expr:
@@ -292,7 +299,16 @@ def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     return sp.Mul(*others)
 
 
-def _negative(expression: sp.Expr) -> bool:
-    if expression.is_Add:
-        return all(term.as_coeff_Mul()[0].is_negative for term in expression.args)
-    return bool(expression.as_coeff_Mul()[0].is_negative)
+def _is_signed_symbol(expression: sp.Expr) -> bool:
+    """Whether an expression is a symbol or the negative of a symbol."""
+    if expression.is_Mul and len(expression.args) == 2:  # noqa: PLR2004 - sign and symbol
+        sign, expression = expression.args
+        return sign is sp.S.NegativeOne and bool(expression.is_Symbol)
+    return bool(expression.is_Symbol)
+
+
+def _has_only(expression: sp.Basic, symbols: Collection[sp.Symbol]) -> bool:
+    """Whether all symbols of an expression are in a collection; stops at the first other symbol."""
+    if expression.is_Symbol:
+        return expression in symbols
+    return all(_has_only(argument, symbols) for argument in expression.args)

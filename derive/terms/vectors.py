@@ -40,7 +40,7 @@ def combination(terms: Terms, weights: Sequence[sp.Expr], vectors: Sequence[Vect
     """Returns the sum of weighted vectors."""
     return named(
         terms,
-        (sum((w * v[k] for w, v in zip(weights, vectors, strict=True)), ZERO) for k in range(3)),
+        (_products(weights, [vector[k] for vector in vectors]) for k in range(3)),
     )
 
 
@@ -56,21 +56,28 @@ def subtracted(terms: Terms, a: Vector, b: Vector) -> Vector:
 
 def cross(terms: Terms, a: Vector, b: Vector) -> Vector:
     """Returns the cross product of two vectors."""
-    return named(terms, (a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)))
+    pairs = (((a[k - 2], -a[k - 1]), (b[k - 1], b[k - 2])) for k in range(3))
+    return named(terms, (_products(u, v) for u, v in pairs))
 
 
 def rotated_z(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
     """Returns ``Rz(angle) v`` for an angle with cosine c and sine s."""
     x, y, z = vector
-    return terms.let(c * x - s * y), terms.let(s * x + c * y), z
+    return terms.let(_products((c, -s), (x, y))), terms.let(_products((s, c), (x, y))), z
 
 
 def rotated_x(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
     """Returns ``Rx(angle) v`` for an angle with cosine c and sine s."""
     x, y, z = vector
-    return x, terms.let(c * y - s * z), terms.let(s * y + c * z)
+    return x, terms.let(_products((c, -s), (y, z))), terms.let(_products((s, c), (y, z)))
 
 
 def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
     """Returns the scalar product of two vectors."""
-    return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+    return terms.let(_products(a, b))
+
+
+def _products(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
+    """Returns the sum of products; SymPy takes long to multiply by 0 and to add 0."""
+    pairs = zip(a, b, strict=True)
+    return sp.Add(*(u * v for u, v in pairs if u is not ZERO and v is not ZERO))

@@ -98,7 +98,7 @@ class _Tangents:
         found: list[sp.Expr] = [self.content]
         left = list(self.budget)
         for factor in factors:
-            degrees = [_half(sp.degree(factor, t)) for t in self.t]
+            degrees = [_half(_degree(factor, t)) for t in self.t]
             left = [a - b for a, b in zip(left, degrees, strict=True)]
             found.append(self._turned_back(factor, degrees))
         if any(power < 0 for power in left):
@@ -143,14 +143,16 @@ class _Tangents:
 
 def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
     """Returns the form with the fewest terms, using sums of two or all angles."""
-    forms = [sp.expand(ring.expression(polynomial, {}))]
+    forms = [ring.expression(polynomial, {})]
     if len(polynomial) <= MOST_SUMMED:
         forms += [sp.expand(TR8(forms[0])), *map(TR10i, (forms[0], ring.in_sines(polynomial)))]
     forms += (
-        sp.expand(ring.expression(ring.reduced(form), {k: total}))
+        ring.expression(ring.reduced(form), {k: total})
         for k, total, form in _in_sums(ring, polynomial)
     )
-    return min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
+    fewest = min(len(sp.Add.make_args(form)) for form in forms)
+    short = [form for form in forms if len(sp.Add.make_args(form)) == fewest]
+    return sp.expand(min(short, key=sp.count_ops) if len(short) > 1 else short[0])
 
 
 def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.Expr, Polynomial]]:
@@ -170,8 +172,12 @@ def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.
             yield k, ring.q[k] + sign * ring.q[other], polynomial.compose(parts)
 
 
+def _degree(factor: sp.Expr, t: sp.Symbol) -> int:
+    return int(sp.degree(factor, t)) if t in factor.free_symbols else 0
+
+
 def _half(degree: int) -> int:
-    return -(-int(degree) // 2)
+    return -(-degree // 2)
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
@@ -179,12 +185,12 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
 
     A single tangent is converted to half the sine of its angle.
     """
-    odd = [f for f in factors if sp.degree(f, t) % 2 and f != t]
+    odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
-    even = [f for f in factors if sp.degree(f, t) % 2 == 0]
+    even = [f for f in factors if _degree(f, t) % 2 == 0]
     pairs = [sp.expand(a * b) for a, b in zip(odd[::2], odd[1::2], strict=False)]
     single = odd[len(odd) - len(odd) % 2 :]
-    used = sum(_half(sp.degree(f, t)) for f in (*even, *pairs, *single, *alone))
+    used = sum(_half(_degree(f, t)) for f in (*even, *pairs, *single, *alone))
     while used > budget and len(alone) > 1:
         pairs.append(t**2)
         alone = alone[2:]
