@@ -179,7 +179,7 @@ def swing_angles(
         terms: Receives the named terms.
         values: All joints and cylinders by name, without swings (radian or metre).
     """
-    planar, _ = linkages(mechanism, terms)
+    planar, _ = linkages(mechanism)
     linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
     return {
         loop.closer.swing_name: _Planar(terms, linkage_of[loop.closer.name], loop, values).swing_of(
@@ -255,7 +255,7 @@ class _Constraints:
     ) -> None:
         self.mechanism, self.terms, self.values = mechanism, terms, values
         self.may_stay_open = may_stay_open
-        planar, _ = linkages(mechanism, terms)
+        planar, _ = linkages(mechanism)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
 
     @cached_property

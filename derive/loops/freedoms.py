@@ -93,7 +93,7 @@ class Counts:
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         """Classifies the loops and finds the virtual joints."""
         self.mechanism, self.terms = mechanism, terms
-        self.planar, _ = linkages(mechanism, terms)
+        self.planar, _ = linkages(mechanism)
         self.in_plane = {name for linkage in self.planar for name in linkage.closers}
         self.order = PLANAR if self._is_one_plane() else SPATIAL
         orders = [self._order_of(closer) for closer in mechanism.closers]

@@ -73,7 +73,7 @@ class Hybrid:
             mechanism = replace(mechanism, notes=(*mechanism.notes, told))
         self.mechanism = mechanism
         self.robot = mechanism.main_chain
-        self.loops: Loops = sorted_loops(mechanism, self.terms)
+        self.loops: Loops = sorted_loops(mechanism)
         moving = self.robot.moving
         self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
         unit = common_unit(joint.unit for joint in moving)

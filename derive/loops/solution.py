@@ -73,9 +73,9 @@ class Loops:
     spatial: tuple[Loop, ...]
 
 
-def sorted_loops(mechanism: Mechanism, terms: Terms) -> Loops:
+def sorted_loops(mechanism: Mechanism) -> Loops:
     """Returns the loops of a mechanism by kind."""
-    planar, spatial = linkages(mechanism, terms)
+    planar, spatial = linkages(mechanism)
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
 

@@ -61,7 +61,7 @@ def _facing(right: Array) -> Array:
 def _common_normal(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, poses: Sequence[Array]
 ) -> Array | None:
-    planar, spatial = linkages(mechanism, terms)
+    planar, spatial = linkages(mechanism)
     if spatial:
         return None
     if not planar:

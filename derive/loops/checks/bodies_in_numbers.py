@@ -403,7 +403,7 @@ def _function(symbols: tuple[sp.Symbol, ...], expression: sp.Expr) -> Callable[.
 @lru_cache(maxsize=16)
 def _normals(mechanism: Mechanism) -> dict[str, Floats]:
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    planar, _ = linkages(mechanism, terms)
+    planar, _ = linkages(mechanism)
     return {
         closer.name: _floats(linkage.axes[closer.a.body].n, terms)
         for linkage in planar

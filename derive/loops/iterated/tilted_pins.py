@@ -59,7 +59,7 @@ class Tilt:
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
     """Returns the pin-ended rods and cylinders in spatial loops."""
-    _, spatial = linkages(mechanism, terms)
+    _, spatial = linkages(mechanism)
     return [
         tilt_of(mechanism, terms, loop)
         for loop in spatial
@@ -74,7 +74,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
     constraints, and the gaps.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    _, spatial = linkages(mechanism, terms)
+    _, spatial = linkages(mechanism)
     found = ""
     for loop in spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]

@@ -87,7 +87,7 @@ class _Numbered:
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         self.mechanism, self.made = mechanism, Parameters(mechanism)
-        planar, _ = linkages(mechanism, terms)
+        planar, _ = linkages(mechanism)
         self.terms = terms
         self.planar = {name: linkage for linkage in planar for name in linkage.closers}
         self.free = _free_joints(mechanism)

@@ -8,6 +8,7 @@ The plane's normal is the first revolute axis of the linkage, or the normal of i
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,9 @@ from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
 
 Vector = NDArray[np.float64]
+
+MECHANISMS = 64
+"""Cache size for linkages; larger than the number of variants of a mechanism in a derivation."""
 
 
 @dataclass(frozen=True)
@@ -141,13 +145,15 @@ def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
     return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
 
 
-def linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
+def linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
     """Returns the planar linkages of a mechanism, and the spatial loops."""
-    planar, spatial = terms.once(("linkages", mechanism), lambda: _linkages(mechanism, terms))
+    planar, spatial = _linkages(mechanism)
     return [*planar], [*spatial]
 
 
-def _linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
+@lru_cache(maxsize=MECHANISMS)
+def _linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     planar: list[_PlanarLoop] = []
     spatial: list[Loop] = []
     for loop in loops(mechanism):
@@ -185,20 +191,30 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 # --- planarity of a loop ---
 
 
+class _Pose(NamedTuple):
+    """Numerical orientation and origin of a frame in the base body's frame."""
+
+    R: sp.Matrix
+    p: sp.Matrix
+
+    def onward(self, terms: Terms, placement: Placement) -> "_Pose":
+        """Returns the pose after a further placement."""
+        M = placement_matrix(placement).applyfunc(terms.value)
+        return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
+
+
 class _Branch:
     """The joints from the base to one end of a closer, with numerical axes at zero."""
 
-    def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
+    def __init__(
+        self, mechanism: Mechanism, terms: Terms, frame: Frame, way: Sequence[Joint]
+    ) -> None:
         self.turning: list[sp.Matrix] = []
         self.sliding: list[sp.Matrix] = []
         self.is_helical = False
-        R, p = sp.eye(3), sp.zeros(3, 1)
-        for joint in mechanism.way(frame.body):
-            R, p = _onward(terms, R, p, joint.before)
-            if joint in way:
-                self._pass(joint, R[:, 2])
-            R, p = _onward(terms, R, p, joint.after)
-        self.R, self.p = _onward(terms, R, p, frame.placement)
+        for joint in way:
+            self._pass(joint, _before(mechanism, terms, joint).R[:, 2])
+        self.R, self.p = _at(mechanism, terms, frame.body).onward(terms, frame.placement)
 
     def _pass(self, joint: Joint, axis: sp.Matrix) -> None:
         self.is_helical |= joint.kind == "helical"
@@ -211,8 +227,8 @@ class _Branch:
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     """Returns the numerical normal of a loop's plane in the base body's frame; None if spatial."""
     closer = loop.closer
-    a = _Branch(mechanism, terms, closer.a, list(loop.to_a))
-    b = _Branch(mechanism, terms, closer.b, list(loop.to_b))
+    a = _Branch(mechanism, terms, closer.a, loop.to_a)
+    b = _Branch(mechanism, terms, closer.b, loop.to_b)
     turning, sliding = [*a.turning, *b.turning], [*a.sliding, *b.sliding]
     kind = closer.kind if isinstance(closer, Closure) else "ball"
     if kind == "pin":
@@ -236,7 +252,7 @@ def axes_in_numbers(
     All vectors are expressed in the base body's frame (metre).
     """
     branches = [
-        (_Branch(mechanism, terms, frame, list(way)), way)
+        (_Branch(mechanism, terms, frame, way), way)
         for frame, way in ((loop.closer.a, loop.to_a), (loop.closer.b, loop.to_b))
     ]
     turning = ("revolute", "helical")
@@ -271,12 +287,23 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
     return None
 
 
-def _onward(
-    terms: Terms, R: sp.Matrix, p: sp.Matrix, placement: Placement
-) -> tuple[sp.Matrix, sp.Matrix]:
-    """Returns the numerical orientation and origin after a further placement."""
-    M = placement_matrix(placement).applyfunc(terms.value)
-    return R * M[:3, :3], p + R * M[:3, 3]
+def _at(mechanism: Mechanism, terms: Terms, body: str) -> _Pose:
+    """Returns the pose of a body with all joints at zero."""
+    if body == mechanism.base_frame:
+        return _Pose(sp.eye(3), sp.zeros(3, 1))
+    joint = mechanism.joint_of[body]
+    return terms.once(
+        ("after joint at zero", mechanism, joint),
+        lambda: _before(mechanism, terms, joint).onward(terms, joint.after),
+    )
+
+
+def _before(mechanism: Mechanism, terms: Terms, joint: Joint) -> _Pose:
+    """Returns the pose of a joint's axes with all joints at zero."""
+    return terms.once(
+        ("before joint at zero", mechanism, joint),
+        lambda: _at(mechanism, terms, joint.parent).onward(terms, joint.before),
+    )
 
 
 def _is_small(vector: sp.Matrix) -> bool:
@@ -379,7 +406,8 @@ class _Plane:
     def point(self, body: str, position: sp.Matrix) -> Complex:
         """Returns a point or direction of a body's frame in the body's planar axes."""
         axes = self.axes[body]
-        x, y = tidied(self.terms, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
+        sums = (sp.Add(*(axis[k] * position[k] for k in range(3))) for axis in (axes.x, axes.y))
+        x, y = (tidied_entry(self.terms, sp.expand(component)) for component in sums)
         return x, y
 
     def edge(self, joint: Joint) -> Edge:

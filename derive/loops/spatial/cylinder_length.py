@@ -36,7 +36,7 @@ class CylinderLength(LegStep):
         (strut,) = struts
         terms = legs.terms
         # Joints before both ends do not change the distance between the ends.
-        loop = next(loop for loop in loops(legs.mechanism) if loop.closer is strut)
+        loop = next(loop for loop in loops(legs.mechanism) if loop.closer == strut)
         (_, begin), (_, end) = (
             pose_along(legs.mechanism, terms, way, frame.placement, legs.known.values)
             for way, frame in ((loop.to_a, strut.a), (loop.to_b, strut.b))

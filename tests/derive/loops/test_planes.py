@@ -9,7 +9,6 @@ import sympy as sp
 
 from chasles.derive.loops.planar.planes import PinEdge, SlideEdge, WeldEdge, linkages, loops
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
-from chasles.derive.terms.terms import Terms
 from tests.support.loops import mechanisms
 from tests.support.loops.mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
@@ -30,7 +29,7 @@ GROUNDS = {"flat": (), "tilted": TILTED, "skew": SKEW}
 
 
 def planes_of(mechanism):
-    return linkages(mechanism, Terms({p.symbol: p.value for p in mechanism.parameters}))
+    return linkages(mechanism)
 
 
 def numbers(mechanism, values):
