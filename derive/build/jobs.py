@@ -124,9 +124,12 @@ def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
 
 
 def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    workers = min(workers, len(jobs))
+    if workers == 1:
+        yield from (_attempt(work, job) for job in jobs)
+        return
     # Forked workers start with SymPy and CasADi already loaded.
-    context = get_context("fork")
-    with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
+    with ProcessPoolExecutor(workers, mp_context=get_context("fork")) as pool:
         for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):
             yield done.result()
 
