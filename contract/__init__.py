@@ -23,6 +23,7 @@ from .manifest import (
     Reference,
     Variable,
 )
+from .output_files import output_file
 from .reading import manifest_entries, read_manifest
 from .roles import AIMS, KINDS, ROLES, VECTORS, Aim, Role
 
@@ -64,6 +65,7 @@ __all__ = [
     "Variable",
     "manifest_entries",
     "open_input",
+    "output_file",
     "read_input",
     "read_manifest",
     "requires",

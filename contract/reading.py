@@ -43,6 +43,8 @@ def read_manifest(folder: Path) -> Manifest:
     except (FileNotFoundError, NotADirectoryError):
         reason = "no manifest.json in it" if folder.is_dir() else "no such folder"
         raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
+    except OSError as error:
+        raise ManifestError(f"{file}: cannot be read ({error.strerror})") from error
     try:
         entries = json.loads(content)
     except (ValueError, RecursionError) as error:

@@ -13,7 +13,7 @@ import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, load, se3
-from chasles.contract import requires
+from chasles.contract import output_file, requires
 from chasles.summaries import summary_repr
 
 from ..study.results import StudyResult, by_suffix
@@ -218,7 +218,8 @@ class Calibration(StudyResult):
         def write_toml(path: Path) -> None:
             origin = source or self.robot.source
             text = robot_file(self.robot, self.p, name or path.stem, origin, nominal or "")
-            path.write_text(text, encoding="utf-8")
+            with output_file(path) as target:
+                target.write_text(text, encoding="utf-8")
 
         def write_report(path: Path) -> None:
             with requires("chasles[calibration]"):
@@ -227,7 +228,9 @@ class Calibration(StudyResult):
             if path.suffix == ".tex":
                 tex_page.write_tex(self, path)
             else:
-                path.write_text(page.html_page(self), encoding="utf-8")
+                text = page.html_page(self)
+                with output_file(path) as target:
+                    target.write_text(text, encoding="utf-8")
 
         writers = {
             ".toml": write_toml,
@@ -244,7 +247,7 @@ class Calibration(StudyResult):
         nominal = self.values - self.deviations
         rows = np.column_stack([nominal, self.deviations, self.values, self.confidence_intervals])
         units = {item.name: item.unit for item in self.robot.geometry}
-        with Path(path).open("w", newline="", encoding="utf-8") as file:
+        with output_file(path) as target, target.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(["parameter", "unit", *head])
             for own, row in zip(self.names, rows.tolist(), strict=True):

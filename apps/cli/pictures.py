@@ -12,6 +12,7 @@ import typer
 
 import chasles
 from chasles import InputValueError, NotInstalledError, load
+from chasles.contract import output_file
 from chasles.library import is_description, shipped_folders
 
 from .console import say, stop
@@ -138,7 +139,8 @@ def workspace(
     if file.suffix == ".npz":
         found.save(file)
     else:
-        found.plot().figure.savefig(file, dpi=200, bbox_inches="tight")
+        with output_file(file) as target:
+            found.plot().figure.savefig(target, dpi=200, bbox_inches="tight")
     say(f"written: {file}")
 
 

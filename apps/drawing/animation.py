@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
-from chasles.contract import requires
+from chasles.contract import output_file, requires
 
 from .figure import figure_of, rows_of
 from .scene import Scene, scenes
@@ -62,10 +62,11 @@ def animate(
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
     rows = rows_of(robot, _frames(trajectory, fps), "animate: trajectory")
     pictures = list(_pictures(robot, rows, views))
-    if ffmpeg:
-        _write_film(ffmpeg, target, pictures, fps)
-    else:
-        _write_gif(target, pictures, fps)
+    with output_file(target) as whole:
+        if ffmpeg:
+            _write_film(ffmpeg, whole, pictures, fps)
+        else:
+            _write_gif(whole, pictures, fps)
     return target
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
-from chasles.contract import requires
+from chasles.contract import output_file, requires
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -120,7 +121,12 @@ def draw(
         return ax
     figure = figure_of(shown, labels, has_path=way is not None)
     if file is not None:
-        figure.savefig(file, dpi=300)
+        suffix = Path(file).suffix
+        if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
+            expected = "expected a file that ends in .pdf, .svg or .png"
+            raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")
+        with output_file(file) as target:
+            figure.savefig(target, dpi=300)
     return figure
 
 

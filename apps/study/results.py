@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from chasles import InputValueError
-from chasles.contract import open_input
+from chasles.contract import open_input, output_file
 
 T = TypeVar("T")
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -47,7 +47,8 @@ class StudyResult:
         arrays: Arrays = {}
         facts = json.dumps(_packed(self, "", arrays))
         named: dict[str, Any] = {"facts": np.array(facts), **arrays}
-        np.savez_compressed(Path(path), **named)
+        with output_file(path) as target, target.open("wb") as file:
+            np.savez_compressed(file, **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a file; its suffix selects the format: .npz, or for tables also .csv.
@@ -121,7 +122,7 @@ def write_table(
     path: str | os.PathLike[str], head: Sequence[str], rows: Iterable[Iterable[float]]
 ) -> None:
     """Write numbers with full precision to a .csv file."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
+    with output_file(path) as target, target.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
         writer.writerows([repr(value) for value in row] for row in rows)

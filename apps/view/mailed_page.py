@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import Robot
+from chasles.contract import output_file
 
 from ..drawing import Skeleton
 from .display import Display, Displayed
@@ -56,7 +57,8 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     page = Template((_HERE / "page/page.html").read_text(encoding="utf-8"))
     title, source = html.escape(robot.title), html.escape(robot.source)
     text = page.substitute(parts, title=title, source=source, robot=data)
-    Path(path).write_text(text, encoding="utf-8")
+    with output_file(path) as target:
+        target.write_text(text, encoding="utf-8")
 
 
 def page_data(robot: Robot) -> dict[str, Any]:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import casadi as ca
 
+from chasles.contract.errors import MismatchError, MissingFunctionError, UnknownRobotError
+
 from ..derivation import derive
 from ..description.robot_files import read
 from ..emit.casadi_file import joined, output_of
@@ -27,8 +29,9 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
         example q.
 
     Raises:
-        FileNotFoundError: The folder has no ``.casadi`` file.
-        KeyError: The robot has no such function of positions.
+        UnknownRobotError: The folder has no ``.casadi`` file.
+        MismatchError: CasADi cannot read the file in the folder.
+        MissingFunctionError: The robot has no such function of positions.
         DescriptionError: The description is invalid.
         InputValueError: The robot has no function of that name.
     """
@@ -38,7 +41,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     description = read(robot) if isinstance(robot, str | Path) else robot
     everything = joined(derive(description, functions=[name]))
     if everything is None or name not in everything.name_out():
-        raise KeyError(
+        raise MissingFunctionError(
             f"{description.name}: {name!r} is not a function of positions; differentiate one"
         )
     return output_of(everything, name)
@@ -57,10 +60,13 @@ def _folder(robot: str | Path | Described) -> Path | None:
 def _of_folder(folder: Path, name: str) -> ca.Function:
     found = sorted(folder.glob("*.casadi"))
     if not found:
-        raise FileNotFoundError(f"no .casadi file in {folder}")
-    everything = ca.Function.load(str(found[0]))
+        raise UnknownRobotError(f"{folder}: no .casadi file in this folder")
+    try:
+        everything = ca.Function.load(str(found[0]))
+    except RuntimeError as error:
+        raise MismatchError(f"{found[0]}: CasADi cannot read it; derive the robot again") from error
     if name not in everything.name_out():
-        raise KeyError(
+        raise MissingFunctionError(
             f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
         )
     return output_of(everything, name)

@@ -2,12 +2,12 @@
 
 import gc
 import json
-import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chasles.contract import SUPPORT
+from chasles.contract import SUPPORT, output_file
+from chasles.contract.output_files import make_folder
 
 from ..beside import beside
 from ..derivation import Derivation, derive
@@ -148,10 +148,9 @@ def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list
     ordered = sorted(texts, key=lambda name: name == MANIFEST)
     for name in ordered:
         path = paths[name]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        temporary.write_bytes(texts[name].encode())
-        temporary.replace(path)
+        make_folder(path.parent)
+        with output_file(path) as target:
+            target.write_bytes(texts[name].encode())
     return [paths[name] for name in ordered]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles import MissingFunctionError, UnknownRobotError
 from chasles.contract import read_manifest
 from chasles.derive import casadi_function, derive, files, read
 from chasles.derive.emit.casadi_file import POSITIONS
@@ -68,9 +69,11 @@ def test_casadi_file_opens_without_chasles():
 
 
 def test_missing_casadi_function_or_file_is_reported():
-    with pytest.raises(KeyError, match=r"ur5e\.casadi has no 'jacobian_mixed'; it has \['fk', "):
+    with pytest.raises(
+        MissingFunctionError, match=r"ur5e\.casadi has no 'jacobian_mixed'; it has \['fk', "
+    ):
         casadi_function(GENERATED / "ur5e", "jacobian_mixed")
-    with pytest.raises(FileNotFoundError, match=r"no \.casadi file"):
+    with pytest.raises(UnknownRobotError, match=r"no \.casadi file"):
         casadi_function(GENERATED, "fk")
 
 
@@ -92,5 +95,7 @@ def test_casadi_function_of_a_description_equals_function_of_its_folder(tmp_path
     expected = casadi_function("scara", "fk")(q)
     for robot in (path, str(path), read(path), GENERATED / "scara"):
         np.testing.assert_array_equal(casadi_function(robot, "fk")(q), expected)
-    with pytest.raises(KeyError, match="'jacobian_mixed' is not a function of positions"):
+    with pytest.raises(
+        MissingFunctionError, match="'jacobian_mixed' is not a function of positions"
+    ):
         casadi_function(path, "jacobian_mixed")

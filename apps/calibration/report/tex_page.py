@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from chasles.contract import output_file
+
 from .contents import Table, contents
 from .page import BLOCKS, split
 from .plots import plot_parameters, plot_residuals
@@ -31,7 +33,8 @@ def write_tex(found: Calibration, path: Path) -> None:
     names = []
     for part, plot in (("residuals", plot_residuals), ("parameters", plot_parameters)):
         names.append(f"{path.stem}_{part}.pdf")
-        plot(found).figure.savefig(path.with_name(names[-1]), metadata={"CreationDate": None})
+        with output_file(path.with_name(names[-1])) as target:
+            plot(found).figure.savefig(target, metadata={"CreationDate": None})
     parts = [
         _PREAMBLE + r"\begin{document}",
         rf"{{\large\bfseries {_tex(said.title)}}}\par\medskip",
@@ -42,7 +45,8 @@ def write_tex(found: Calibration, path: Path) -> None:
         r"\par\medskip " + r"\hfill ".join(_block(part) for part in split(said.parameters, BLOCKS)),
         r"\end{document}",
     ]
-    path.write_text("\n".join(parts) + "\n", encoding="utf-8")
+    with output_file(path) as target:
+        target.write_text("\n".join(parts) + "\n", encoding="utf-8")
 
 
 def _table(table: Table) -> str:

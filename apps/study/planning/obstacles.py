@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
-from chasles.contract import requires
+from chasles.contract import open_input, requires
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
@@ -85,9 +85,14 @@ def mesh(
     with requires("coal"):
         import coal  # noqa: PLC0415
 
-    if not Path(path).is_file():
-        raise InputValueError(f"mesh: file not found: {os.fspath(path)}")
-    shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
+    name_of_file = os.fspath(path)
+    try:
+        open_input(path).close()
+        shape = coal.MeshLoader().load(name_of_file, np.ones(3))
+    except OSError as error:
+        raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from error
+    except ValueError as error:
+        raise InputValueError(f"mesh: path: {name_of_file}: not a surface of triangles") from error
     T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
     return Obstacle(shape, T, name or Path(path).name)
 

@@ -204,7 +204,7 @@ def test_invalid_obstacles_and_radii_are_rejected():
         ),
         (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected a finite"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
-        (lambda: mesh("nowhere.stl"), "mesh: file not found: nowhere.stl"),
+        (lambda: mesh("nowhere.stl"), "mesh: path: nowhere.stl: No such file"),
     ):
         with pytest.raises(InputValueError, match=message):
             made()
