@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .build.generate import files as files
     from .build.generate import write as write
     from .chain.poe import product_of_exponentials as product_of_exponentials
+    from .conversion.conversions import Conversion as Conversion
+    from .conversion.conversions import convert as convert
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
     from .description.conventions.suited import (
@@ -63,6 +65,10 @@ _ROOMS = {
         "write",
     ),
     "chain.poe": ("product_of_exponentials",),
+    "conversion.conversions": (
+        "Conversion",
+        "convert",
+    ),
     "derivation": (
         "Derivation",
         "derive",

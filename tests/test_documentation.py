@@ -107,6 +107,11 @@ def test_loops_page_examples_run():
     assert np.all(names["path"].valid)
 
 
+def test_conventions_page_examples_run():
+    names = run("reference/conventions.md")
+    assert {joint.convention.name for joint in names["distal"].joints} == {"dh"}
+
+
 def test_platforms_page_examples_run():
     names = run("how-to/platforms.md")
     assert names["legs"].valid.all()

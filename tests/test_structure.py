@@ -42,6 +42,7 @@ STAGES = (
     ("sympy_expressions",),
     ("program",),
     ("latex",),
+    ("conversion",),
     ("emit",),
     ("build",),
     ("__init__",),

@@ -1,4 +1,4 @@
-"""The verbs of the compiler: `derive`, `explain`, `export` and `new`."""
+"""The verbs of the compiler: `derive`, `explain`, `convert`, `export` and `new`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from chasles.contract import requires
 from chasles.library import shipped_folders
 
 from .console import err, out, say, stop
-from .options import Base, Exact, Robots, add, listed
+from .options import Base, Exact, Robot, Robots, Tip, add, listed
 
 if TYPE_CHECKING:
     from chasles.derive.build import Job, Report
@@ -70,6 +70,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the verbs to the command line."""
     add(app, derive, "chasles derive arm.urdf --to robots")
     add(app, explain, "chasles explain panda")
+    add(app, convert, "chasles convert panda --to panda.dh.csv")
     add(app, export, "chasles export casadi_c panda --to out")
     add(app, new, "chasles new dh --to my_arm.toml")
 
@@ -182,6 +183,41 @@ def explain(
             stop(report.line)
         out.print(report.line, end="\n\n", markup=False)
         _warn(report)
+
+
+def convert(
+    robot: Robot,
+    to: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE|FORMAT",
+            help="Format to print: toml, urdf, dh, mdh or poe. Or a file with the format in its "
+            "name: arm.toml, arm.urdf, and arm.dh.toml, arm.dh.csv, arm.dh.tex for a table.",
+        ),
+    ],
+    base: Base = None,
+    tip: Tip = None,
+    name: Name = None,
+    exact: Exact = False,
+) -> None:
+    """Write a serial robot in another format, or as a table of joint parameters."""
+    with requires("chasles[derive]"):
+        from chasles.derive import convert as converted  # noqa: PLC0415
+        from chasles.derive import read  # noqa: PLC0415
+    words = Path(to).name.split(".")
+    is_table = words[-1] in ("csv", "tex") or words[-2:-1] in (["dh"], ["mdh"], ["poe"])
+    form: Any = words[-2] if is_table and len(words) > 1 else words[-1]
+    if words[-1] in ("csv", "tex") and form not in ("dh", "mdh", "poe"):
+        named = Path(to).with_suffix(f".dh.{words[-1]}")
+        stop(f"{to}: expected a file name with the convention dh, mdh or poe, such as {named}")
+    found = converted(read(robot, base=base, tip=tip, name=name, exact=exact), form)
+    for note in found.notes:
+        err.print(note, style="yellow", markup=False)
+    if len(words) == 1:
+        print(found.text, end="")
+    else:
+        found.save(to)
+        say(f"written: {to}")
 
 
 def export(

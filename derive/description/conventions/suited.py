@@ -13,21 +13,21 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from ...model.convention import AxisLine, Convention, Fitted
+from ...model.convention import Convention, Fitted
 from ...model.errors import DescriptionError
-from ...model.placements import Placement, Vector, from_xyz_rpy, rotation, translation
+from ...model.placements import Placement, Vector
 from ...model.robot import Joint, Parameter, SerialRobot
-from ...model.tolerances import CONTINUOUS_MODEL, EVALUATION_DIGITS, ZERO_COMPONENT
+from ...model.tolerances import CONTINUOUS_MODEL, EVALUATION_DIGITS
 from ..pose_error import pose_in_digits
-from .axis_lines import angle, fitted, length
+from .axis_lines import fitted
 from .denavit_hartenberg import mdh
+from .fitted_poses import along_z, axis_line, home_pose, placement_of, xyz_rpy_of
 from .five_parameters import hayati5
 from .neighbours import Neighbours, least_singular_value, neighbours
 from .urdf_origin import urdf
 
 SUITED = (mdh, hayati5, urdf)
 """Conventions that can be mixed because their fields place the joint's own axis."""
-_ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
@@ -72,13 +72,13 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
         pairs = neighbours(robot)
         values = {parameter.symbol: parameter.value for parameter in robot.parameters}
         placed, frame = _placed(pairs)
-        tool = frame**-1 * _home(robot, values)
+        tool = frame**-1 * home_pose(robot, values)
         joints = tuple(item.as_joint() for item in placed)
         return replace(
             robot,
             joints=joints,
-            base=_placement(placed[0].before),
-            tool=_placement(tool),
+            base=placement_of(placed[0].before),
+            tool=placement_of(tool),
             parameters=_used(robot, joints),
         )
 
@@ -112,8 +112,8 @@ class _Placed:
                 self.convention.sliding: self.shift,
             }
         # A full pose includes rotation and shift in its position, roll, pitch and yaw.
-        T = pose_in_digits(self._own() + _along_z(self.turn, self.shift), {})
-        xyz, rpy = _xyz_rpy(T)
+        T = pose_in_digits(self._own() + along_z(self.turn, self.shift), {})
+        xyz, rpy = xyz_rpy_of(T)
         return fields | {"xyz": xyz, "rpy": rpy}
 
     def _own(self) -> Placement:
@@ -148,46 +148,15 @@ def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
     for pair in pairs[1:]:
         original = original * pair.frame
         relative = frame**-1 * original
-        moved = replace(pair, line=_line(relative, pair.joint))
+        moved = replace(pair, line=axis_line(relative, pair.joint))
         convention = suitable_convention(moved)
         found = moved.fit(convention)
         assert found is not None
-        frame = frame * pose_in_digits(_along_z(found.turn, found.shift), {})
+        frame = frame * pose_in_digits(along_z(found.turn, found.shift), {})
         placed[-1].turn, placed[-1].shift = found.turn, found.shift
         placed.append(_Placed(moved, convention, found, frame))
         frame = placed[-1].after()
     return placed, frame
-
-
-def _line(relative: Any, joint: Joint) -> AxisLine:
-    """Returns the axis of a joint; a prismatic axis is moved to the origin."""
-    point = _ORIGIN if joint.kind == "prismatic" else tuple(relative[:3, 3])
-    return AxisLine(tuple(relative[:3, 2]), point)
-
-
-def _along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
-    return rotation("z", turn) + translation(sp.S.Zero, sp.S.Zero, shift)
-
-
-def _home(robot: SerialRobot, values: dict[sp.Symbol, sp.Expr]) -> Any:
-    """Returns the tool pose (4, 4) with all moving joints at zero."""
-    return pose_in_digits(tuple(motion for p in robot.placements for motion in p), values)
-
-
-def _placement(T: Any) -> Placement:
-    return from_xyz_rpy(*_xyz_rpy(T))
-
-
-def _xyz_rpy(T: Any) -> tuple[Vector, Vector]:
-    """Returns position, and roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    pitch = mpmath.atan2(-T[2, 0], mpmath.hypot(T[0, 0], T[1, 0]))
-    is_locked = mpmath.hypot(T[0, 0], T[1, 0]) <= ZERO_COMPONENT
-    yaw = mpmath.mpf(0) if is_locked else mpmath.atan2(T[1, 0], T[0, 0])
-    # If the x axis is vertical, roll and yaw rotate about the same axis, and yaw is set to 0.
-    c, s = mpmath.cos(yaw), mpmath.sin(yaw)
-    roll = mpmath.atan2(s * T[0, 2] - c * T[1, 2], c * T[1, 1] - s * T[0, 1])
-    x, y, z = (length(T[k, 3]) for k in range(3))
-    return (x, y, z), (angle(roll), angle(pitch), angle(yaw))
 
 
 def _used(robot: SerialRobot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:

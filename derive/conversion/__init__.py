@@ -1,0 +1,1 @@
+"""Conversion of robots to robot files, URDF, and tables of joint parameters."""

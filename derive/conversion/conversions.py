@@ -1,0 +1,212 @@
+"""Conversion of a robot to another description, with the error of the written numbers."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from ..description.cleaned_robot import cleaned
+from ..description.conventions import dh, mdh, poe
+from ..description.pose_error import pose_error, robot_size
+from ..description.robot_files import read_text
+from ..description.urdf import UrdfFile
+from ..model.convention import Convention
+from ..model.errors import DescriptionError, InputValueError
+from ..model.mechanism import Described
+from ..model.placements import Placement
+from ..model.robot import SerialRobot
+from .axis_tables import in_table, screw_form
+from .origins import is_described, with_origins, with_values
+from .printed_table import csv_table, latex_table
+from .robot_toml import robot_toml
+from .robot_urdf import robot_urdf, urdf_names, with_split_helical_joints
+
+Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
+FORMATS: tuple[str, ...] = get_args(Format)
+TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
+_LONG = 1e3
+"""Length of a table relative to the robot's size, from which the table is poorly conditioned."""
+_VISIBLE = 1e-12
+"""Pose error (metre, radian) above which a note states the error."""
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A robot in another format.
+
+    Attributes:
+        format: The format, see :func:`convert`.
+        text: The robot file or the URDF.
+        robot: The robot as written, before the reader snaps numbers.
+        error: Bounds of the distance (metre) and of the angle (radian) between the tools of both
+            robots, at all coordinates within the limits, if the text is read with
+            :func:`~chasles.derive.read`.
+        notes: What the format cannot express, and what the conversion changed.
+    """
+
+    format: Format
+    text: str
+    robot: SerialRobot
+    error: tuple[float, float]
+    notes: tuple[str, ...]
+
+    @property
+    def base(self) -> Placement:
+        """Pose of the first frame of the table in the base frame."""
+        return self.robot.base
+
+    @property
+    def tool(self) -> Placement:
+        """Pose of the tool frame in the last frame of the table."""
+        return self.robot.tool
+
+    def save(self, path: str | Path) -> None:
+        """Writes the text to a file, or the table to a .csv or .tex file.
+
+        The rows of a table are the joints. In metre and radian, with up to 17 digits, they contain
+        the fields of the convention. The first and last row of a .csv file contain the poses of
+        base and tool; a .tex file states both poses after its `tabular`.
+
+        Args:
+            path: A file that ends in .urdf for this format, else in .toml. For "dh", "mdh" and
+                "poe" also in .csv, or in .tex for LaTeX with the package booktabs.
+
+        Raises:
+            InputValueError: The suffix does not belong to the format.
+        """
+        path, table = Path(path), TABLES.get(self.format)
+        text_suffix = ".urdf" if self.format == "urdf" else ".toml"
+        suffixes = (text_suffix, ".csv", ".tex") if table else (text_suffix,)
+        if path.suffix not in suffixes:
+            raise InputValueError(
+                f"{path}: expected a file for {self.format!r} that ends in {', '.join(suffixes)}"
+            )
+        text = self.text
+        if table and path.suffix != text_suffix:
+            write = csv_table if path.suffix == ".csv" else latex_table
+            text = write(with_values(self.robot), table)
+        path.write_text(text, encoding="utf-8")
+
+
+def convert(robot: Described, to: Format) -> Conversion:
+    """Writes a robot as a robot file, as URDF, or as a table of joint parameters.
+
+    Reading the text gives a robot with the same coordinates and the same pose of the tool. Base and
+    tool contain the part of the pose that the table of the joints cannot express.
+
+    Args:
+        robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
+        to: "toml" keeps conventions and parameters. "urdf" writes origins with 17 digits. "dh"
+            (distal), "mdh" (proximal, Craig) and "poe" (screw axes) write a robot file in which all
+            joints have this convention; fixed joints become part of the links.
+
+    Returns:
+        The text, and the bound of the pose error. Multiples of pi/12 and short decimals stay exact;
+        other numbers that are not in the description have 17 digits.
+
+    Raises:
+        InputValueError: The format is unknown, the robot has loops, or masses are positioned in
+            link frames that a table would move.
+    """
+    if to not in FORMATS:
+        raise InputValueError(f"to: expected one of {', '.join(FORMATS)}, found {to!r}")
+    if not isinstance(robot, SerialRobot):
+        raise InputValueError(
+            f"{robot.name}: only serial robots can be converted; this robot has loops or actuated "
+            "joints, which only robot files describe"
+        )
+    written = _written(robot, to)
+    text = robot_urdf(written) if to == "urdf" else robot_toml(written)
+    error, changes = _error(robot, text, to)
+    notes = (*_notes(robot, written, to), *changes)
+    return Conversion(to, text, written, error, notes)
+
+
+def _written(robot: SerialRobot, to: Format) -> SerialRobot:
+    """Returns the robot in the convention of a format."""
+    if to == "urdf":
+        return with_origins(with_split_helical_joints(robot))
+    is_complete = all(is_described(joint) for joint in robot.joints)
+    if to == "toml":
+        return robot if is_complete else with_origins(robot, keeps_links=robot.load is not None)
+    table = TABLES[to]
+    if is_complete and all(joint.convention is table for joint in robot.joints):
+        return robot
+    return in_table(robot, table)
+
+
+def _error(
+    robot: SerialRobot, text: str, to: Format
+) -> tuple[tuple[float, float], tuple[str, ...]]:
+    """Returns the pose error of the text as it is read, and a note if the error is visible."""
+    form = "urdf" if to == "urdf" else "toml"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = read_text(text, format=form, file=f"{robot.name}.{form}")
+    except DescriptionError as refused:
+        raise InputValueError(
+            f"{robot.name}: {form} cannot express this robot ({refused})"
+        ) from refused
+    expected = [joint.name for joint in robot.coordinates]
+    assert isinstance(found, SerialRobot)
+    notes: tuple[str, ...] = ()
+    if [joint.name for joint in found.coordinates] != expected:
+        # The reader leaves out joints whose names are those of fingers or wheels.
+        names = urdf_names(robot)
+        found = cleaned(UrdfFile(f"{robot.name}.urdf", text).robot(names.base, names.tool, None))
+        notes = (f"because of the names of its joints, read the URDF with tip={names.tool!r}",)
+    same = with_split_helical_joints(robot) if to == "urdf" else robot
+    error = pose_error(screw_form(same), screw_form(found))
+    if max(error) <= _VISIBLE:
+        return error, notes
+    reason = "; exact=True keeps noisy decimals as written" if found.cleaning.numbers else ""
+    return error, (
+        *notes,
+        f"reading the text moves the tool by up to {error[0]:.1e} m, {error[1]:.1e} rad{reason}",
+    )
+
+
+def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
+    """Yields what the format cannot express, and what the conversion changed."""
+    if to == "urdf":
+        yield from _urdf_notes(robot)
+    for joint in robot.joints:
+        if joint.limits.count(None) == 1:
+            yield f"joint {joint.name} has one limit; the format needs two, so it has none"
+    if robot.parameters and not written.parameters:
+        yield "parameters are replaced by their values"
+    absorbed = [j.name for j in robot.joints if j not in written.joints and j.kind == "fixed"]
+    if absorbed and to in TABLES:
+        yield f"fixed joints became part of the links: {', '.join(absorbed)}"
+    if to in ("dh", "mdh"):
+        yield from _long_rows(written)
+
+
+def _urdf_notes(robot: SerialRobot) -> Iterator[str]:
+    for joint in robot.joints:
+        if joint.kind == "helical":
+            yield f"helical joint {joint.name}: a revolute and a prismatic joint that mimics it"
+    left_out = {
+        "masses": robot.load,
+        "springs": robot.springs,
+        "transmissions": robot.transmissions,
+    }
+    if any(left_out.values()):
+        yield f"URDF has no {', '.join(word for word, value in left_out.items() if value)}"
+    yield "effort and velocity limits are placeholders"
+
+
+def _long_rows(written: SerialRobot) -> Iterator[str]:
+    """Yields the joints whose rows are long because consecutive axes are nearly parallel."""
+    size = max(robot_size(screw_form(written)), 1e-3)
+    values = {parameter.symbol: parameter.value for parameter in written.parameters}
+    for joint in written.moving:
+        given = dict(joint.given)
+        longest = max(abs(float(given[name].xreplace(values))) for name in ("a", "d"))
+        if longest > _LONG * size:
+            yield (
+                f"joint {joint.name}: its axis is nearly parallel to the next, so that the table "
+                f'has lengths of {longest:.1e} m; "poe" has none'
+            )

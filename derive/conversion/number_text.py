@@ -1,0 +1,151 @@
+"""Exact numbers as text of robot files and URDF.
+
+The reader snaps decimals that look rounded or noisy (:mod:`~chasles.derive.description.noise`). A
+decimal that the reader would change is written as a quotient by 3, which has no finite decimal and
+is therefore read as written.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+
+import mpmath
+import sympy as sp
+
+from ..description.noise import exact_angle, exact_direction, without_noise
+from ..description.pose_error import robot_size
+from ..model.cleaning import decimal_places
+from ..model.convention import FieldKind
+from ..model.exact import LONGEST_TEXT
+from ..model.placements import Vector
+from ..model.robot import SerialRobot
+from ..model.tolerances import EVALUATION_DIGITS, NOISE
+from ..model.values import Values
+
+DIGITS = 17
+"""Significant digits of a number without a short exact form; a double has 17."""
+_PLACES = 16
+"""Decimal places that the lengths of a table keep (metre)."""
+_LONGEST = 40
+"""Digits of the longest decimal that is written in full."""
+_SAME = sp.Rational(1, 10**16)
+"""Change by the reader (metre, radian or 1) that is harmless: less than the rounding of doubles."""
+_EXACT = Context(prec=200)
+_PLAIN = 6
+"""Leading zeros of a decimal beyond which it is written with an exponent."""
+
+
+def digits_for(size: float) -> int:
+    """Returns the significant digits of the numbers in a table with lengths up to ``size`` (metre).
+
+    Lengths from 10 m have more than 17 digits, and so do the angles that rotate them.
+    """
+    return max(DIGITS, _PLACES + 1 + math.floor(math.log10(max(size, 1.0))))
+
+
+def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
+    """Returns a long decimal with fewer significant digits; other numbers are unchanged."""
+    places = decimal_places(value)
+    if not places or _digits(value, places) <= digits:
+        return value
+    return sp.Rational(nearest(value, digits))
+
+
+def nearest(value: sp.Expr, digits: int = DIGITS) -> str:
+    """Returns a number as a decimal with a number of significant digits."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        text = mpmath.nstr(Values().of(value), digits)
+    return _decimal_text(Decimal(text))
+
+
+@dataclass(frozen=True)
+class NumberText:
+    """Numbers of one robot as text of its robot file.
+
+    Attributes:
+        noise: Length noise that the reader removes (metre).
+    """
+
+    noise: Fraction
+
+    @classmethod
+    def of(cls, robot: SerialRobot) -> "NumberText":
+        """Returns the text form for the numbers of a robot."""
+        return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
+
+    def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:
+        """Returns the value of a convention field."""
+        if not isinstance(value, tuple):
+            return self.scalar(value, kind)
+        if kind == "direction":
+            return self._direction(value)
+        return f"[{', '.join(self.scalar(part, kind) for part in value)}]"
+
+    def scalar(self, value: sp.Expr, kind: str) -> str:
+        """Returns a number that the reader does not change, or an expression in quotes.
+
+        Args:
+            value: An exact number, or an expression in parameters.
+            kind: "length", "angle", or another word for numbers that the reader takes as written.
+        """
+        return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
+
+    def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
+        """Returns the number that the reader takes for a number."""
+        if value == 0 or value.free_symbols:
+            return value
+        if kind.startswith("angle"):
+            return exact_angle(value)
+        return without_noise(value, self.noise) if kind.startswith("length") else value
+
+    def _direction(self, axis: Vector) -> str:
+        changes = (abs(a - b) for a, b in zip(exact_direction(axis), axis, strict=True))
+        is_kept = all(Values().of(change) <= _SAME for change in changes)
+        parts = [literal(part) if is_kept or part == 0 else _guarded(part) for part in axis]
+        return f"[{', '.join(parts)}]"
+
+
+def literal(value: sp.Expr) -> str:
+    """Returns an exact number for a robot file: a decimal, or an expression in quotes."""
+    places = decimal_places(value)
+    if places is not None:
+        digits = _decimal(value)
+        if len(digits.as_tuple().digits) <= _LONGEST:
+            return _decimal_text(digits)
+    text = str(sp.sstr(value))
+    return f'"{text}"' if value.free_symbols or len(text) <= LONGEST_TEXT else nearest(value)
+
+
+def literals(values: Sequence[sp.Expr]) -> str:
+    """Returns a list of exact numbers for a robot file."""
+    return f"[{', '.join(map(literal, values))}]"
+
+
+def _guarded(value: sp.Expr) -> str:
+    """Returns a decimal as a quotient by 3 that is not a finite decimal."""
+    count = max(DIGITS, _digits(value, decimal_places(value) or 0))
+    triple = Decimal(nearest(3 * value, count))
+    digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
+    # A numerator that is a multiple of 3 would leave a finite decimal.
+    step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
+    return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
+
+
+def _digits(value: sp.Rational, places: int) -> int:
+    """Returns the number of digits of a decimal."""
+    return len(str(abs(value.p * 10**places // value.q)))
+
+
+def _decimal(value: sp.Expr) -> Decimal:
+    return _EXACT.divide(Decimal(value.p), Decimal(value.q))
+
+
+def _decimal_text(number: Decimal) -> str:
+    """Returns a decimal without trailing zeros."""
+    number = number.normalize(_EXACT)
+    if number == 0:
+        return "0"
+    is_plain = -_PLAIN <= number.adjusted() <= DIGITS
+    return f"{number:f}" if is_plain else f"{number:e}"

@@ -1,0 +1,137 @@
+r"""A table of joint parameters as CSV and LaTeX, in metre and radian, with base and tool.
+
+All joints have the same convention. Numbers have 17 significant digits, or more if the table has
+lengths from 10 m.
+"""
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+
+import sympy as sp
+
+from ..description.pose_error import robot_size
+from ..latex.setting.names import escape
+from ..model.cleaning import decimal_places
+from ..model.convention import Convention
+from ..model.placements import Placement
+from ..model.robot import Joint, SerialRobot
+from .number_text import digits_for, nearest
+from .origins import placed
+
+_POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
+
+
+def csv_table(robot: SerialRobot, convention: Convention) -> str:
+    """Returns one row per joint between a row for the base and a row for the tool.
+
+    A column with the direction, screw pitch, mimic equation or limits exists if a joint has one.
+    """
+    digits = digits_for(robot_size(robot))
+    joints = [_csv_row(joint, digits) for joint in robot.joints]
+    known = {name for row in joints for name in row}
+    fields = [name for field in convention.fields for name in field.components]
+    optional = ("direction", "pitch", "mimic", "multiplier", "offset", "lower", "upper")
+    columns = ["name", "type", *fields, *(name for name in optional if name in known), *_POSE]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerow(_pose_row(robot.base_frame, "base", robot.base, digits))
+    writer.writerows(joints)
+    writer.writerow(_pose_row(robot.tool_frame, "tool", robot.tool, digits))
+    return text.getvalue()
+
+
+def _csv_row(joint: Joint, digits: int) -> dict[str, str]:
+    row = {"name": joint.name, "type": joint.kind}
+    row |= {name: nearest(value, digits) for name, value in joint.given}
+    if joint.direction != 1:
+        row["direction"] = str(joint.direction)
+    if joint.kind == "helical":
+        row["pitch"] = nearest(joint.pitch)
+    if joint.mimic is not None:
+        row["mimic"] = joint.mimic.leader
+        row["multiplier"] = nearest(joint.mimic.multiplier)
+        row["offset"] = nearest(joint.mimic.offset)
+    limits = zip(("lower", "upper"), joint.limits, strict=True)
+    return row | {name: nearest(limit) for name, limit in limits if limit is not None}
+
+
+def _pose_row(name: str, kind: str, placement: Placement, digits: int) -> dict[str, str]:
+    xyz, rpy = placed(placement)
+    numbers = (nearest(value, digits) for value in (*xyz, *rpy))
+    return {"name": name, "type": kind, **dict(zip(_POSE, numbers, strict=True))}
+
+
+def latex_table(robot: SerialRobot, convention: Convention) -> str:
+    r"""Returns a `tabular` for \input, which needs the package booktabs, and base and tool."""
+    columns = [(name, heading) for _, name, heading in convention.columns]
+    headings = ["joint", "type", *(f"${tex or _symbol(name)}$" for name, tex in columns)]
+    rows = [_latex_row(robot, joint, [name for name, _ in columns]) for joint in robot.joints]
+    if any(row[-1] for row in rows):
+        headings.append("variable")
+    rows = [row[: len(headings)] for row in rows]
+    return "\n".join(_tabular(headings, rows, robot)) + "\n"
+
+
+def _symbol(name: str) -> str:
+    return name if len(name) == 1 else rf"\{name}"
+
+
+def _tabular(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], robot: SerialRobot
+) -> Iterator[str]:
+    yield rf"\begin{{tabular}}{{@{{}}{'l' * len(headings)}@{{}}}}"
+    yield r"\toprule"
+    yield rf"{' & '.join(headings)} \\"
+    yield r"\midrule"
+    yield from (rf"{' & '.join(row)} \\" for row in rows)
+    yield r"\bottomrule"
+    yield r"\end{tabular}"
+    for word, placement in (("Base", robot.base), ("Tool", robot.tool)):
+        if placement:
+            xyz, rpy = (f"({', '.join(map(_tex, v))})" for v in placed(placement))
+            yield rf"\par {word}: position ${xyz}$ m, roll, pitch and yaw ${rpy}$ rad."
+
+
+def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[str]:
+    """Returns name, type, fields, and the joint value unless a field contains it."""
+    assert joint.convention is not None
+    given = dict(joint.given)
+    variable = joint.convention.variable(joint.kind)
+    cells = [
+        _with_variable(robot, joint, given[name]) if name == variable else f"${_tex(given[name])}$"
+        for name in names
+    ]
+    kind: str = joint.kind
+    if kind == "helical":
+        kind += f", ${_tex(joint.pitch)}$ m/rad"
+    last = "" if variable in names else _with_variable(robot, joint, sp.S.Zero)
+    return [escape(joint.name), kind, *cells, last]
+
+
+def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
+    """Returns the joint value at the coordinates q, plus a constant."""
+    names = [other.name for other in robot.coordinates]
+    law = joint.mimic
+    factor = joint.direction * (law.multiplier if law else 1)
+    constant += joint.direction * (law.offset if law else 0)
+    size = "" if abs(factor) == 1 else rf"{_tex(abs(factor))}\,"
+    q = f"q_{{{names.index(law.leader if law else joint.name) + 1}}}"
+    text = f"{'-' if factor < 0 else ''}{size}{q}"
+    if constant != 0:
+        text += f" {'-' if constant < 0 else '+'} {_tex(abs(constant))}"
+    return f"${text}$"
+
+
+def _tex(value: sp.Expr) -> str:
+    """Returns a short exact number or multiple of pi, else a decimal with 17 digits."""
+    multiple = value / sp.pi
+    if value != 0 and multiple.is_Rational:
+        times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))
+        over = "" if multiple.q == 1 else f"/{multiple.q}"
+        return rf"{'-' if multiple < 0 else ''}{times}\pi{over}"
+    if not value.is_Rational or decimal_places(value) is not None:
+        mantissa, _, exponent = nearest(value).partition("e")
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
+    return f"{value.p}/{value.q}"
