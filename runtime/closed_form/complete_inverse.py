@@ -58,15 +58,18 @@ class CompleteInverse:
         """
         batch, kind = solutions.valid.shape[:-1], type(solutions)
         at = np.stack([np.broadcast_to(values[name], batch) for name in self.names], -1)
-        is_open = np.isfinite(solutions.q).any((-2, -1)) & self._is_degenerate(kind, at)
+        is_finite = np.isfinite(at).all(-1) & np.isfinite(T).all((-2, -1))
+        is_open = is_finite & self._is_degenerate(kind, at)
         if not is_open.any():
             return solutions
         poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
         aside = (at[is_open] + GIVEN_ASIDE).T
         near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
+        # All slots may be NaN.
+        zero = np.zeros((1, len(kind.wraps)))
         further: dict[tuple[int, ...], Solutions] = {}
         for row, index in enumerate(map(tuple, np.argwhere(is_open))):
-            start = np.concatenate([solutions.q[index], near.q[row]])
+            start = np.concatenate([solutions.q[index], near.q[row], zero])
             start[:, self.fixed] = at[index]
             q, residual, is_regular = self._found(kind, poses[row], start)
             # The solution steps are degenerate: the margins are 0.
