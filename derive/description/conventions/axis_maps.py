@@ -124,14 +124,16 @@ class Motions:
         steps = [step for motion in product for step in _steps(motion)]
         self._axes = [(turns, axis) for turns, axis, _ in steps]
         arguments = [argument for _, _, argument in steps]
+        places = {symbol: i for i, symbol in enumerate(symbols)}
         rates = [
-            (k, i, argument.diff(symbol))
+            (k, places[symbol], argument.diff(symbol))
             for k, argument in enumerate(arguments)
-            for i, symbol in enumerate(symbols)
-            if argument.has(symbol)
+            for symbol in argument.free_symbols & places.keys()
         ]
         self._places = [(k, i) for k, i, _ in rates]
-        self._evaluated = sp.lambdify([symbols], [arguments, [rate for _, _, rate in rates]])
+        # SymPy would print all expressions once more for the docstring.
+        results = [arguments, [rate for _, _, rate in rates]]
+        self._evaluated = sp.lambdify([symbols], results, docstring_limit=0)
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
