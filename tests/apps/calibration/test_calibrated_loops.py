@@ -4,6 +4,7 @@ The campaign `as_built` tests the maps of randomly calibrated excavators and boa
 """
 
 import tempfile
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -337,16 +338,20 @@ def test_joint_values_that_violate_loop_closure_are_invalid(built_four_bar):
         assert not robot.chain_closes(moved).any()
 
 
-@pytest.fixture(scope="module")
-def built_delta(tmp_path_factory):
-    """A delta robot whose platform rotates slightly, because its rods have unequal lengths.
-
-    The derivation tests the inverse at 20 configurations instead of 100.
-    """
-    folder = tmp_path_factory.mktemp("built") / "delta"
+@contextmanager
+def few_samples():
+    """Context in which a derivation tests an inverse at 20 configurations instead of 100."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nominal_mechanism, "SAMPLES", 20)
         patch.setattr(nominal_mechanism, "MOST_DRAWN", 120)
+        yield
+
+
+@pytest.fixture(scope="module")
+def built_delta(tmp_path_factory):
+    """A delta robot whose platform rotates slightly, because its rods have unequal lengths."""
+    folder = tmp_path_factory.mktemp("built") / "delta"
+    with few_samples():
         return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
 
 
@@ -396,9 +401,9 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
     """Three joints are fixed at the symbolic values of the printed chain."""
-    printed = inverse_of_loops(
-        LoopPage.of(derive(calibrated("well_manipulator", 5), functions=["ik"]))
-    )
+    with few_samples():
+        derivation = derive(calibrated("well_manipulator", 5), functions=["ik"])
+    printed = inverse_of_loops(LoopPage.of(derivation))
     given = "$l_{HI}$, $l_{MN}$ and $\\theta_{7}$."
     assert given in printed
     assert "true arm" in printed
