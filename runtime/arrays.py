@@ -1,8 +1,29 @@
-"""Types of arrays, named by the element type."""
+"""Types of arrays, named by the element type, and the check of real numbers."""
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import InputTypeError
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
+
+
+def real_array(caller: str, name: str, given: Any) -> FloatArray:
+    """Return a float64 array of integers or floats; raise an InputTypeError for other values."""
+    if isinstance(given, np.ndarray) and given.dtype == np.float64:
+        return given
+    try:
+        array = np.asarray(given)
+    except (TypeError, ValueError) as error:
+        raise InputTypeError(
+            f"{caller}: {name} cannot be read as an array of numbers: {error}"
+        ) from None
+    if array.dtype.kind not in "iuf":
+        raise InputTypeError(f"{caller}: {name} must hold real numbers, got dtype {array.dtype}")
+    return array.astype(np.float64, copy=False)

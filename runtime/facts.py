@@ -11,10 +11,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import BoolArray, FloatArray
+from .arrays import BoolArray, FloatArray, real_array
 from .call._call import Function
 from .call.capabilities import needs
-from .call.validation import real_array
 from .contract import Coordinate, Manifest
 from .errors import ShapeError
 from .generated_functions import GeneratedFunctions

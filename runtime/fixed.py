@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import BoolArray, FloatArray
-from .call.validation import real_array
+from .arrays import BoolArray, FloatArray, real_array
 from .contract import Coordinate, Reference
 from .errors import InputTypeError, InputValueError, ShapeError
 from .facts import RobotFacts

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import so3
-from .arrays import FloatArray
+from .arrays import FloatArray, real_array
 from .call._call import NEARLY_RIGID, RIGID_TO_ROUNDING
 from .errors import InputTypeError, InputValueError
 from .so3 import ending, exponential, inverse_cubic, off_rotation
@@ -329,7 +329,7 @@ def _path(
     return (
         ending(T_a, (4, 4), name, "T_a"),
         ending(T_b, (4, 4), name, "T_b"),
-        np.asarray(s, np.float64),
+        real_array(name, "s", s),
     )
 
 

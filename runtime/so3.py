@@ -13,8 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import FloatArray
-from .call.validation import real_array
+from .arrays import FloatArray, real_array
 from .errors import ShapeError
 from .tolerances import SERIES
 

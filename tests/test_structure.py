@@ -52,7 +52,7 @@ RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward to apps."""
 APP_NAMES = {"calibration", "cli", "drawing", "study", "view"}
-PUBLIC = {"contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
+PUBLIC = {"arrays", "contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
 """Modules of `chasles` from which apps import; the command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}
 

@@ -21,10 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, Robot
+from chasles import InputValueError, Robot, ShapeError
+from chasles.arrays import real_array
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
+from ..study.arguments import finite
 from ..study.results import StudyResult
 from .fitting.problem import in_one_thread, problem_at
 from .measurements.tool_measurements import SMALL, Measurements, Poses, Positions, Start
@@ -111,7 +113,9 @@ def optimal_design(
         InputValueError: There are fewer allowed candidates than `count`, or `count` configurations
             do not determine the parameters.
     """
-    at = np.asarray(candidates, dtype=np.float64)
+    at = real_array("optimal_design", "candidates", candidates)
+    if at.shape[1:] != (robot.n,):
+        raise ShapeError(f"optimal_design: candidates: expected (M, {robot.n}), got {at.shape}")
     free = ((at >= robot.lower) & (at <= robot.upper)).all(-1)
     if is_allowed is not None:
         free &= np.asarray(is_allowed(at), dtype=bool)
@@ -160,7 +164,9 @@ def _derivatives(
             )
         measurements, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
     else:
-        points = np.atleast_2d(np.asarray(targets, dtype=np.float64))
+        points = np.atleast_2d(finite("optimal_design: targets", targets))
+        if points.shape[1:] != (3,):
+            raise ShapeError(f"optimal_design: targets: expected (m, 3), got {points.shape}")
         one = SMALL if sigma is None else sigma
         if isinstance(one, tuple):
             raise InputValueError("optimal_design: positions need one standard deviation (meters)")

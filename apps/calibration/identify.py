@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot, ShapeError
 
+from ..study.arguments import finite
 from .fitting.noise import OUTLYING
 from .fitting.problem import in_one_thread, problem_at, problem_nearby
 from .input_checks import check_input, check_result
@@ -62,9 +63,9 @@ def identify(
             or the measurements fit only after correcting units, signs or columns.
     """
     start = located(robot, q, measurements, T_W_base)
-    at = np.asarray(q, dtype=np.float64)
+    at = finite("identify: q", q)
     problem = problem_at(robot, at, start, vary, parameter_std)
-    counts = np.ones(len(at)) if weights is None else np.asarray(weights, dtype=np.float64)
+    counts = np.ones(len(at)) if weights is None else finite("identify: weights", weights)
     before = problem.weighted(counts).errors(problem.x0)
     if robot.kind != "serial":
         problem = problem_nearby(problem, start, vary, parameter_std, robust=robust)
@@ -89,14 +90,14 @@ def located(
         ShapeError: The shape of q does not match the robot.
         InputValueError: Units, signs or columns are wrong.
     """
-    at = np.asarray(q, dtype=np.float64)
+    at = finite("identify: q", q)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
     start = _without_outliers(measurements._start(T := robot.fk_p(at, nominal(robot))), T)
     check_input(robot, at, nominal(robot), measurements, start.misfit)
     if T_W_base is None:
         return start
-    frame = np.asarray(T_W_base, dtype=np.float64)
+    frame = finite("identify: T_W_base", T_W_base, (4, 4))
     return start.measurements._from_frame(frame @ T, start._replace(T_W_base=frame))
 
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
 
+from ..study.arguments import finite
 from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
 from .input_checks import check_result
@@ -100,7 +101,7 @@ def select_model(
     Raises:
         InputValueError: As for :func:`~chasles.calibration.identify`.
     """
-    at, start = np.asarray(q, dtype=np.float64), located(robot, q, measurements)
+    at, start = finite("select_model: q", q), located(robot, q, measurements)
     found, errors = {}, {}
     for model in models:
         problem = problem_at(robot, at, start, model.vary, model.parameter_std)
@@ -140,7 +141,7 @@ def cross_validate(
         (M,) the errors in the order of the measurements, in standard deviations.
     """
     start = located(robot, q, measurements)
-    problem = problem_at(robot, np.asarray(q, dtype=np.float64), start, vary, parameter_std)
+    problem = problem_at(robot, finite("cross_validate: q", q), start, vary, parameter_std)
     whole = problem.solved(problem.x0, robust=robust)
     return _held_back(problem, whole, folds, robust=robust)
 

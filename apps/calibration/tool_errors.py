@@ -19,6 +19,7 @@ from chasles import Robot
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
+from ..study.arguments import finite
 from ..study.results import StudyResult
 from .parameters import deviations, nominal
 
@@ -155,7 +156,7 @@ def monte_carlo(
     """
     sigma, centre = deviations(robot, parameter_std), nominal(robot)
     random = np.random.default_rng(rng)
-    at = np.asarray(q, dtype=np.float64)
+    at = finite("monte_carlo: q", q)
     displacement, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
     p = np.tile(centre, (min(samples, _AT_ONCE), 1))

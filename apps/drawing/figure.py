@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
+from chasles.arrays import real_array
 from chasles.contract import output_file, requires
 from chasles.tolerances import SAME_SOLUTION
 
@@ -131,10 +132,16 @@ def draw(
 
 
 def _row(robot: Robot, q: ArrayLike) -> FloatArray:
-    row = np.asarray(q, dtype=np.float64)
+    row = real_array("draw", "q", q)
     if row.shape != (robot.n,):
         raise ShapeError(f"draw: q: expected shape ({robot.n},), got {row.shape}")
+    _require_finite("draw: q", row)
     return row
+
+
+def _require_finite(name: str, array: FloatArray) -> None:
+    if not np.isfinite(array).all():
+        raise InputValueError(f"{name}: expected finite numbers")
 
 
 def rows_of(robot: Robot, configurations: Any, name: str) -> FloatArray:
@@ -149,9 +156,11 @@ def rows_of(robot: Robot, configurations: Any, name: str) -> FloatArray:
         raise InputValueError(
             f"{name}: expected a motion of {robot.name}, got one of {sampled.robot}"
         )
-    rows = np.asarray(getattr(sampled, "q", sampled), dtype=np.float64)
+    caller, _, argument = name.partition(": ")
+    rows = real_array(caller, argument, getattr(sampled, "q", sampled))
     if rows.ndim != 2 or rows.shape[1] != robot.n or not len(rows):  # noqa: PLR2004
         raise ShapeError(f"{name}: expected shape (k, {robot.n}), got {rows.shape}")
+    _require_finite(name, rows)
     return rows
 
 

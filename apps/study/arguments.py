@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputTypeError, InputValueError, ShapeError
+from chasles.arrays import real_array
 from chasles.se3 import project
 
 FloatArray = NDArray[np.float64]
@@ -16,6 +17,20 @@ Rng = int | np.random.Generator | None
 
 _KEYS = 2**63
 """Number of keys that are drawn from a random generator."""
+
+
+def real(name: str, values: Any) -> FloatArray:
+    """Return a float64 array of real numbers.
+
+    Args:
+        name: Names of the function and the argument, for error messages.
+        values: The numbers.
+
+    Raises:
+        InputTypeError: The values are not real numbers.
+    """
+    caller, _, argument = name.partition(": ")
+    return real_array(caller, argument or "the values", values)
 
 
 def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
@@ -27,10 +42,11 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
         shape: The expected shape; None accepts any shape.
 
     Raises:
+        InputTypeError: The values are not real numbers.
         ShapeError: The array has the wrong shape.
         InputValueError: A number is NaN or infinite.
     """
-    array = np.asarray(values, dtype=np.float64)
+    array = real(name, values)
     if shape is not None and array.shape != shape:
         raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
@@ -42,11 +58,20 @@ def above_0(name: str, value: float) -> float:
     """Return a number after checking that it is finite and above 0.
 
     Raises:
+        InputTypeError: The value is not a real number.
         InputValueError: The number is not finite or not above 0.
     """
-    if not 0 < value < math.inf:
-        raise InputValueError(f"{name}: expected a finite value above 0, got {value:g}")
-    return float(value)
+    number = _number(name, value)
+    if not 0 < number < math.inf:
+        raise InputValueError(f"{name}: expected a finite value above 0, got {number:g}")
+    return number
+
+
+def _number(name: str, value: Any) -> float:
+    array = real(name, value)
+    if array.ndim:
+        raise ShapeError(f"{name}: expected a number, got shape {array.shape}")
+    return float(array)
 
 
 def poses(name: str, T: ArrayLike) -> FloatArray:
@@ -56,7 +81,7 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
         ShapeError: The last dimensions are not (4, 4).
         InputValueError: A number is not finite, or a pose is not rigid.
     """
-    array = np.asarray(T, dtype=np.float64)
+    array = real(name, T)
     if array.shape[-2:] != (4, 4):
         raise ShapeError(f"{name}: expected poses (..., 4, 4), got shape {array.shape}")
     caller, _, argument = name.partition(": ")
@@ -67,10 +92,11 @@ def whole(name: str, value: Any, least: int) -> int:
     """Return an integer, from an int or a float such as 1e9.
 
     Raises:
+        InputTypeError: The value is not a real number.
         InputValueError: The number is not an integer, or below the minimum.
     """
-    is_whole = math.isfinite(value) and value == int(value)
-    if not is_whole or value < least:
+    number = _number(name, value)
+    if not number.is_integer() or number < least:
         raise InputValueError(f"{name} = {value}: expected an integer of at least {least}")
     return int(value)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.summaries import ranges, summary_repr
 
-from .arguments import Rng, finite, key_of
+from .arguments import Rng, finite, key_of, whole
 from .bounds import bounds_of
 from .grid import Grid, SizeEstimate, indices, size_of
 from .results import StudyResult
@@ -167,7 +167,7 @@ def workspace(
             configuration, or an argument has an unsupported value.
     """
     unknown = set(quality) - set(get_args(Quality))
-    if unknown or resolution < 2:  # noqa: PLR2004 - a side has two ends
+    if unknown or whole("workspace: resolution", resolution, 1) < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(
             f"workspace: expected quality from {', '.join(get_args(Quality))} and resolution >= "
             f"2, got {', '.join(map(str, quality)) or 'no quality'} and {resolution}"

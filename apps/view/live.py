@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
+from chasles.arrays import real_array
 from chasles.contract import requires
 
 from .access import Access, checked_by
@@ -125,12 +126,14 @@ class LiveView:
     def set_q(self, q: ArrayLike) -> None:
         """Show coordinates (n,) [rad or m]; if a loop does not close, the robot does not move."""
         with self._lock:
-            self._take(self._display.at(np.asarray(q, dtype=np.float64), self.displayed))
+            self._take(self._display.at(real_array("LiveView.set_q", "q", q), self.displayed))
 
     def set_target(self, T: ArrayLike) -> None:
         """Move the robot to a target pose (4, 4) of its tool in the base frame."""
         with self._lock:
-            self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.displayed))
+            self._take(
+                self._display.reaching(real_array("LiveView.set_target", "T", T), self.displayed)
+            )
 
     # --- content of the page ---
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import real_array
 from ..errors import InputTypeError, ShapeError
 from ._call import Function
-from .validation import real_array
 
 
 def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:

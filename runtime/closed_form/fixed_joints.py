@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import real_array
 from ..call._call import Function
-from ..call.validation import real_array
 from ..contract import FunctionInfo, Manifest, read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
 from ..facts import redundancy_of

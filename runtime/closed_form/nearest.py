@@ -16,11 +16,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, real_array
 from ..call import threads as splitting
 from ..call._call import Function, Nearest, nearest_of_slots, nearest_rows
 from ..call.capabilities import needs
-from ..call.validation import real_array
 from ..contract import FunctionInfo
 from ..errors import InputTypeError, InputValueError, ShapeError
 from ..facts import Redundancy, RobotFacts

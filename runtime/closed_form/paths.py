@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
 from ..contract import FunctionInfo
 from ..errors import InputValueError, ShapeError
@@ -147,7 +147,7 @@ class InverseMethods(RobotFacts):
         check_redundancy(label, redundancy)
         info = inverse_for(self.manifest, "ik_path", task)
         inverse, part = self.functions[info.name], Task(info.role.aims)
-        poses, start = np.asarray(T, np.float64), np.asarray(q_seed, np.float64)
+        poses, start = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
         is_part = bool(part.aims) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
             also = f" or (m, {part.shape[0]})" if part.aims else ""

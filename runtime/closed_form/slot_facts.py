@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import BoolArray, FloatArray, IntArray
-from ..call.validation import real_array
+from ..arrays import BoolArray, FloatArray, IntArray, real_array
 from ..contract import Coordinate
 from ..errors import InputValueError, ShapeError
 from ..size import limits_of

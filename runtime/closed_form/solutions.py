@@ -18,8 +18,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import BoolArray, FloatArray, IntArray
-from ..call.validation import real_array
+from ..arrays import BoolArray, FloatArray, IntArray, real_array
 from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED

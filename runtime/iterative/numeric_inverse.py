@@ -17,10 +17,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
 from ..call.threads import count_cores
-from ..call.validation import real_array
 from ..contract import Manifest
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts

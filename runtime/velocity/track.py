@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, real_array
 from ..call.capabilities import needs
-from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
 from ..fixed import Fixed, fixed_coordinates
 from ..se3 import project

@@ -13,6 +13,7 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
@@ -45,6 +46,7 @@ class _OneNumber(Measurements):
     values: FloatArray
     sigma: float = SMALL
     _fixes_tool: ClassVar[bool] = False
+    _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"values": (None,)}
 
     @property
     def _stated(self) -> str:

@@ -8,7 +8,7 @@ station. The frame of station s in W is T_W_station[s], identified together with
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
@@ -57,6 +57,7 @@ class StationPositions(Measurements):
     sigma: float = SMALL
     T_W_station: FloatArray = field(default_factory=lambda: np.eye(4)[None])
     _fixes_tool: ClassVar[bool] = False
+    _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"points": (None, None, 3)}
 
     @property
     def count(self) -> int:

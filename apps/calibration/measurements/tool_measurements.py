@@ -8,14 +8,15 @@ standard deviations. A row is a pose or a target position; outliers are excluded
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import so3
+from chasles import ShapeError, so3
+from chasles.arrays import real_array
 
 from .frames import mean_pose, register_points, register_poses, targets_at
 from .quaternions import quaternions, rotations
@@ -56,6 +57,25 @@ class Measurements(ABC):
 
     _fixes_tool: ClassVar[bool]
     """Whether the tool orientation is measured; then tool corrections replace the targets."""
+    _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
+    """Shapes of the measured arrays, keyed by field; None for any size."""
+
+    def __post_init__(self) -> None:
+        """Check the measured arrays.
+
+        Raises:
+            InputTypeError: An array does not contain real numbers.
+            ShapeError: An array has the wrong shape.
+        """
+        for name, sizes in self._shapes.items():
+            array = real_array(type(self).__name__, name, getattr(self, name))
+            fits = [size in (None, found) for size, found in zip(sizes, array.shape, strict=False)]
+            if array.ndim != len(sizes) or not all(fits):
+                wanted = ", ".join("any" if size is None else str(size) for size in sizes)
+                raise ShapeError(
+                    f"{type(self).__name__}: {name}: expected shape ({wanted}), got {array.shape}"
+                )
+            object.__setattr__(self, name, array)
 
     @property
     @abstractmethod
@@ -165,6 +185,7 @@ class Positions(Measurements):
     points: FloatArray
     sigma: float = SMALL
     _fixes_tool: ClassVar[bool] = False
+    _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"points": (None, None, 3)}
 
     @property
     def _stated(self) -> str:
@@ -266,6 +287,10 @@ class Poses(Measurements):
     sigma: tuple[float, float] = (SMALL, SMALL)
     T_tool_probe: FloatArray = field(default_factory=lambda: np.eye(4))
     _fixes_tool: ClassVar[bool] = True
+    _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {
+        "T": (None, 4, 4),
+        "T_tool_probe": (4, 4),
+    }
 
     @property
     def _stated(self) -> str:

@@ -18,7 +18,7 @@ from chasles import InputValueError, ShapeError, so3
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
-from ..arguments import finite
+from ..arguments import finite, real
 from ..arguments import poses as rigid
 from ..tolerances import IN_PLACE, STRAIGHT
 
@@ -89,7 +89,7 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
         ShapeError: q_start and q_end are not vectors of the same length.
         InputValueError: A value is not finite.
     """
-    a, b = np.asarray(q_start, dtype=np.float64), np.asarray(q_end, dtype=np.float64)
+    a, b = real("joint_line: q_start", q_start), real("joint_line: q_end", q_end)
     if a.ndim != 1 or a.shape != b.shape:
         raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
     return JointLine(finite("joint_line: q_start", a), finite("joint_line: q_end", b), space)
@@ -133,7 +133,7 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
         InputValueError: The task is unknown, a value is not finite, or start and end are equal.
     """
     _require_task("task_line", task)
-    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    a, b = real("task_line: start", start), real("task_line: end", end)
     count = 4 if task == "position_pitch" else 3
     if a.shape != (count,) or b.shape != (count,):
         raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
@@ -333,7 +333,7 @@ def poses_at(R: FloatArray, p: FloatArray) -> FloatArray:
 
 
 def _pose(name: str, T: ArrayLike) -> FloatArray:
-    pose = np.asarray(T, dtype=np.float64)
+    pose = real(name, T)
     if pose.shape != (4, 4):
         raise ShapeError(f"{name}: expected a pose (4, 4), got shape {pose.shape}")
     return rigid(name, pose)
@@ -467,7 +467,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
         InputValueError: Two consecutive poses have the same position, a number is not finite, or a
             pose is not rigid.
     """
-    T = np.asarray(poses, dtype=np.float64)
+    T = real(f"{name}: poses", poses)
     if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - rows of positions
         T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
     if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices

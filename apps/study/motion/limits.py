@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
 
+from ..arguments import real
 from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -86,7 +87,7 @@ def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
         ShapeError: The limits have the wrong shape.
         InputValueError: A limit is not above 0.
     """
-    values = np.asarray(limits, dtype=np.float64)
+    values = real(name, limits)
     if values.shape not in ((), (n,)):
         raise ShapeError(f"{name}: expected a number or ({n},), got shape {values.shape}")
     if not (values > 0).all():

@@ -31,6 +31,8 @@ from chasles import InputValueError
 from chasles.contract import requires
 from chasles.summaries import summary_repr
 
+from ..arguments import real
+
 FloatArray = NDArray[np.float64]
 Profile = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
 DERIVATIVES = ("position", "rate", "acceleration", "jerk")
@@ -72,7 +74,7 @@ class TimeScaling:
         Returns:
             (m,) each, in the unit of the path, per second, and per second squared.
         """
-        time = np.asarray(t, dtype=np.float64)
+        time = real("TimeScaling: t", t)
         inside = np.clip(time, 0, self.duration)
         piece = np.clip(np.searchsorted(self.breaks, inside, "right") - 1, 0, len(self.breaks) - 2)
         u = inside - self.breaks[piece]

@@ -17,6 +17,7 @@ from chasles import InputValueError, Robot, ShapeError
 from chasles.contract import MAX_TABLE, read_input
 from chasles.summaries import summary_repr
 
+from ..arguments import real
 from ..results import StudyResult, by_suffix, read_npz, write_table
 
 FloatArray = NDArray[np.float64]
@@ -73,7 +74,7 @@ class Trajectory(StudyResult):
 
         Before the start and after the end, the first and the last sample are returned.
         """
-        times = np.asarray(t, dtype=np.float64)
+        times = real("Trajectory.q_at: t", t)
         columns = [np.interp(times, self.t, column) for column in self.q.T]
         return np.asarray(np.stack(columns, axis=-1))
 

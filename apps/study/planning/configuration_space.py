@@ -27,6 +27,7 @@ from chasles import InputValueError, Robot, ShapeError
 from chasles.contract import requires
 from chasles.summaries import summary_repr
 
+from ..arguments import real
 from ..samples import box_of
 from .hulls import Hulls, hulls_of, joined
 from .loop_bounds import LoopBounds, closed_configurations, loop_bounds
@@ -233,7 +234,7 @@ def configuration_space(
     """
     lower, upper = _box(robot)
     hulls = hulls_of(robot)
-    radii, bodies = np.asarray(radius, dtype=np.float64), hulls.parts
+    radii, bodies = real("configuration_space: radius", radius), hulls.parts
     if radii.shape not in ((), (len(bodies),)):
         raise ShapeError(
             f"radius: expected a number or {len(bodies)}, of {', '.join(bodies)}, got shape "

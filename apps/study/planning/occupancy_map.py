@@ -96,7 +96,7 @@ def occupancy_map(
         ShapeError: The shape of `occupied` is not (nx, ny), or of `origin` not (2,).
         InputValueError: cell_size is not positive.
     """
-    cells, corner = np.asarray(occupied, dtype=bool), np.asarray(origin, dtype=np.float64)
+    cells, corner = np.asarray(occupied, dtype=bool), finite("occupancy_map: origin", origin)
     if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane
         raise ShapeError(
             f"occupancy_map: expected (nx, ny) and (2,), got {cells.shape} and {corner.shape}"

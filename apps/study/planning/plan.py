@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError, ShapeError
 from chasles.summaries import summary_repr
 
-from ..arguments import finite
+from ..arguments import finite, real
 from ..results import StudyResult
 
 FloatArray = NDArray[np.float64]
@@ -79,7 +79,7 @@ class Plan(StudyResult):
         Raises:
             InputValueError: The plan has no path.
         """
-        fraction = np.asarray(s, dtype=np.float64)
+        fraction = real("Plan.at: s", s)
         corners = self._corner_fractions
         return np.column_stack([np.interp(fraction, corners, column) for column in self.q.T])
 
@@ -135,7 +135,7 @@ def ends_of(
     n = len(space.lower)
     ends = []
     for name, values in (("start", q_start), ("goal", q_goal)):
-        point = np.asarray(values, dtype=np.float64)
+        point = real(f"plan: q_{name}", values)
         if point.shape != (n,):
             raise ShapeError(f"q_{name}: expected ({n},), got shape {point.shape}")
         finite(f"q_{name}", point)

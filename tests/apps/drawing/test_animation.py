@@ -93,7 +93,7 @@ def test_mp4_without_ffmpeg_gives_install_hint(tmp_path, monkeypatch):
 def test_unwritable_mp4_path_is_reported(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
-    with pytest.raises(ChaslesError, match="No such file"):
+    with pytest.raises(ChaslesError, match="cannot be written \\(no folder"):
         chasles.animate(robot, motion(robot, 1), tmp_path / "absent" / "turn.mp4")
 
 
