@@ -49,10 +49,10 @@ bench: .venv/bench ## speed and size, as ratios to peers measured in the same ru
 bench-quick: .venv/dev ## see that every benchmark runs
 	@$(BIN)/python -m bench --quick
 
-bench-count: .venv/dev ## counted instructions beside bench/instructions.json (needs valgrind)
+bench-count: .venv/dev ## counted instructions, compared with bench/instructions.json (needs valgrind)
 	@$(BIN)/python -m bench count
 
-bench-check: .venv/bench ## a short run beside bench/baseline.json, and counted instructions
+bench-check: .venv/bench ## a short run, compared with bench/baseline.json, and counted instructions
 	@$(BIN)/python -m bench check && $(BIN)/python -m bench count
 
 docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)

@@ -127,8 +127,8 @@ def compare(
     """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]
-    told = f" (another {', '.join(other)}: for information)" if other else ""
-    table(f"Instructions, {kind}{told}", ("function", "expected", "now"), rows)
+    message = f" (another {', '.join(other)}: for information)" if other else ""
+    table(f"Instructions, {kind}{message}", ("function", "expected", "now"), rows)
     if other:
         return []
     return (differences if exactly else rises)(expected[kind], found[kind])

@@ -19,7 +19,10 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
     "inverse": ("Inverse kinematics, all solutions", inverse.run),
     "numeric": ("Inverse kinematics by iteration", numeric.run),
     "small": ("Small things", small.run),
-    "growth": ("Growth: a joint of a long chain beside one of a short chain", growth.run),
+    "growth": (
+        "Growth: a joint of a long chain compared with a joint of a short chain",
+        growth.run,
+    ),
 }
 
 

@@ -25,18 +25,17 @@ from .manifest import (
 )
 from .output_files import output_file
 from .reading import manifest_entries, read_manifest
-from .roles import AIMS, KINDS, ROLES, VECTORS, Aim, Role
+from .roles import KINDS, ROLES, TASK_COMPONENTS, VECTORS, Role, TaskComponent
 
 __all__ = [
-    "AIMS",
     "FORMAT",
     "KINDS",
     "MAX_TABLE",
     "ROLES",
     "SUPPORT",
+    "TASK_COMPONENTS",
     "VECTORS",
     "ActuatedVariable",
-    "Aim",
     "Argument",
     "Body",
     "BodyJoint",
@@ -61,6 +60,7 @@ __all__ = [
     "Shape",
     "SkeletonFacts",
     "Span",
+    "TaskComponent",
     "UnknownRobotError",
     "Variable",
     "manifest_entries",

@@ -16,7 +16,7 @@ from .bodies import check_bodies
 from .errors import ManifestError, UnknownRobotError
 from .manifest import FORMAT, FunctionInfo, Manifest
 from .records import Place, read, write
-from .roles import AIMS, SOLUTIONS
+from .roles import SOLUTIONS, TASK_COMPONENTS
 
 
 def manifest_entries(manifest: Manifest) -> dict[str, Any]:
@@ -138,9 +138,11 @@ def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
         place["outputs"].fail(found, f"q ({k}, {n}), residual ({k}) and margin ({k})")
     if role.is_inverse and function.margin:
         place["margin"].fail(function.margin, "none, since an inverse returns its own margin")
-    for name, indices in (("given", role.given), ("held", role.held)):
+    for name, indices in (("given", role.given), ("free", role.free)):
         if any(index >= n for index in indices):
             place[name].fail(list(indices), f"indices below {n}, the number of coordinates")
-    entries = sum(AIMS[aim] for aim in role.aims)
-    if role.aims and (entries,) != function.inputs[0].shape:
-        place["aims"].fail(list(role.aims), f"components of {function.inputs[0].shape} entries")
+    entries = sum(TASK_COMPONENTS[component] for component in role.components)
+    if role.components and (entries,) != function.inputs[0].shape:
+        place["components"].fail(
+            list(role.components), f"components of {function.inputs[0].shape} entries"
+        )

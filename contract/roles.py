@@ -83,7 +83,7 @@ INTERMEDIATE = {
 }
 """Roles of functions that only methods call; the functions are not attributes of a robot."""
 
-AIMS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
+TASK_COMPONENTS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
 """The components of a task with their number of entries. "position" is the tool position, "plane"
 its first two coordinates, and "direction" the tool's third axis. "pitch" is the elevation of this
 axis above the base's x-y plane. "heading" is the angle of the tool's first axis in this plane."""
@@ -92,7 +92,7 @@ axis above the base's x-y plane. "heading" is the angle of the tool's first axis
 Kind = Annotated[str, one_of(KINDS)]
 RoleName = Annotated[str, one_of(ROLES)]
 VectorName = Annotated[str, one_of(VECTORS)]
-Aim = Annotated[str, one_of(AIMS)]
+TaskComponent = Annotated[str, one_of(TASK_COMPONENTS)]
 Direction = Annotated[int, Check("components of a twist, 0 to 5", lambda index: index <= 5)]  # noqa: PLR2004
 
 
@@ -109,9 +109,9 @@ class Role:
         labels: The branch label of each slot, for an inverse or for branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
             velocity relation.
-        aims: The task components that the first input of an inverse prescribes, in the order of its
-            entries, each one of :data:`AIMS`; () for a full pose.
-        held: Indices in q of the coordinates that an inverse sets to 0.
+        components: The task components that the first input of an inverse prescribes, in the order
+            of its entries. Each is one of :data:`TASK_COMPONENTS`; () for a full pose.
+        free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
         searches: Whether the closed form can miss poses at which joints are at right angles. If
             true, the runtime also searches for solutions, starting from the least-squares
             solutions.
@@ -123,8 +123,8 @@ class Role:
     given: tuple[int, ...] = ()
     labels: tuple[str, ...] = ()
     directions: tuple[Direction, ...] = ()
-    aims: tuple[Aim, ...] = ()
-    held: tuple[int, ...] = ()
+    components: tuple[TaskComponent, ...] = ()
+    free: tuple[int, ...] = ()
     searches: bool = False
 
     @property

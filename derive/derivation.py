@@ -201,8 +201,8 @@ def _of_mechanism(
     inverse = None
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
     if hybrid.may_have_inverse and is_asked:
-        led_through = None if hybrid.chain_is_known else closure
-        inverse = hybrid_inverses_for_fixed(hybrid, families, fixed, led_through)
+        refined_through = None if hybrid.chain_is_known else closure
+        inverse = hybrid_inverses_for_fixed(hybrid, families, fixed, refined_through)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     if mode_check.IK in written:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from .beside import forked, outcome_of, received
+from .forking import forked, outcome_of, received
 
 if sys.platform != "win32":
     import resource

@@ -31,7 +31,7 @@ def main() -> int:
         result = OUTPUT / f"{article.stem}.pdf"
         log = result.with_suffix(".log").read_text(encoding="utf-8", errors="replace")
         excess = max(map(float, re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)), default=0.0)
-        warned = any(told in log for told in WARNINGS)
+        warned = any(message in log for message in WARNINGS)
         if done.returncode:
             print(f"{article.name}: failed")
         elif warned:

@@ -96,7 +96,7 @@ def _labels(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
 def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the coordinates that an inverse sets to 0, by task."""
     names = [c.name for c in manifest.coordinates]
-    found = {i.name.removeprefix("ik_"): i.role.held for i in manifest.functions if i.role.held}
+    found = {i.name.removeprefix("ik_"): i.role.free for i in manifest.functions if i.role.free}
     return MappingProxyType({task: tuple(names[k] for k in found[task]) for task in found})
 
 

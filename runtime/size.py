@@ -15,7 +15,7 @@ import numpy as np
 from .arrays import BoolArray, FloatArray
 from .contract import Coordinate, Reference
 from .sampling import low_discrepancy
-from .tolerances import AT_LIMIT, LEAST_SIZE
+from .tolerances import AT_LIMIT, MIN_SIZE
 
 _SAMPLES = 256
 """Number of sampled configurations; more samples change a length by about 1 %."""
@@ -65,7 +65,7 @@ def unit_length(
         return 1.0
     spread = math.sqrt(float(((p - p.mean(0)) ** 2).sum(-1).mean()))
     away = math.sqrt(float((p**2).sum(-1).mean()))
-    size = max(spread, LEAST_SIZE * away)
+    size = max(spread, MIN_SIZE * away)
     return 1000.0 ** round(math.log(size, 1000)) if size > 0 else 1.0
 
 

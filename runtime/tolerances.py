@@ -6,7 +6,7 @@ the tolerances of the generated code.
 
 # --- size ---
 
-LEAST_SIZE = 1e-5
+MIN_SIZE = 1e-5
 """Minimum robot size relative to the distance from the base origin; SOLVED times this size is
 still 100 times the rounding error of such positions."""
 
@@ -74,9 +74,9 @@ POLISHED = 1e-14
 """Residual (metre, radian) at which the iteration ends."""
 SETTLED = 1e-12
 """Residual (metre, radian) below which a step without improvement ends the iteration."""
-MOST_DAMPING = 1e6
+MAX_DAMPING = 1e6
 """Maximum ratio of lambda^2 to the squared error; at this ratio the nearest minimum is reached."""
-LEAST_DAMPING = 1e-14
+MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
 """Maximum step of a coordinate [m or rad]; a longer step could reach a different branch."""

@@ -174,10 +174,10 @@ def _derivatives(
     problem = problem_at(robot, q, Start(np.eye(4), unknowns, measurements, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
     tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
-    beside = np.zeros((len(q), 3, len(problem.open_unknowns)))
+    targets = np.zeros((len(q), 3, len(problem.open_unknowns)))
     return (
         B.reshape(len(q), -1, B.shape[-1]),
-        np.concatenate([tool, beside], -1),
+        np.concatenate([tool, targets], -1),
         problem.names,
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-from .fitting.noise import CHANCE, LEAST_NOISE, OUTLYING, largest_noise
+from .fitting.noise import CHANCE, MIN_NOISE, OUTLYING, largest_noise
 from .measurements.tool_measurements import Positions
 from .parameters import FRAMES, nominal
 from .result import Calibration
@@ -24,7 +24,7 @@ UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
 """Ratio of actual to stated noise above which the varied parameters do not fit the measurements."""
-LEAST_SPREAD = 1e-6
+MIN_SPREAD = 1e-6
 """Minimum spread of the tool positions [m]; with less spread, the tool only rotates."""
 MANY = 0.2
 """Maximum fraction of outliers; with more outliers, the whole table is suspicious."""
@@ -77,7 +77,7 @@ def _exchanged(found: Calibration, k: int) -> str | None:
     if not isinstance(measured, Positions):
         return None
     one, T = measured.at(np.array([k])), found.poses(found.q[[k]])
-    worst = OUTLYING * max(found.noise, LEAST_NOISE)
+    worst = OUTLYING * max(found.noise, MIN_NOISE)
     seen = np.flatnonzero(one._seen[0])
     for i, j in itertools.combinations(seen, 2):
         order = np.arange(one.points.shape[1])
@@ -149,7 +149,7 @@ def is_unexplained(found: Calibration) -> bool:
     """Return whether the residual is large relative to the noise and to the tool motion."""
     moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
     excess = found.noise / largest_noise(found.residual_dof)
-    return moved >= LEAST_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED
+    return moved >= MIN_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED
 
 
 def left(found: Calibration) -> float:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
 
-from .diagnostics import LEAST_SPREAD, is_unexplained, left, spread
+from .diagnostics import MIN_SPREAD, is_unexplained, left, spread
 from .fitting.problem import problem_at
 from .measurements.tool_measurements import Measurements
 from .parameters import nominal
@@ -160,7 +160,7 @@ def check_input(
             mistake.
     """
     moved = spread(robot.fk_p(q, p))
-    if moved < LEAST_SPREAD or stated <= DOUBTFUL * moved:
+    if moved < MIN_SPREAD or stated <= DOUBTFUL * moved:
         return
     tried = _tried(robot, q, p, measurements)
     misfit, mistake = _likely(tried)

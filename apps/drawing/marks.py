@@ -239,7 +239,7 @@ class _Marks:
         self, style: str, name: str, at: FloatArray, axis: FloatArray, size: float
     ) -> Iterator[Mark]:
         """Yield a cylinder around an axis: its outline and the end face nearer to the viewer."""
-        across, up = _beside(axis)
+        across, up = _normals(axis)
         ring = RADIUS * size * (circle()[:, :1] * across + circle()[:, 1:] * up)
         half = HALF * size * axis
         ends = [at + half + ring, at - half + ring]
@@ -261,7 +261,7 @@ class _Marks:
 
     def _box(self, style: str, shape: Shape, at: FloatArray, axis: FloatArray) -> Iterator[Mark]:
         """Yield the box of a prismatic joint: its outline and the visible faces."""
-        across, up = _beside(axis)
+        across, up = _normals(axis)
         frame = BOX * self.unit * np.array([1.3 * axis, across, up])
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
         depth = self._depth(at[None], _SYMBOL)
@@ -394,7 +394,7 @@ def _distinct(feet: Sequence[tuple[FloatArray, FloatArray]]) -> list[tuple[Float
     return found
 
 
-def _beside(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _normals(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return two directions perpendicular to an axis and to each other."""
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     across /= np.linalg.norm(across)

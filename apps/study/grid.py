@@ -229,8 +229,8 @@ def _filled(visited: BoolArray) -> BoolArray:
     """Fill holes of a single cell, which the points missed by chance."""
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
-    beside = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))
-    inside = padded | (beside >= 2 * len(axes) - 1)
+    adjacent = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))
+    inside = padded | (adjacent >= 2 * len(axes) - 1)
     return np.asarray(inside[tuple(slice(1, -1) if n > 1 else slice(None) for n in visited.shape)])
 
 

@@ -24,6 +24,6 @@ points: far above rounding errors, far below manufacturing tolerances."""
 TANGENT = 1e-12
 """Difference of a cosine from 1 below which circles count as tangent, a thousand times larger than
 rounding errors."""
-BESIDE = 3e-11
+TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; less for
 short arcs. The distance exceeds SAME_ARC, so that a test point is beyond all equal arcs."""

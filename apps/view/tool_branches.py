@@ -14,7 +14,7 @@ from ..drawing.figure import redundancy_at
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_LEAST_ERROR_BUDGET = 60
+_MIN_ERROR_BUDGET = 60
 """Maximum number of forward kinematics evaluations for a pose out of reach. Few suffice, since
 the tool moves little per frame; additional start configurations would leave the branch."""
 
@@ -57,7 +57,7 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
         moves = np.abs((q - last) / units).max(-1)
         followed = q[np.argmin(np.where(inside, moves, np.inf))]
         return Branches(q, inside, margin, followed, reached=True)
-    found = robot.ik_numeric(T, last, max_evaluations=_LEAST_ERROR_BUDGET)
+    found = robot.ik_numeric(T, last, max_evaluations=_MIN_ERROR_BUDGET)
     followed = found.q if np.isfinite(found.q).all() else last
     return Branches(q, inside, margin, followed, reached=bool(found.valid))
 

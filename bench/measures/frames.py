@@ -18,7 +18,7 @@ from chasles.view.slider_units import slider_units
 
 from ..report import out
 
-MOST_MS = 2.0
+MAX_MS = 2.0
 """Maximum computing time of a frame [ms]."""
 ROUNDS, FRAMES = 15, 20
 STEP = 0.003
@@ -26,7 +26,7 @@ STEP = 0.003
 
 
 def run(robots: Sequence[str]) -> int:
-    """Print the times of robots (default: all); return 1 if a time exceeds MOST_MS."""
+    """Print the times of robots (default: all); return 1 if a time exceeds MAX_MS."""
     names = robots or chasles.robots()
     table = Table(title="The computing for a frame, least of several runs")
     for name in ("robot", "bodies", "ghosts", "slider [ms]", "tool [ms]", "modes [ms]"):
@@ -42,9 +42,9 @@ def run(robots: Sequence[str]) -> int:
         bodies = len(display.skeleton.bodies)
         times = [f"{by_slider:.2f}", f"{by_tool:.2f}", by_modes if display.most_modes else ""]
         table.add_row(name, str(bodies), str(most), *times)
-        slow += max(by_slider, by_tool) > MOST_MS
+        slow += max(by_slider, by_tool) > MAX_MS
     out.print(table)
-    out.print(f"{len(names) - slow} of {len(names)} robots need at most {MOST_MS:g} ms")
+    out.print(f"{len(names) - slow} of {len(names)} robots need at most {MAX_MS:g} ms")
     return int(slow > 0)
 
 

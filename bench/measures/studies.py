@@ -143,8 +143,8 @@ def _seconds(work: Callable[[], object]) -> float:
 
 
 def _row(table: Table, name: str, own: float, count: int, peer: float | None = None) -> None:
-    beside = ("", "") if peer is None else (f"{peer * 1e9:,.0f}", f"{peer / own:.0f}")
-    table.add_row(name, f"{own * count:.2f}", f"{own * 1e9:.0f}", *beside)
+    peer_cells = ("", "") if peer is None else (f"{peer * 1e9:,.0f}", f"{peer / own:.0f}")
+    table.add_row(name, f"{own * count:.2f}", f"{own * 1e9:.0f}", *peer_cells)
 
 
 def _forward_peers() -> list[Call]:

@@ -9,12 +9,12 @@ from pathlib import Path
 from chasles.contract import SUPPORT, output_file
 from chasles.contract.output_files import make_folder
 
-from ..beside import beside
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
+from ..forking import run_in_fork
 from ..model.errors import InputValueError
 from ..model.mechanism import Described
 from ..program.programs import NO_PROGRAMS, Programs, programs
@@ -85,7 +85,7 @@ def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> 
     """Returns the text of every generated file of a derivation, keyed by path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
-    with beside(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
+    with run_in_fork(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
         made = programs(derivation.functions, derivation.robot.name)
         written = {**_files(others, derivation, made), **printed()}
     texts = _merged(written)

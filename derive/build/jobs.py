@@ -141,8 +141,8 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
     except Exception:  # A compiler defect ends the derivation of one robot, but not of all robots.
-        told = "chasles fails on this file; please report the file with these lines"
-        return Report(False, f"{job.file}: {told}\n{traceback.format_exc()}")
+        message = "chasles fails on this file; please report the file with these lines"
+        return Report(False, f"{job.file}: {message}\n{traceback.format_exc()}")
 
 
 def _explain(job: Job) -> Report:

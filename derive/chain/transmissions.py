@@ -21,7 +21,7 @@ from ..model.errors import DescriptionError
 from ..model.mechanism import Described
 from ..model.placements import align_z, inverse, translation
 from ..model.robot import Joint, Load, PointMass, SerialRobot, Springs, Transmission
-from ..model.tolerances import MOST_SAG
+from ..model.tolerances import MAX_SAG
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
 from .gravity import gravity_torques, most_stiffness
@@ -86,10 +86,10 @@ class _Sag:
         chain, load = _chain(robot, springs)
         stiffness = most_stiffness(chain, load)
         for row, most in zip(springs.rows, stiffness, strict=True):
-            if abs(float(row.compliance)) * most > MOST_SAG:
+            if abs(float(row.compliance)) * most > MAX_SAG:
                 raise DescriptionError(
                     f"spring of {row.coordinate!r}: expected a compliance of at most "
-                    f"{MOST_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
+                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
                     "may deflect faster than its load moves"
                 )
         return cls(springs, chain)

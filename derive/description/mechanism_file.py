@@ -44,7 +44,7 @@ PLATFORM_FIELDS = (
     "assumed",
 )
 DRIVE_FIELDS = ("name", "joint", "kind", "radius", "ratio", "teeth", "pitch", "assumed")
-MOST_CLOSERS = 256
+MAX_CLOSERS = 256
 _X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
 PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
     "planar": (("x", "prismatic", _X), ("y", "prismatic", _Y), ("phi", "revolute", _Z)),
@@ -176,8 +176,8 @@ class MechanismFile(RobotFile):
 
     def _each(self, field: str) -> Iterator[Keys]:
         value = self.table.get(field, [])
-        if not isinstance(value, list) or len(value) > MOST_CLOSERS:
-            self.fail((field,), f"a list of at most {MOST_CLOSERS} {field}")
+        if not isinstance(value, list) or len(value) > MAX_CLOSERS:
+            self.fail((field,), f"a list of at most {MAX_CLOSERS} {field}")
         return ((field, k) for k in range(len(value)))
 
     def _closure(self, keys: Keys, bodies: Sequence[str]) -> Closure:

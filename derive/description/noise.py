@@ -30,7 +30,7 @@ _STEPS = (sp.pi / 12, sp.pi / 2)
 """Angle steps of rounded angles, finer first."""
 _PLACES_OF_PI = 4
 """Minimum decimal places of a divided rounded pi; 3.14 is too inaccurate for a real joint."""
-_LEAST_PLACES = 3
+_MIN_PLACES = 3
 """Minimum decimal places with which rounded directions are distinguished from rough ones."""
 _PI_AS_WRITTEN = (
     _PI,
@@ -175,7 +175,7 @@ def exact_direction(vector: Vector) -> Vector:
     if any(single_precision(Fraction(c.p, c.q)) != Fraction(c.p, c.q) for c in vector):
         places = min(places, _SINGLE_PLACES)
     length = math.hypot(*numbers)
-    unit = 10.0**-places if places >= _LEAST_PLACES else 0.0
+    unit = 10.0**-places if places >= _MIN_PLACES else 0.0
     for direction, components in exact_directions():
         pairs = list(zip(numbers, components, strict=True))
         off = max(abs(number - length * component) for number, component in pairs)

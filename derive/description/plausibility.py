@@ -8,7 +8,7 @@ from ..model.cleaning import written
 from ..model.kinds import ParameterKind
 from ..model.placements import Rotation
 from ..model.robot import Joint, SerialRobot
-from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MOST_TURNED, SHORTEST_ARM
+from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MAX_TURNED, SHORTEST_ARM
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
@@ -42,7 +42,7 @@ def questioned(robot: SerialRobot) -> tuple[str, ...]:
 def _questioned_limits(joint: Joint) -> str:
     """Returns a note about doubtful limits of a revolute joint, or an empty text."""
     limits = [limit for limit in joint.limits if limit is not None]
-    if joint.kind != "revolute" or not any(abs(float(limit)) >= MOST_TURNED for limit in limits):
+    if joint.kind != "revolute" or not any(abs(float(limit)) >= MAX_TURNED for limit in limits):
         return ""
     shown = " and ".join(map(written, limits))
     return f"joint {joint.name}: limits of {shown} rad: are they in degrees?"

@@ -201,7 +201,9 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
         at = (error.file, error.field) if isinstance(error, DescriptionError) else None
         if at == (file.file, "nominal"):
             raise
-        expected = "the name of a robot that is installed with chasles, or a robot file beside this"
+        expected = (
+            "the name of a robot that is installed with chasles, or a robot file in this folder"
+        )
         file.fail(keys, f"{expected} one ({error})")
 
 

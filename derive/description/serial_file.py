@@ -24,7 +24,7 @@ from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
 from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
-MOST_JOINTS = 256
+MAX_JOINTS = 256
 AUTO = "auto"
 """Convention name of a file with joint axes as lines; suitable conventions are selected."""
 ROBOT_FIELDS = (
@@ -201,8 +201,8 @@ class RobotFile(TomlFile):
 
     def _joint_count(self) -> int:
         joints = self.table.get("joints")
-        if not isinstance(joints, list) or not 1 <= len(joints) <= MOST_JOINTS:
-            self.fail(("joints",), f"a list of 1 to {MOST_JOINTS} joints")
+        if not isinstance(joints, list) or not 1 <= len(joints) <= MAX_JOINTS:
+            self.fail(("joints",), f"a list of 1 to {MAX_JOINTS} joints")
         return len(joints)
 
     def _joints(self) -> tuple[Joint, ...]:

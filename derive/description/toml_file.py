@@ -50,7 +50,7 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 NAMED = "a letter, then at most 62 letters, digits or _; not a Python keyword"
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
 COORDINATE = re.compile(r"qd{0,2}[0-9]*")
-MOST_CHARACTERS_SHOWN = 80
+MAX_CHARACTERS_SHOWN = 80
 SAME_MEANING: Mapping[str, tuple[str, ...]] = {
     "type": ("kind",),
     "kind": ("type",),
@@ -464,4 +464,4 @@ def shown_value(value: object) -> str:
         return "a very large integer"
     if isinstance(value, bool):
         text = text.lower()
-    return text if len(text) <= MOST_CHARACTERS_SHOWN else f"{text[: MOST_CHARACTERS_SHOWN - 3]}..."
+    return text if len(text) <= MAX_CHARACTERS_SHOWN else f"{text[: MAX_CHARACTERS_SHOWN - 3]}..."

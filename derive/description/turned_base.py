@@ -127,7 +127,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
             return of
         return replace(of, before=placed(of.name, of.before), convention=None, given=())
 
-    told = f"frames on the base are taken in axes that are turned with {base.owner}"
+    message = f"frames on the base are taken in axes that are turned with {base.owner}"
     return replace(
         mechanism,
         base=(*mechanism.base, *base.turn),
@@ -138,7 +138,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
         struts=tuple(
             replace(s, a=frame(s, "a", s.a), b=frame(s, "b", s.b)) for s in mechanism.struts
         ),
-        notes=(*mechanism.notes, told),
+        notes=(*mechanism.notes, message),
     )
 
 

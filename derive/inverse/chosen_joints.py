@@ -12,12 +12,12 @@ from .classify import classify
 from .families.family import Family
 from .general.general_inverse import general_tables
 from .mechanisms.hybrid_inverse import hybrid_inverses
-from .serial_inverse import MOST_FREE, Inverses, inverses
+from .serial_inverse import MAX_FREE, Inverses, inverses
 from .structure import rank
 
-MOST_TRIED = 60
+MAX_TRIED = 60
 """Maximum number of joint sets tried for an error message (1 to 2 seconds)."""
-MOST_NAMED = 12
+MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
 
@@ -95,12 +95,10 @@ def _nothing_left(
     """Returns the error for fixed joints that leave no closed form; lists suitable joint sets."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
-    others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MOST_NAMED]
+    others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]
     offered = "; ".join(", ".join(names[k] for k in g) for g in others) or "none as many"
     rest = len(names) - len(chosen)
-    numeric = (
-        "; ik_numeric with fixed= finds one solution by iteration" if rest <= MOST_FREE else ""
-    )
+    numeric = "; ik_numeric with fixed= finds one solution by iteration" if rest <= MAX_FREE else ""
     return InputValueError(
         f"{robot.name}: no closed form is left if {', '.join(names[k] for k in chosen)} "
         f"{'is' if len(chosen) == 1 else 'are'} fixed: {found.missing}; joints that can be fixed: "
@@ -117,7 +115,7 @@ def _offered(
     """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))
-    for given in sets[:MOST_TRIED]:
+    for given in sets[:MAX_TRIED]:
         terms = Terms({p.symbol: p.value for p in robot.parameters})
         found = classify(robot, terms, None, families, given)
         if found.tier == "exact" or found.near or general_tables(robot, given).tables:

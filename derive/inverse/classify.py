@@ -16,9 +16,9 @@ from .structure import rank
 from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
-MOST_JOINTS = 6
+MAX_JOINTS = 6
 """Maximum joint count of a chain without redundancy; a redundant family needs further inputs."""
-MOST_NEAR = 2
+MAX_NEAR = 2
 """Maximum number of structures tried as nominal arms if the arm fits no structure exactly."""
 
 
@@ -196,7 +196,7 @@ def _near(
         return [first]
     nearly = _attempts(replace(lines, tolerance=NEARLY_STRUCTURE), choices, families)
     found = [attempt for attempt in nearly if attempt.deviation <= NEARLY_STRUCTURE]
-    return sorted(found, key=lambda attempt: attempt.deviation)[:MOST_NEAR]
+    return sorted(found, key=lambda attempt: attempt.deviation)[:MAX_NEAR]
 
 
 def unfit(robot: SerialRobot) -> str:
@@ -241,7 +241,7 @@ def _of_choice(
     lines: Lines, given: tuple[int, ...], families: Sequence[Family]
 ) -> Iterator[Attempt]:
     left = lines.at_generic(given)
-    if not given and rank.of_chain(left) < min(len(left.axes), MOST_JOINTS):
+    if not given and rank.of_chain(left) < min(len(left.axes), MAX_JOINTS):
         return
     for family in families:
         if len(left.axes) not in family.joints or (given and not family.behind_given):

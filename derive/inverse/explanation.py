@@ -26,7 +26,7 @@ from .structure.words import listed
 from .tasks.task import Solved
 
 NEVER = "no small change of the arm would do"
-MOST_LISTED = 12
+MAX_LISTED = 12
 """Maximum number of structures in a table, nearest first."""
 _GAP = 3
 """Number of spaces between table columns."""
@@ -81,7 +81,7 @@ class Explanation:
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _with_added(classification) + _for_given(found, classification)
         if classification.tier == "snapped":
-            title = f"nearly {title}, led from a nominal arm"
+            title = f"nearly {title}, refined from a nominal arm"
         most = _counted(self.max_solutions, "solution")
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
@@ -183,8 +183,8 @@ def _structure(classification: Classification, is_general: bool) -> str:
     else:
         lines.append(
             "Tier: snapped; ik_nominal is the closed form of a nominal robot, whose axes have the "
-            "structure exactly. Newton's iteration leads ik from there to the true robot, and "
-            "looks for further solutions near singularities."
+            "structure exactly. Newton's method refines its solutions to those of "
+            "the true robot, and ik searches for further solutions near singularities."
         )
     return "\n".join(lines)
 
@@ -212,22 +212,22 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
     if classification.found is None or classification.tier == "exact":
         return ()
     near = (
-        f"the axes have their structure ({classification.found.title}) nearly: "
-        f"{missed_by(classification)}; ik starts from a nominal arm and ends on the true one"
+        f"the structure of the axes ({classification.found.title}) is only approximate: "
+        f"{missed_by(classification)}; ik refines the solutions of a nominal arm"
     )
     if len(classification.lines.axes) >= FREEDOMS:
         return (near,)
     return (
         near,
-        "whole poses alone are led to the true arm: ik_position and other inverses of a part of a "
-        "pose, which arms of so few joints may have, are not there",
+        "only inverses of a full pose are refined, so ik_position and other inverses of a part of "
+        "a pose are missing",
     )
 
 
 def _with_added(classification: Classification) -> str:
     """Lists the auxiliary axes added to the chain, after a comma; empty text if there are none."""
     names = [axis.name for axis in classification.lines.added]
-    return f", with {listed(names)} at 0 beside the arm's joints" if names else ""
+    return f", with {listed(names)} at 0 in addition to the arm's joints" if names else ""
 
 
 def _for_given(attempt: Attempt, classification: Classification) -> str:
@@ -269,7 +269,7 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
 
 def _nearest(classification: Classification) -> str:
     rows = [("structure, and the conditions that do not hold", "off by")]
-    for title, missed in nearest(classification)[:MOST_LISTED]:
+    for title, missed in nearest(classification)[:MAX_LISTED]:
         rows += [(title, ""), *((f"  {text}", off) for text, off in missed)]
     return "\n".join(_table(rows))
 
@@ -335,11 +335,13 @@ def _of_loops(hybrid: Hybrid) -> str:
         missing = listed(sorted(actuated & set(solution.open)))
         return f"There is no closed form for {missing} from the main chain."
     steps = _counted(len(solution.steps), "step")
-    told = f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+    message = (
+        f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+    )
     is_solved = hybrid.forward.open and (
         leg_inverse.makers(hybrid) or backward_inverse.makers(hybrid)
     )
-    return f"{told} ik solves a pose in this way." if is_solved else told
+    return f"{message} ik solves a pose in this way." if is_solved else message
 
 
 def _aside(hybrid: Hybrid) -> list[str]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles.contract import Aim
+from chasles.contract import TaskComponent
 
 from ..model.tolerances import LOST
 from ..terms.branches import patterns
@@ -24,9 +24,9 @@ FloatArray = NDArray[np.float64]
 SAMPLES = 4000
 """Sample size; detects an arm that misses one pose in 1,200 with a probability of 96 %."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
-WHOLE: tuple[Aim, ...] = ("pose",)
+WHOLE: tuple[TaskComponent, ...] = ("pose",)
 
-TARGETS: Mapping[Aim, Callable[[FloatArray], FloatArray]] = {
+TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
     "pose": lambda T: T.reshape(len(T), 16),
     "position": lambda T: T[:, :3, 3],
     "plane": lambda T: T[:, :2, 3],
@@ -48,9 +48,11 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
         The count, from 0 to ``SAMPLES``.
     """
     role = inverse.role
-    q = configurations(arm, role.held)
+    q = configurations(arm, role.free)
     T, _ = arm.pose_jacobian(q)
-    inputs = [np.concatenate([TARGETS[aim](T) for aim in role.aims or WHOLE], axis=1).T]
+    inputs = [
+        np.concatenate([TARGETS[component](T) for component in role.components or WHOLE], axis=1).T
+    ]
     inputs += [q[:, k][None] for k in role.given]
     return _unsolved(inverse, inputs, LOST * min(arm.length, 1.0))
 

@@ -19,13 +19,13 @@ from ..loops.iterated.closure_equations import LoopClosure
 from ..loops.maps import chain, from_actuators
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
-from ..model.tolerances import LED_BACK, LED_STEP, MEASURED_STRUCTURE, SAMPLED_RANGE
+from ..model.tolerances import MAX_REFINING_STEP, MEASURED_STRUCTURE, RECOVERED, SAMPLED_RANGE
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
-from .led import twist_between
 from .mechanisms.differences import apart
 from .mechanisms.followed import Followed
+from .nominal_convergence import twist_between
 from .polished_inverse import TURN
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005",
 """Grid spacings (metre), coarsest first: exact relations on a coarse grid are rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
-SAMPLES, MOST_DRAWN = 100, 600
+SAMPLES, MAX_DRAWN = 100, 600
 """Number of test configurations, and of random trials to find them; many loops can be closed in
 only one of five trials."""
 STEPS = 8
@@ -179,7 +179,7 @@ class _Rounding:
 
 
 @dataclass(frozen=True)
-class Lead:
+class ConvergenceResult:
     """Convergence of Newton's method from a nominal robot to the true robot.
 
     Attributes:
@@ -192,7 +192,7 @@ class Lead:
     deviation: float
 
 
-def lead(
+def convergence_of(
     hybrid: Hybrid,
     nominal: SymbolicFunction,
     length: float,
@@ -200,7 +200,7 @@ def lead(
     closure: LoopClosure | None = None,
     *,
     is_position: bool = False,
-) -> Lead:
+) -> ConvergenceResult:
     """Refines solutions of a nominal robot at random poses of the true robot.
 
     Args:
@@ -219,8 +219,8 @@ def lead(
     closed = np.flatnonzero(np.isfinite(T).all((-2, -1)))[:SAMPLES]
     q, T = q[closed], T[closed]
     if not len(q):
-        return Lead(0.0, np.inf)
-    is_led, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
+        return ConvergenceResult(0.0, np.inf)
+    is_recovered, first = np.zeros(len(q), dtype=bool), np.full(len(q), np.inf)
     weights = np.array([1 / length] * 3 + [0.0 if is_position else 1.0] * 3)
     for signs in patterns(nominal) if nominal.signs else [None]:
         inputs = [T.reshape(len(T), 16).T, *(theta(q)[:, k][None] for k in given)]
@@ -233,12 +233,12 @@ def lead(
         # If it has few degrees of freedom, the design cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
-        found = _led(fk, T, start, weights, held)
-        back = np.abs(_shorter(found - q, turns)).max(-1) < LED_BACK * max(length, 1.0)
+        found = _newton(fk, T, start, weights, held)
+        back = np.abs(_shorter(found - q, turns)).max(-1) < RECOVERED * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
-        is_led |= back
-    deviation = float(np.max(first[is_led], initial=0.0))
-    return Lead(float(is_led.mean()), deviation)
+        is_recovered |= back
+    deviation = float(np.max(first[is_recovered], initial=0.0))
+    return ConvergenceResult(float(is_recovered.mean()), deviation)
 
 
 def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
@@ -262,7 +262,7 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
         a, b = (middle + off if v is None else float(v) for v, off in limits)
         low.append(a)
         high.append(b)
-    return np.random.default_rng(0).uniform(low, high, (MOST_DRAWN, len(low)))
+    return np.random.default_rng(0).uniform(low, high, (MAX_DRAWN, len(low)))
 
 
 def _numbers(
@@ -282,7 +282,7 @@ def _numbers(
     return posed, lambda q: np.array(theta(q.T)).T
 
 
-def _led(
+def _newton(
     fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
 ) -> FloatArray:
     """Returns coordinates (N, n) after Newton's method with some coordinates fixed."""
@@ -293,10 +293,10 @@ def _led(
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
         q[moving[~sound]] = np.nan
         moving = moving[sound]
-        inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=LED_BACK)
+        inverse = np.linalg.pinv(J[sound] * weights[:, None], rcond=RECOVERED)
         step = np.einsum("Nij,Nj->Ni", inverse, twist_between(here[sound], T[moving]) * weights)
         size = np.abs(step).max(-1, keepdims=True, initial=0.0)
-        q[moving] += step * LED_STEP / np.maximum(size, LED_STEP)
+        q[moving] += step * MAX_REFINING_STEP / np.maximum(size, MAX_REFINING_STEP)
         moving = moving[size[:, 0] > CONVERGED]
         if not len(moving):
             break

@@ -20,7 +20,7 @@ OPERATIONS = 1500
 """Approximate operation count per branch: three or four Newton steps."""
 FURTHER = 4
 """Number of extra solution slots if no general solver runs; some 8-branch arms had 10 solutions."""
-MOST = 16
+MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6
 TURN = 6.283185307179586
@@ -64,12 +64,12 @@ def polished_inverse(
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
     if general.tables:
-        further = max(further, MOST - nominal.branches)
+        further = max(further, MAX - nominal.branches)
     is_unsure = bool(nominal.role.given) or move > ASKED_MOVE
     is_asked = is_unsure and general.separation > ASKED_SEPARATION
     meets = nearly_meet(lines)
     length = lines.length or 1.0
-    return led_from(
+    return refined_inverse(
         nominal, turns, length, deviation, general.tables, further, meets=meets, is_asked=is_asked
     )
 
@@ -81,7 +81,7 @@ def nearly_meet(lines: Lines) -> bool:
     return any(lines.meeting_deviation(triple) <= NEARLY_STRUCTURE for triple in turning)
 
 
-def led_from(
+def refined_inverse(
     nominal: SymbolicFunction,
     turns: tuple[float, ...],
     length: float,

@@ -11,7 +11,13 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 from ..model.robot import SerialRobot
-from ..model.tolerances import EXACT_STRUCTURE, LED, LED_BESIDE, LED_CLEARLY, LED_UNLIKELY
+from ..model.tolerances import (
+    CONVERGENCE_CLEAR,
+    CONVERGENCE_UNLIKELY,
+    EXACT_STRUCTURE,
+    MIN_CONVERGED,
+    MIN_NEARBY,
+)
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -25,9 +31,9 @@ from .general.general_inverse import (
     general_inverse,
     general_tables,
 )
-from .led import Sampled, share_near
 from .lost_poses import lost_poses
 from .nominal import nominal_of
+from .nominal_convergence import Sampled, share_near
 from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
 from .structure.numeric_arm import NumericArm
@@ -35,9 +41,9 @@ from .structure.self_motion import joints_of_self_motion, self_motion
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
-MOST_FREE = 6
+MAX_FREE = 6
 """Maximum number of joints that a tool pose determines."""
-MOST_TRIED = 5
+MAX_TRIED = 5
 """Maximum number of structures tried until the inverse of one structure misses no pose."""
 
 
@@ -82,7 +88,7 @@ class Inverses:
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
-        return self_motion(lines) if is_whole and len(lines.axes) <= MOST_FREE else ""
+        return self_motion(lines) if is_whole and len(lines.axes) <= MAX_FREE else ""
 
     @property
     def given(self) -> tuple[str, ...]:
@@ -150,7 +156,7 @@ def _losing_least(
     """Returns the first structure whose ``ik`` misses the fewest right-angle poses."""
     arm = NumericArm.of(robot, lines)
     best: tuple[int, Attempt, Solved] | None = None
-    for attempt in islice(attempts, MOST_TRIED):
+    for attempt in islice(attempts, MAX_TRIED):
         task = pose_task(robot, lines, attempt)
         lost = lost_poses(arm, task.function)
         if best is None or lost < best[0]:
@@ -188,20 +194,22 @@ def _by_nominal(
         if found.on(exact).deviation > EXACT_STRUCTURE:
             continue
         near = share_near(robot, lines, nominal, exact, found.given)
-        if near < LED_UNLIKELY:
+        if near < CONVERGENCE_UNLIKELY:
             continue
         solved = pose_task(nominal, exact, found)
         sampled = Sampled.of(robot, lines, solved.function)
-        is_clear = near >= LED_CLEARLY and sampled.share_beside >= LED_BESIDE
-        if is_clear or sampled.share_led >= LED:
+        is_clear = near >= CONVERGENCE_CLEAR and sampled.share_nearby >= MIN_NEARBY
+        if is_clear or sampled.share_converged >= MIN_CONVERGED:
             fitting = replace(classification, found=found, missing="")
             # The separations of six joints vary with the value of a fixed joint.
             apart = () if found.given else sampled.separations
-            return led(fitting, solved, general_tables(robot, found.given, apart), sampled.move)
+            return refined_from(
+                fitting, solved, general_tables(robot, found.given, apart), sampled.move
+            )
     return None
 
 
-def led(
+def refined_from(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
     """Returns the inverse of an arm that is refined from the task ``ik`` of its nominal arm."""
@@ -238,7 +246,7 @@ def _by_self_motion(
     The fixed joint is the joint nearest to the tool that leaves a solvable arm.
     """
     lines = classification.lines
-    if classification.found is not None or classification.give or len(lines.axes) > MOST_FREE:
+    if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
         return None
     for joint in reversed(joints_of_self_motion(lines)):
         found = inverses(robot, lines.terms, families=families, give=(joint,))

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from ..beside import beside
 from ..derivation import Derivation
+from ..forking import run_in_fork
 from ..inverse.mechanisms import leg_inverse
 from ..inverse.mechanisms.mode_check import LEGS
 from ..loops.platforms import is_platform, triad_of
@@ -168,7 +168,7 @@ def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
     # The symbol table is written last, because it lists the symbols of all other fragments.
     order = sorted(writers.keys() - {*drawn}, key=[*writers].index)
     order.sort(key="symbols".__eq__)
-    with beside(lambda: {name: writers[name]() for name in drawn}) as pictures:
+    with run_in_fork(lambda: {name: writers[name]() for name in drawn}) as pictures:
         written = {name: writers[name]() for name in order}
         written |= pictures()
     written[_REFERENCES] = references(written.values())

@@ -9,7 +9,7 @@ import sympy as sp
 from ..chain.poe import placement_matrix
 from ..model.mechanism import Closure, Frame, Strut
 from ..model.robot import Joint
-from ..model.values import MOST_OPERATIONS
+from ..model.values import MAX_OPERATIONS
 from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
 from ..terms.terms import Terms
 from .planar.phasors import ZERO
@@ -94,7 +94,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
     """Whether an entry is a constant with more operations than a designed value has."""
-    return terms.is_number(entry) and int(sp.count_ops(entry)) > MOST_OPERATIONS
+    return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
 def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:

@@ -36,7 +36,7 @@ from .solution import (
     sorted_loops,
 )
 
-MOST_BRANCHES = 128
+MAX_BRANCHES = 128
 """Maximum number of branches of a map: seven binary choices."""
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
@@ -69,8 +69,8 @@ class Hybrid:
         mechanism = closable(mechanism, self.terms)
         self.left_open = left_open(mechanism) if mechanism.closure == "least squares" else None
         if self.left_open is not None:
-            told = f"closed in least squares: {self.left_open}"
-            mechanism = replace(mechanism, notes=(*mechanism.notes, told))
+            text = f"closed in least squares: {self.left_open}"
+            mechanism = replace(mechanism, notes=(*mechanism.notes, text))
         self.mechanism = mechanism
         self.robot = mechanism.main_chain
         self.loops: Loops = sorted_loops(mechanism)
@@ -160,10 +160,10 @@ class Hybrid:
 
     def _complete(self, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
         """Returns the branches that determine at least the joints of the reference branch."""
-        found, is_all = every_solution(self.loops, own, given, MOST_BRANCHES)
+        found, is_all = every_solution(self.loops, own, given, MAX_BRANCHES)
         whole = [solution for solution in found if set(solution.open) <= set(own.open)]
         if not is_all:
-            self.missing[name] = f"{name} has {len(whole)} of more than {MOST_BRANCHES} branches"
+            self.missing[name] = f"{name} has {len(whole)} of more than {MAX_BRANCHES} branches"
         elif len(whole) < len(found):
             left = len(found) - len(whole)
             self.missing[name] = f"{name} omits {left} branches without a closed form"
@@ -318,15 +318,20 @@ class Hybrid:
             solutions: The solutions that contain these entries. It is enough that one solution
                 closes.
         """
-        beside = [[self._beside(entry, solution) for solution in solutions] for entry in entries]
-        asked = [all(steps) for steps in beside]
+        unguarded = [
+            [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
+        ]
+        asked = [all(steps) for steps in unguarded]
         if not any(asked):
             return tuple(entries)
         # All entries share one term, because an extra square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
-                i for row, is_asked in zip(beside, asked, strict=True) if is_asked for i in row[k]
+                i
+                for row, is_asked in zip(unguarded, asked, strict=True)
+                if is_asked
+                for i in row[k]
             }
             squares = [self._under_root(solution.steps[i]) for i in sorted(indices)]
             conditions.append(sp.And(*(sp.Ge(square, 0) for square in squares)))
@@ -336,7 +341,7 @@ class Hybrid:
             for entry, is_asked in zip(entries, asked, strict=True)
         )
 
-    def _beside(self, entry: sp.Expr, solution: Solution) -> list[int]:
+    def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
         """Returns the indices of the steps whose square roots do not appear in an entry."""
         if self.terms.is_constant(entry):
             return []
@@ -425,5 +430,5 @@ class Hybrid:
     ) -> SymbolicFunction:
         """Builds a function of some arguments. The first argument determines the domain."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
-        told = replace(role, domain=_DOMAINS[inputs[0]])
-        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
+        text = replace(role, domain=_DOMAINS[inputs[0]])
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)

@@ -23,9 +23,9 @@ from .tolerances import ANGLE_SNAP, ROUNDING
 from .values import NoValue, Values
 
 LONGEST_TEXT = 200
-MOST_NESTED = 8
+MAX_NESTED = 8
 """Maximum nesting of functions and powers; each level doubles SymPy's work."""
-MOST_ADDENDS = 200
+MAX_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
@@ -51,7 +51,7 @@ _KINDS = {dict: "a table", type(None): "None"}
 KNOWN = "numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
 _WITH_UNIT = re.compile(r"[-+]?[0-9.]+ *(m|cm|mm|in|inch|rad|deg|degrees)")
 EXPECTED = f"a number or an expression of {KNOWN}"
-MOST_NAMED = 8
+MAX_NAMED = 8
 RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
@@ -196,11 +196,11 @@ class _Reader:
             if _WITH_UNIT.fullmatch(self.text):
                 raise NotExact("a number with a unit; the file's field 'units' names it") from error
             raise NotExact(f"not {EXPECTED}") from error
-        if _nesting(tree.body) > MOST_NESTED:
-            raise NotExact(f"more than {MOST_NESTED} nested functions and powers")
+        if _nesting(tree.body) > MAX_NESTED:
+            raise NotExact(f"more than {MAX_NESTED} nested functions and powers")
         expression = self._expression(tree.body)
-        if addends(expression) > MOST_ADDENDS:
-            raise NotExact(f"more than {MOST_ADDENDS} terms after expansion of products")
+        if addends(expression) > MAX_ADDENDS:
+            raise NotExact(f"more than {MAX_ADDENDS} terms after expansion of products")
         return expression
 
     def _expression(self, node: ast.expr) -> sp.Expr:
@@ -238,7 +238,7 @@ class _Reader:
             return self.names[name]
         if not self.names:
             raise NotExact(f"unknown name {name!r}")
-        close = difflib.get_close_matches(name, self.names, n=1) or list(self.names)[:MOST_NAMED]
+        close = difflib.get_close_matches(name, self.names, n=1) or list(self.names)[:MAX_NAMED]
         raise NotExact(f"unknown parameter {name!r}; expected one of {', '.join(close)}")
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:

@@ -22,7 +22,7 @@ from .errors import DescriptionError
 from .exact import exact, exact_vector
 from .kinds import UNITS, JointKind, ParameterKind
 from .placements import Placement, Rotation, Translation, Vector, symbols_of
-from .tolerances import MOST_WAVES
+from .tolerances import MAX_WAVES
 
 OWN_PREFIX = "chasles_"
 """Prefix of the C files that are shared by all robots."""
@@ -198,11 +198,11 @@ class Transmission:
         object.__setattr__(self, "gain", exact(self.gain))
         object.__setattr__(self, "waves", tuple(exact(wave) for wave in self.waves))
         sizes = [abs(float(wave)) for wave in self.waves]
-        largest = MOST_WAVES * abs(float(self.gain))
+        largest = MAX_WAVES * abs(float(self.gain))
         if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
             raise DescriptionError(
                 f"transmission of {self.coordinate!r}: expected a nonzero gain and waves of at "
-                f"most {MOST_WAVES} times the gain (sin2 and cos2 count twice)"
+                f"most {MAX_WAVES} times the gain (sin2 and cos2 count twice)"
             )
 
 

@@ -21,10 +21,10 @@ ROUNDING = 10.0**-RELIABLE_DIGITS
 """Difference (no unit) below which a constant near 1 equals an integer: 1e-32, the last reliable
 digit."""
 
-MOST_WAVES = 0.05
+MAX_WAVES = 0.05
 """Maximum amplitude of a drive's waves (radian), relative to its gain. Up to this value, three
 Newton steps invert the drive equation up to rounding error. Real drives stay below 0.001."""
-MOST_SAG = 0.05
+MAX_SAG = 0.05
 """Maximum derivative of a joint's deflection with respect to the coordinates. Each fixed-point step
 reduces the error by this factor, so twelve steps invert the spring equation up to rounding
 error."""
@@ -67,7 +67,7 @@ SHORTEST_ARM = 1e-3
 long."""
 LARGEST_ANGLE = 6.5
 """Angle (radian) above which the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
-MOST_TURNED = 45.0
+MAX_TURNED = 45.0
 """Joint limit (radian) above which the value may be in degrees: seven turns, more than most
 continuous joints have."""
 UNLIMITED = 10_000
@@ -268,22 +268,22 @@ NEARLY_STRUCTURE = 3e-2
 """Deviation up to which a nominal arm with a closed-form structure is tried for an arm without one
 (radian, or relative to the arm's length). The nominal arm is used if Newton's iteration converges
 from its solutions to those of the true arm, which is rare for larger deviations."""
-LED = 0.9
+MIN_CONVERGED = 0.9
 """Fraction of random configurations that must be recovered from a nominal arm. About one
 configuration in ten is near a singularity, and there a small difference between the arms moves
 solutions by arbitrary amounts."""
-LED_UNLIKELY = 0.85
-LED_CLEARLY = 0.95
+CONVERGENCE_UNLIKELY = 0.85
+CONVERGENCE_CLEAR = 0.95
 """If the fraction recovered from the nearest nominal solution is between these two values, the
 fraction recovered from all nominal solutions is also computed. On 70 arms the second fraction was
 at most 0.03 smaller and 0.05 larger."""
-LED_BESIDE = 0.5
+MIN_NEARBY = 0.5
 """Fraction of random configurations with a nearby nominal branch: nearly 1 for suitable nominal
 arms, 0 if the nominal inverse has different configurations."""
-LED_BACK = 1e-6
+RECOVERED = 1e-6
 """Distance (radian, or relative to the arm's length) below which the iteration has recovered a
 configuration. Away from singularities, the error after eight steps is 1e-14."""
-LED_STEP = 0.3
+MAX_REFINING_STEP = 0.3
 """Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
 different branch."""
 LOST = 1e-5
@@ -331,7 +331,7 @@ Rounding changes this value by about 1e-16 of its terms. If a solution moved off
 position by 1e-8, later steps would not detect the singularity. An error of 4e-15 in the equation is
 harmless.
 """
-LEAST_CONIC = sp.Rational(1, 10**20)
+MIN_CONIC = sp.Rational(1, 10**20)
 """Smallest g of a trigonometric polynomial with coefficients near 1, rounded to 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
 """Value of P + Q above which the resolvent is linear up to 1e-5, and its closed form loses
@@ -345,11 +345,11 @@ EVEN_CONIC = sp.Rational(4, 10**15)
 """Maximum coefficient p that counts as rounding; the conic is then even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
 """Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding."""
-LEAST_SLOPE = sp.Rational(1, 10**10)
+MIN_SLOPE = sp.Rational(1, 10**10)
 """Slope of the cubic below which roots belong to a triple root that rounding has separated."""
 GREATEST_T = sp.Rational(3, 2)
 """Upper bound of t after a step from a triple root; an exact t is at most 1."""
-LEAST_T = sp.Rational(1, 10**8)
+MIN_T = sp.Rational(1, 10**8)
 """Value of t below which alpha is too small to divide p by it."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
 """Sine of the angle between rows that are linearly dependent up to rounding."""

@@ -15,7 +15,7 @@ from sympy.logic.boolalg import Boolean
 from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
-MOST_OPERATIONS = 30
+MAX_OPERATIONS = 30
 """Maximum operation count of a number that stays inline. Designed values have fewer operations,
 measured values have hundreds."""
 
@@ -111,7 +111,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     Args:
         expression: Any expression; an expression with symbols is returned unchanged.
     """
-    if expression.free_symbols or int(sp.count_ops(expression)) <= MOST_OPERATIONS:
+    if expression.free_symbols or int(sp.count_ops(expression)) <= MAX_OPERATIONS:
         return expression
     return to_digits(Values().of(expression))
 

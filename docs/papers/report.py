@@ -236,7 +236,7 @@ def erratum(
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
     if wrong is None or _same(wrong, ours, printed):
-        raise _refuted(printed, ours, "is no erratum beside")
+        raise _refuted(printed, ours, "is not an erratum, compared with")
     if isinstance(corrected, Finding):
         is_right = corrected.holds
     else:
@@ -318,7 +318,7 @@ def not_reproducible(
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
-        raise _refuted(printed, ours, "is not said to be tried beside")
+        raise _refuted(printed, ours, "lists no tried interpretation, compared with")
     for value in (ours, *readings.values()):
         if _same(printed.value, value, printed):
             raise _refuted(printed, value, "is reproducible by")

@@ -36,7 +36,7 @@ FEW = 25
 """Number of points that suffice if the step is the smallest distance."""
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
-MOST = 0.9
+MAX = 0.9
 """Fraction of runs with a path above which the number of points suffices."""
 SMALL, LARGE = 10, 20
 """Steps of the figures, in cells."""
@@ -162,7 +162,7 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
 
 def needed(step: float) -> int:
     """Returns the smallest number of points with which nine of ten runs find a path."""
-    return min(points for points in COUNTS if rate(points, step) >= MOST)
+    return min(points for points in COUNTS if rate(points, step) >= MAX)
 
 
 @cache

@@ -18,12 +18,12 @@
 #define CHASLES_ROOT_STEPS 20
 #define CHASLES_CELLS 96
 #define CHASLES_DEGREE 8
-#define CHASLES_MOST_ROOTS 32
+#define CHASLES_MAX_ROOTS 32
 /* Terms of a Taylor series; the first omitted term is 1e-14 of the largest. */
 #define CHASLES_TERMS 11
 /* Maximum number of intervals to examine; a pose typically needs fifty, a degenerate pose far more.
  */
-#define CHASLES_MOST_PARTS 400
+#define CHASLES_MAX_PARTS 400
 /* Halvings of a cell, to 1e-6 rad; closer roots count as one. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
@@ -105,8 +105,8 @@ typedef struct {
     int count;
     int unresolved;                       /* whether there may be more roots */
     int parts;                            /* examined so far */
-    double angle[CHASLES_MOST_ROOTS];     /* of the suppressed joint */
-    double imaginary[CHASLES_MOST_ROOTS]; /* 0 for a root, else half distance of a close pair */
+    double angle[CHASLES_MAX_ROOTS];     /* of the suppressed joint */
+    double imaginary[CHASLES_MAX_ROOTS]; /* 0 for a root, else half distance of a close pair */
 } chasles_circle_roots;
 
 /* Taylor series of a polynomial at the angles with these cosines and sines, with the angle scaled
@@ -144,7 +144,7 @@ typedef struct {
 
 static void chasles_circle_add(chasles_circle_roots *roots, double angle, double imaginary)
 {
-    if (roots->count < CHASLES_MOST_ROOTS) {
+    if (roots->count < CHASLES_MAX_ROOTS) {
         roots->angle[roots->count] = angle;
         roots->imaginary[roots->count++] = imaginary;
     } else {
@@ -278,7 +278,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
     }
     if (fabs(part->t[0]) > value + part->noise)
         return;
-    if (++roots->parts > CHASLES_MOST_PARTS) {
+    if (++roots->parts > CHASLES_MAX_PARTS) {
         roots->unresolved = 1;
         return;
     }

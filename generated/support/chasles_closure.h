@@ -30,7 +30,7 @@
  *
  * The first stride is the complete path. A stride is halved if the iteration does not contract or
  * the determinant changes its sign, so that u stays on its branch. The iteration ends at a
- * singularity, where c_u is rank deficient, or after CLOSURE_MOST linear systems.
+ * singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
  *
  * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. The code allocates
  * nothing and has no state.
@@ -63,7 +63,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
     memcpy(from, s->w, sizeof from);
     for (int k = 0; k < CLOSURE_Q; k++)
         way[k] = q[k] - from[CLOSURE_NAME(actuated)[k]] / CLOSURE_NAME(ratio)[k];
-    while (s->count < CLOSURE_MOST) {
+    while (s->count < CLOSURE_MAX) {
         const int is_last = stride >= 1.0 - done;
         const double to = is_last ? 1.0 : done + stride;
         for (int k = 0; k < CLOSURE_Q; k++) {

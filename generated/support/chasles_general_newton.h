@@ -58,7 +58,7 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
-    double all[CHASLES_MOST_JOINTS], own[6 * CHASLES_MOST_JOINTS];
+    double all[CHASLES_CHAIN_MAX_JOINTS], own[6 * CHASLES_CHAIN_MAX_JOINTS];
     double from[3], axis[12], at[12], turned[12];
     const int n = six->arm->joints;
     const double *back = six->arm->placed[n + 1], c = cos(q[5]), s = sin(q[5]);
@@ -97,7 +97,7 @@ static void chasles_general_forward(const chasles_general_six *six, const double
         six->arm->pose_jacobian(q, T, J);
         return;
     } else {
-        double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
+        double all[CHASLES_CHAIN_MAX_JOINTS], whole[6 * CHASLES_CHAIN_MAX_JOINTS];
         chasles_general_joints(six, q, all);
         six->arm->pose_jacobian(all, T, whole);
         for (int i = 0; i < 6; i++) {
@@ -210,7 +210,7 @@ static void chasles_general_advance(const chasles_general_six *six, const double
         memcpy(way->J, J, sizeof J);
         memcpy(way->e, e, sizeof e);
         way->is_over = is_slow || left <= CHASLES_CLOSED;
-    } else if (way->left < CHASLES_NEARLY_CLOSED || way->damping > CHASLES_DAMPING_MOST) {
+    } else if (way->left < CHASLES_NEARLY_CLOSED || way->damping > CHASLES_DAMPING_MAX) {
         way->is_over = 1;
     } else {
         way->damping = way->damping > 0.0         ? 30.0 * way->damping

@@ -189,7 +189,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
     }
     /* Roots hidden by rounding are next to visible roots. */
     for (int k = 0; k < roots.count && roots.unresolved; k++) {
-        for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_BESIDE; apart *= 2.0)
+        for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_SEARCHED; apart *= 2.0)
             count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);
     }
     *unsure = !finite ? NAN : vanishes || roots.unresolved ? 1.0 : 0.0;

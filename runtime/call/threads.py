@@ -29,9 +29,9 @@ _ROWS = 8
 """Part sizes are multiples of this number, so that all SIMD lanes are filled. The code for single
 rows is different and may round differently; with this minimum, results are bitwise equal for every
 number of threads."""
-_LEAST = 500_000
+_MIN = 500_000
 """Minimum floating-point operations per thread: about 0.1 ms, three times the start of a thread."""
-_MOST = 20_000_000
+_MAX = 20_000_000
 """Maximum floating-point operations of a part: 5 to 20 ms, the delay of Ctrl-C."""
 _PARTS = 4
 """Parts per thread, so that other threads can take over the parts of a slow thread."""
@@ -108,8 +108,8 @@ def run_rows(
 def _division(work: int, threads: int) -> tuple[int, int]:
     """Return the numbers of threads and parts for a number of floating-point operations."""
     cores = count_cores()
-    threads = max(min(threads or cores, cores, work // _LEAST), 1)
-    return threads, max(threads * _PARTS if threads > 1 else 1, math.ceil(work / _MOST))
+    threads = max(min(threads or cores, cores, work // _MIN), 1)
+    return threads, max(threads * _PARTS if threads > 1 else 1, math.ceil(work / _MAX))
 
 
 def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:

@@ -122,9 +122,9 @@ class CompleteInverse:
         start = start.reshape(-1, n)
         refine = Refinement(self.fk_jacobian_mixed, self.fixed, kind.unit_length)
         target = np.broadcast_to(T, (len(start), 4, 4))
-        q, residual = refine.led(target, start, _SEARCH)
+        q, residual = refine.newton(target, start, _SEARCH)
         is_near = residual <= GIVEN_NEAR * kind.unit_length
-        q, residual = refine.led(target[is_near], q[is_near])
+        q, residual = refine.newton(target[is_near], q[is_near])
         q, residual = (field[residual <= kind.tolerance] for field in (q, residual))
         J = self.fk_jacobian_mixed(q)[1][..., free]
         is_regular = np.linalg.svd(J, compute_uv=False)[..., -1] > AT_REST_RATE

@@ -25,13 +25,13 @@ from ..errors import InputTypeError, InputValueError, ShapeError
 from ..facts import Redundancy, RobotFacts
 from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project, refuse
-from .aims import Task, TaskName, inverse_for
 from .nearest_solution import Moves, NearestSolution, limited_type, nearest_type
 from .paths import has_inverse
 from .refinement import Refinement
 from .self_motion import NearestRedundancy, Objective, best_parameters, check_redundancy
 from .slot_facts import facts_of, read_limits, read_weights
 from .solutions import LeastSquares, Solutions
+from .task_components import Task, TaskName, inverse_for
 
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
@@ -178,7 +178,7 @@ class NearestMethods(RobotFacts):
         label = f"{self.name}.ik_refine"
         target, seeds, batch = self._rows(label, "pose", None, T, q_seed)
         refinement = Refinement(self.fk_jacobian_mixed, (), self.unit_length)
-        q, residual = refinement.led(project(target, caller=label), seeds)
+        q, residual = refinement.newton(project(target, caller=label), seeds)
         return LeastSquares(q.reshape(*batch, self.n), residual.reshape(batch)[()])
 
     def _rows(
@@ -210,7 +210,7 @@ class NearestMethods(RobotFacts):
             ) from None
         targets = np.broadcast_to(given, (*batch, *shape)).reshape(-1, *shape)
         if info and is_pose and task != "pose":
-            targets = Task(info.role.aims).of(project(targets, caller=label))
+            targets = Task(info.role.components).of(project(targets, caller=label))
         rows = np.broadcast_to(seeds, (*batch, self.n)).reshape(-1, self.n)
         return np.ascontiguousarray(targets), np.ascontiguousarray(rows), batch
 
@@ -223,7 +223,7 @@ class NearestMethods(RobotFacts):
         scale = 1.0 if weights is None else read_weights(self.n, label, weights)
         facts = facts_of(kind)
         moves = Moves(lower, upper, scale / facts.units, facts.turn)
-        return moves.with_fixed(info.role.held)
+        return moves.with_fixed(info.role.free)
 
     def _best(
         self,

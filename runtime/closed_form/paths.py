@@ -19,12 +19,12 @@ from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project
 from ..size import within
 from ..tolerances import JUMP
-from .aims import Task, TaskName, inverse_for, inverses_of
 from .nearest_solution import NearestSolution
 from .refinement import Refinement
 from .self_motion import NearestRedundancy, check_redundancy
 from .slot_facts import facts_of
 from .solutions import Solutions
+from .task_components import Task, TaskName, inverse_for, inverses_of
 
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN = 2 * math.pi
@@ -146,11 +146,11 @@ class InverseMethods(RobotFacts):
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)
         info = inverse_for(self.manifest, "ik_path", task)
-        inverse, part = self.functions[info.name], Task(info.role.aims)
+        inverse, part = self.functions[info.name], Task(info.role.components)
         poses, start = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
-        is_part = bool(part.aims) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
+        is_part = bool(part.components) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
-            also = f" or (m, {part.shape[0]})" if part.aims else ""
+            also = f" or (m, {part.shape[0]})" if part.components else ""
             raise ShapeError(
                 f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
@@ -159,7 +159,7 @@ class InverseMethods(RobotFacts):
             raise InputValueError(f"{label}: max_step must be positive, got {max_step!r}")
         # The inverse of complete poses handles rounded poses itself.
         rigid = poses if is_part else project(poses, caller=label)
-        target = poses if is_part or not part.aims else part.of(rigid)
+        target = poses if is_part or not part.components else part.of(rigid)
         seeds = np.broadcast_to(start, (len(poses), self.n))
         values: Any = fixed_values(self, label, task, fixed, seeds)
         free = {item.name for item in self.redundancy} - {*values}
@@ -294,7 +294,7 @@ class InverseMethods(RobotFacts):
             return None
         refinement = Refinement(self.fk_jacobian_mixed, (), unit, judged=unit)
         rigid = project(pose[None], caller=f"{self.name}.ik_path")
-        (q,), (residual,) = refinement.led(rigid, here[None])
+        (q,), (residual,) = refinement.newton(rigid, here[None])
         return q if residual <= refinement.enough(pose[None])[0] else None
 
     def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> JointPath:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
+from ..tolerances import MAX_DAMPING, MIN_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
 Measured = tuple[FloatArray, FloatArray, FloatArray]
 """Jacobian rows (N, m, n), errors (N, m) and error norms (N,)."""
@@ -75,7 +75,7 @@ def iterate(
         q[row], least[row] = now.q, now.residual
         damping *= np.where(better, _LESS, _MORE)
         # At the level of rounding errors, no step reduces the error.
-        settled = ~better & ((now.residual <= SETTLED) | (damping > MOST_DAMPING))
+        settled = ~better & ((now.residual <= SETTLED) | (damping > MAX_DAMPING))
         going = (now.residual > POLISHED) & ~settled
     q[np.isnan(least)] = np.nan
     return least
@@ -127,7 +127,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
     wide = J.shape[2] >= J.shape[1]
     A = J if wide else J.mT
     right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
-    added = np.maximum(damping, LEAST_DAMPING)
+    added = np.maximum(damping, MIN_DAMPING)
     if len(J) < _MANY:
         squared = A @ A.mT + added[:, None, None] * np.eye(A.shape[1])
         y = np.linalg.solve(squared, right[..., None])[..., 0]

@@ -19,9 +19,9 @@ from ..call._call import RIGID_TO_ROUNDING, Function, rounded_residuals
 from ..contract import FunctionInfo, Manifest
 from ..se3 import project
 from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
-from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
 from .saddles import ways_down
+from .task_components import WHOLE, Task
 
 _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
@@ -107,7 +107,7 @@ class Refinement:
         is_near = residual <= _GROWTH * enough[..., None]
         for block in _blocks((enough > solved)[..., None] & is_near & missed):
             target = self._rigid(_of_slots(targets, block))
-            found, left = self.led(target, q[block], _ROUNDED_STEPS)
+            found, left = self.newton(target, q[block], _ROUNDED_STEPS)
             better = left < residual[block]
             slots = _at(block, better)
             q[slots], residual[slots] = found[better], left[better]
@@ -124,7 +124,7 @@ class Refinement:
         reachable pose has a different error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
-        if self.task.aims or not missed.any():
+        if self.task.components or not missed.any():
             return found
         found[missed] = self._is_at_right_angles(targets[missed])
         found[found] = rounded_residuals(targets[found]) > 0
@@ -149,12 +149,12 @@ class Refinement:
     def enough(self, target: FloatArray) -> FloatArray:
         """Return maximum residuals (N,) of solutions for targets (N, ...), before projection."""
         solved = np.full(len(target), SOLVED * self.judged)
-        if self.task.aims:
+        if self.task.components:
             return solved
         return np.asarray(np.maximum(solved, self.judged * rounded_residuals(target)))
 
     def _rigid(self, target: FloatArray) -> FloatArray:
-        return target if self.task.aims else project(target, caller="refinement")
+        return target if self.task.components else project(target, caller="refinement")
 
     def _refine(
         self,
@@ -191,11 +191,11 @@ class Refinement:
         enough: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         """Refine q (N, n) for targets (N, ...) and store solutions; return q and residuals (N,)."""
-        found, left = self.led(target, q, _SEARCH if self.searches else STEPS)
+        found, left = self.newton(target, q, _SEARCH if self.searches else STEPS)
         self._take(slots, found, left, fields, enough)
         if self.searches:
             near = np.flatnonzero(_missed(slots, fields[2]) & (left <= REFINED * self.judged))
-            found[near], left[near] = self.led(target[near], found[near])
+            found[near], left[near] = self.newton(target[near], found[near])
             self._take(_at(slots, near), found[near], left[near], fields, enough[near])
         return found, left
 
@@ -261,9 +261,9 @@ class Refinement:
             start = q[row]
             start[:, joint] += np.tile(values, len(open_))
             held = replace(self, fixed=(*self.fixed, joint))
-            found, left = held.led(target[row], start)
+            found, left = held.newton(target[row], start)
             near = left <= AT_REST * self.judged
-            row, (found, left) = row[near], self.led(target[row[near]], found[near])
+            row, (found, left) = row[near], self.newton(target[row[near]], found[near])
             self._take(_at(slots, row), found, left, fields, enough[row])
 
     def _take(
@@ -280,7 +280,7 @@ class Refinement:
         slots = _at(slots, solved)
         q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 
-    def led(
+    def newton(
         self, target: FloatArray, q: FloatArray, steps: int = STEPS
     ) -> tuple[FloatArray, FloatArray]:
         """Refine q (N, n) for targets (N, ...); return coordinates (N, n) and residuals (N,)."""
@@ -300,7 +300,7 @@ class Refinement:
     def _residual(self, target: FloatArray, q: FloatArray) -> FloatArray:
         """Return the residuals (N,) of q (N, n) for targets (N, ...)."""
         pose, J = self.fk_jacobian_mixed(q)
-        if not self.task.aims:
+        if not self.task.components:
             return _residual(pose, target, self.unit)
         return self.task(pose, J, target)[2]
 
@@ -347,13 +347,15 @@ def refinement_of(
 ) -> Refinement | None:
     """Return the refinement of an inverse, None if its tier needs none."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
-    if not (info.role.is_inverse and (info.role.domain == "pose" or info.role.aims) and jacobian):
+    if not (
+        info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian
+    ):
         return None
     return Refinement(
         functions[jacobian.name],
-        (*info.role.given, *info.role.held),
+        (*info.role.given, *info.role.free),
         unit,
-        Task(info.role.aims),
+        Task(info.role.components),
         judged,
         info.role.searches,
         len(info.inputs) - 1 <= len(info.role.given),

@@ -190,16 +190,16 @@ static PyArrayObject *read_poses(PyObject *object)
 }
 
 /* The results, in the order of the struct Results. */
-enum { N_RESULTS = 6, MOST_NDIM = 32 };
+enum { N_RESULTS = 6, MAX_NDIM = 32 };
 static const int RESULT_TYPES[N_RESULTS] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
                                             NPY_INT8,   NPY_INT32,  NPY_INT32};
 
 /* Creates the result arrays for the batch of T; -1 with an error set. */
 static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
 {
-    npy_intp shape[MOST_NDIM];
+    npy_intp shape[MAX_NDIM];
     int ndim = PyArray_NDIM(T) - 2;
-    if (ndim + 1 > MOST_NDIM) {
+    if (ndim + 1 > MAX_NDIM) {
         PyErr_SetString(PyExc_ValueError, "T: too many dimensions");
         return -1;
     }
@@ -243,7 +243,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
                        .results = {to[0], to[1], to[2], to[3], to[4], to[5]},
                        .count = count,
                        .is_stopped = is_interrupted};
-    threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
+    threads = threads < 1 ? 1 : threads > MAX_THREADS ? MAX_THREADS : threads;
     threads = threads > 1 + count / POSES_AT_A_TIME ? 1 + count / POSES_AT_A_TIME : threads;
     Py_BEGIN_ALLOW_THREADS
     solve_batch(&batch, (int)threads);

@@ -36,7 +36,7 @@ FLAGS = (
 )
 UNSAFE_FLAGS = frozenset({"-ffast-math", "-Ofast", "-ffinite-math-only"})
 """Flags with which `isnan` is always false."""
-MOST_LINES = 30
+MAX_LINES = 30
 """Maximum lines of compiler output in an error message."""
 _CPU_FIELDS = frozenset(
     (
@@ -82,8 +82,8 @@ class Compiler:
 def _start(output: str) -> str:
     """Return the first lines of compiler output, as later errors mostly follow from the first."""
     lines = output.splitlines()
-    more = len(lines) - MOST_LINES
-    return "\n".join([*lines[:MOST_LINES], *([f"... and {more} more lines"] if more > 0 else [])])
+    more = len(lines) - MAX_LINES
+    return "\n".join([*lines[:MAX_LINES], *([f"... and {more} more lines"] if more > 0 else [])])
 
 
 def find_compiler() -> Compiler:

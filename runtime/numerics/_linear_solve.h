@@ -10,7 +10,7 @@ static inline __attribute__((always_inline)) void solve_of_size(double *A, int m
                                                                 double *b)
 {
     for (int i = 0; i < m; i++) {
-        double inverse = 1 / larger(A[i * stride + i], LEAST_PIVOT);
+        double inverse = 1 / larger(A[i * stride + i], MIN_PIVOT);
         for (int j = i + 1; j < m; j++) {
             double factor = A[j * stride + i] * inverse;
             for (int k = i + 1; k <= j; k++) {

@@ -13,7 +13,7 @@
 
 #include "numerics/_vectors.h"
 
-#define MOST_SWEEPS 40 /* over all pairs of rows; usually 5 to 8, or 2 after small changes */
+#define MAX_SWEEPS 40 /* over all pairs of rows; usually 5 to 8, or 2 after small changes */
 
 /* Replaces rows a and b by c a - s b and s a + c b. */
 static inline void rotate_rows(double *restrict a, double *restrict b, int n, double c, double s)
@@ -26,7 +26,7 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
 }
 
 /* Tests whether two rows with squared lengths aa, bb and product ab are orthogonal; callers give
- * `scale`. The test must be true for NaN, otherwise only MOST_SWEEPS ends the sweeps. */
+ * `scale`. The test must be true for NaN, otherwise only MAX_SWEEPS ends the sweeps. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
 /* Rotates pairs of rows of W (p, m) until all are orthogonal, together with the rows of Y (p, p),
@@ -37,7 +37,7 @@ static inline __attribute__((always_inline)) void orthogonalize_rows(double *W, 
                                                                      double scale)
 {
     int rotated = 1;
-    for (int sweep = 0; rotated && sweep < MOST_SWEEPS; sweep++) {
+    for (int sweep = 0; rotated && sweep < MAX_SWEEPS; sweep++) {
         rotated = 0;
         for (int i = 0; i < p; i++) {
             for (int j = i + 1; j < p; j++) {

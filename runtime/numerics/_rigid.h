@@ -17,7 +17,7 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-#define MOST_POLAR_STEPS 4 /* two steps are sufficient within NEARLY_RIGID */
+#define MAX_POLAR_STEPS 4 /* two steps are sufficient within NEARLY_RIGID */
 
 /* Deviation class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
@@ -134,7 +134,7 @@ static inline double placed_by_rounding(const double *T)
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {
         return 0;
     }
-    for (double per_unit = FEWEST_DECIMALS; per_unit <= MOST_DECIMALS; per_unit *= 10) {
+    for (double per_unit = FEWEST_DECIMALS; per_unit <= MAX_DECIMALS; per_unit *= 10) {
         if (is_placed_in_units(T, per_unit)) {
             return ROUNDED * 0.5 / per_unit;
         }
@@ -152,7 +152,7 @@ static inline void nearest_rigid(const double *T, double *out)
     double e[6];
     memcpy(out, T, 12 * sizeof *out);
     memcpy(out + 12, last_row, sizeof last_row);
-    for (int step = 0; step < MOST_POLAR_STEPS; step++) {
+    for (int step = 0; step < MAX_POLAR_STEPS; step++) {
         if (off_orthogonal2(out, e) <= POLAR_CONVERGED * POLAR_CONVERGED) {
             return;
         }

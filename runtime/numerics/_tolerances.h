@@ -36,7 +36,7 @@
  * (six to eight) in which a translation counts as rounded. Finer rounding is below SOLVED. */
 #define WRITTEN_DECIMALS 1e5
 #define FEWEST_DECIMALS 1e6
-#define MOST_DECIMALS 1e8
+#define MAX_DECIMALS 1e8
 
 /* Maximum error of a decimal number with nine decimals, relative to its last unit: 10 times the
  * double-precision error 1e-7. */
@@ -61,7 +61,7 @@
 
 /* Minimum pivot of a symmetric matrix, dimensionless; replaces pivots that are negative by
  * rounding. */
-#define LEAST_PIVOT 1e-300
+#define MIN_PIVOT 1e-300
 
 /* ------------------------------------------- inverse kinematics by Levenberg-Marquardt */
 
@@ -75,7 +75,7 @@
 
 /* Range of lambda, in the unit of J^T J. J^T J may be singular, with a rounding error of 1e-16.
  * Above the maximum, even the shortest steps do not reduce the error. */
-#define LM_LEAST_LAMBDA 1e-14
+#define LM_MIN_LAMBDA 1e-14
 #define LM_GREATEST_LAMBDA 1e8
 
 /* Maximum step [radian or metre] for which the Jacobian is valid, and minimum step, the resolution

@@ -119,11 +119,11 @@ def _taken(robot: SerialRobot) -> Choice | None:
     general = general_inverse(robot) if lines.found is None else None
     if general is None:
         return None
-    library().take(ctypes.byref(_told(general.function.tables)))
+    library().take(ctypes.byref(_arm_of(general.function.tables)))
     return general.choice
 
 
-def _told(tables: tuple) -> Arm:
+def _arm_of(tables: tuple) -> Arm:
     """Copies the tables of an arm to the C structure."""
     joints, kinds, directions, length, placed, splits, each = tables
     arm = Arm(joints=joints, length=length, splits=splits)

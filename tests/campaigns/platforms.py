@@ -212,8 +212,8 @@ def newton(
     arrays = [np.ascontiguousarray(values) for values in (a, b, lengths, e, p)]
     *rods, starts_e, starts_p = (array.ctypes.data_as(ctypes.c_void_p) for array in arrays)
     closes = ctypes.c_double(WRONG / 100)
-    led = _newton_library().rods_newton(*rods, count, starts_e, starts_p, closes)
-    return _distinct(arrays[3][:led], arrays[4][:led])
+    count_found = _newton_library().rods_newton(*rods, count, starts_e, starts_p, closes)
+    return _distinct(arrays[3][:count_found], arrays[4][:count_found])
 
 
 @cache

@@ -26,7 +26,7 @@ MAPS = (
 )
 """The maps through the loops. Each mechanism has some of these maps."""
 C_ALONE = ("c", "python")
-BESIDE = np.array([[-1e-3], [1e-3]])
+OFFSETS = np.array([[-1e-3], [1e-3]])
 
 
 @pytest.mark.parametrize("family", SAMPLE)
@@ -79,7 +79,7 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
     drawn = drawn_mechanism(617)
     crossed = {"a_crank": -2.585394, "a_bar": 3.012836}
     numbers = Multistart(drawn.mechanism)
-    (before, after) = numbers.modes(drawn.q + BESIDE, numbers.actuated)
+    (before, after) = numbers.modes(drawn.q + OFFSETS, numbers.actuated)
     assert [_nearest(numbers, modes, drawn.mode) < 2e-3 for modes in (before, after)] == [True] * 2
     assert mobility(drawn.mechanism).true == 1
 
@@ -87,7 +87,7 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
     third = [name for name in reference if name.endswith("swing")]
     assert third
     at = np.array([crossed["a_crank"]])
-    there = numbers.modes(at + BESIDE, numbers.actuated)
+    there = numbers.modes(at + OFFSETS, numbers.actuated)
     assert all(_nearest(numbers, modes, crossed) > 1e-2 for modes in there)
     struts = numbers.strut_values(crossed)
     values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}

@@ -85,14 +85,14 @@ def test_parallel_adjacent_prismatic_joints_are_rejected():
 
 
 def test_judge_detects_missed_configurations(monkeypatch):
-    told = any_geometry._told
+    message = any_geometry._arm_of
 
     def without_splits(tables):
-        arm = told(tables)
+        arm = message(tables)
         arm.splits = 0
         return arm
 
-    monkeypatch.setattr(any_geometry, "_told", without_splits)
+    monkeypatch.setattr(any_geometry, "_arm_of", without_splits)
     random, _ = any_geometry.judged(random_arm(11), 60)
     assert random.lost > 0
 

@@ -82,16 +82,16 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
     by_motion = pin.getJointJacobian(model, data, parent, reference)
     columns = []
     for k in range(len(found.q), len(symbols)):
-        beside = values.astype(complex)
-        beside[k] += 1j * STEP
+        shifted = values.astype(complex)
+        shifted[k] += 1j * STEP
         column = np.zeros(6)
         for i, placement in enumerate(at):
-            M = placement(beside)
+            M = placement(shifted)
             twist = np.linalg.inv(M.real) @ (M.imag / STEP)
             xi = [*twist[:3, 3], twist[2, 1], twist[0, 2], twist[1, 0]]
             column += by_placement[:, 6 * i : 6 * i + 6] @ xi
         for i, value in enumerate(moved):
-            column += by_motion[:, i] * np.imag(value(beside)) / STEP
+            column += by_motion[:, i] * np.imag(value(shifted)) / STEP
         columns.append(column)
     return np.array(columns).T
 

@@ -23,9 +23,9 @@ pytestmark = needs("pdflatex")
 
 WIDEST_EXCESS = 1.0
 """Maximum extension of a line into the page margin (pt), too small to be visible."""
-MOST_PAGES = 12
-MOST_PAGES_OF_LOOPS = 20
-MOST_PAGES_OF_BUILT = 30
+MAX_PAGES = 12
+MAX_PAGES_OF_LOOPS = 20
+MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
 """Files that need TikZ, and may exceed the line width of the plain article."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
@@ -175,7 +175,7 @@ def compiled(folder, text, shown):
     return log
 
 
-def assert_clean(log, pages=MOST_PAGES):
+def assert_clean(log, pages=MAX_PAGES):
     excess = [float(pt) for pt in re.findall(r"Overfull \\hbox \(([\d.]+)pt too wide\)", log)]
     assert not [pt for pt in excess if pt > WIDEST_EXCESS]
     assert "undefined" not in log
@@ -193,8 +193,8 @@ def name(request):
 
 def test_latex_documents_compile_cleanly(name, tmp_path):
     robot, document, shown = printed(name)
-    pages = MOST_PAGES_OF_LOOPS if isinstance(robot, Mechanism) else MOST_PAGES
-    pages = MOST_PAGES_OF_BUILT if name in BUILT else pages
+    pages = MAX_PAGES_OF_LOOPS if isinstance(robot, Mechanism) else MAX_PAGES
+    pages = MAX_PAGES_OF_BUILT if name in BUILT else pages
     assert_clean(compiled(tmp_path, document, shown), pages)
 
 
@@ -204,7 +204,7 @@ def test_latex_fragments_compile_in_plain_article(name, tmp_path):
     _, _, shown = printed(name)
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)
-    assert_clean(log, MOST_PAGES_OF_LOOPS)
+    assert_clean(log, MAX_PAGES_OF_LOOPS)
 
 
 def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
@@ -212,4 +212,4 @@ def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
     platform = drawn_platform(np.random.default_rng(203))
     robot = read_text(platform.text("platform"))
     _, document, shown = text_and_fragments(robot, ["chain_fk"])
-    assert_clean(compiled(tmp_path, document, shown), MOST_PAGES_OF_LOOPS)
+    assert_clean(compiled(tmp_path, document, shown), MAX_PAGES_OF_LOOPS)

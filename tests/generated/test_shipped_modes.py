@@ -9,7 +9,7 @@ import chasles
 from tests.support.rate_inputs import held
 
 NAMES = ["planar_3rrr", "stewart_gough", "delta"]
-MOST = {"planar_3rrr": 6, "stewart_gough": 28, "delta": 40}
+MAX = {"planar_3rrr": 6, "stewart_gough": 28, "delta": 40}
 CLOSED = 1e-12
 
 
@@ -32,7 +32,7 @@ def test_assembly_modes_close_and_contain_reference(name):
     r = robot(name)
     q = within(name, 60, 0)
     found = r.fk_all(q)
-    assert found.T.shape == (60, MOST[name], 4, 4)
+    assert found.T.shape == (60, MAX[name], 4, 4)
     assert found.complete.all()
     rods = r.functions["rods"](found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
     assert np.abs(rods).max() < CLOSED
@@ -106,7 +106,7 @@ def test_modes_agree_for_every_call_form(name):
     r = robot(name)
     q = within(name, 6, 4).reshape(2, 3, -1)
     theta, margin, unsure = r.functions["modes"](q)
-    assert theta.shape == (2, 3, MOST[name], theta.shape[-1])
+    assert theta.shape == (2, 3, MAX[name], theta.shape[-1])
     assert unsure.shape == (2, 3, 1)
     single = r.functions["modes"](q[1, 2])
     np.testing.assert_array_equal(single[0], theta[1, 2])

@@ -23,7 +23,7 @@ Matrix: TypeAlias = ImmutableDenseMatrix
 LAW_TOLERANCE = mpmath.mpf("1e-12")
 
 DIGITS = 40
-MOST_TERMS = 120
+MAX_TERMS = 120
 
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
@@ -102,13 +102,13 @@ def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> 
     """Sums coefficient(k) X^k at 40-digit precision until two consecutive terms are below 1e-35."""
     with mpmath.workdps(DIGITS):
         total, power, small = mpmath.zeros(X.rows), mpmath.eye(X.rows), 0
-        for k in range(MOST_TERMS):
+        for k in range(MAX_TERMS):
             term = coefficient(k) * power
             total, power = total + term, power * X
             small = small + 1 if max(map(abs, term)) < mpmath.mpf("1e-35") else 0
             if small == 2:
                 return total
-    raise AssertionError(f"the series has not converged after {MOST_TERMS} terms")
+    raise AssertionError(f"the series has not converged after {MAX_TERMS} terms")
 
 
 def expm(X: Matrix) -> mpmath.matrix:

@@ -16,13 +16,13 @@ ACCUSING = (
 Other warnings concern the number of measurements.
 """
 TOO_FEW = "do not determine"
-MOST_NOISE = 3.0
+MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
 For two redundant values, more noise has a probability below 1e-6. A single redundant value is not
 tested.
 """
-LEAST_SURPLUS = 2
+MIN_SURPLUS = 2
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,6 @@ def verdict(robot, draw: Simulated) -> Verdict:
         return Verdict((str(error),), is_too_few=TOO_FEW in str(error))
     said = [text for text in found.warnings if any(word in text for word in ACCUSING)]
     unexplained = [f"left out: {label}" for label in found.outliers]
-    if found.residual_dof > LEAST_SURPLUS and found.noise > MOST_NOISE:
+    if found.residual_dof > MIN_SURPLUS and found.noise > MAX_NOISE:
         unexplained.append(f"noise {found.noise:.3g} times the stated one")
     return Verdict(tuple(said), found.warnings, unexplained=tuple(unexplained))

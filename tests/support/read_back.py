@@ -27,7 +27,7 @@ def without_formula(found, texts=None):
     if inverse.general is not None:
         return "no structure: a matrix whose determinant has the solutions as its roots"
     if inverse.written:
-        return "led from the inverse of a nominal arm"
+        return "refined from the inverse of a nominal arm"
     if "ik" not in inverse.solved:
         return inverse.missing
     printed = PrintedInverse(texts or fragments(found))

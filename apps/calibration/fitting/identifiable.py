@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-TOLD_APART = 1e-4
+SEPARABLE = 1e-4
 """Minimum relative pivot of an identifiable column; a smaller pivot would amplify noise more than
 ten thousand times."""
 VISIBLE = 1e-3
@@ -67,16 +67,16 @@ def identifiable(
     left = columns - basis @ (basis.T @ columns)
     _, R, order = scipy.linalg.qr(left, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
-    enough = pivots > max(TOLD_APART * pivots.max(initial=0.0), VISIBLE)
+    enough = pivots > max(SEPARABLE * pivots.max(initial=0.0), VISIBLE)
     chosen = np.sort(order[: len(pivots)][enough])
     others = [k for k in range(len(names)) if k not in chosen]
     sought = np.concatenate([kept, columns[:, chosen]], 1)
-    told = (*kept_names, *(names[k] for k in chosen))
+    message = (*kept_names, *(names[k] for k in chosen))
     redundancies = []
     for k in others:
-        weights = np.linalg.lstsq(sought, columns[:, k])[0] if size[k] else np.zeros(len(told))
+        weights = np.linalg.lstsq(sought, columns[:, k])[0] if size[k] else np.zeros(len(message))
         combination = tuple(
-            (name, float(w)) for name, w in zip(told, weights, strict=True) if abs(w) > SHOWN
+            (name, float(w)) for name, w in zip(message, weights, strict=True) if abs(w) > SHOWN
         )
         redundancies.append(Unidentifiable(names[k], combination))
     return chosen, tuple(redundancies)

@@ -26,11 +26,11 @@ FloatArray = NDArray[np.float64]
 _FIRST = 1e-10
 """Initial damping relative to the largest curvature. The damping is small: start values are near
 the solution, and parameters with little effect have a relative curvature of only 1e-8."""
-_LEAST_WEIGHT = 1e-10
+_MIN_WEIGHT = 1e-10
 """Minimum curvature of the loss relative to the value at 0; the exact curvature can be negative."""
-_LEAST_FACTOR = 0.1
+_MIN_FACTOR = 0.1
 """Factor of the damping after a good step."""
-_MOST_DAMPING = 1e12
+_MAX_DAMPING = 1e12
 """Maximum damping relative to the initial damping; with more damping, only rounding errors reduce
 the sum."""
 
@@ -74,9 +74,9 @@ def least_squares(
         is_less = found < cost
         if is_less:
             gain = (cost - found) / max(expected, 1e-300)
-            damping *= max(_LEAST_FACTOR, 1 - (2 * gain - 1) ** 3)
+            damping *= max(_MIN_FACTOR, 1 - (2 * gain - 1) ** 3)
             faster, x = 2.0, x + move
-        if is_small or (is_less and cost - found <= step * cost) or damping > _MOST_DAMPING:
+        if is_small or (is_less and cost - found <= step * cost) or damping > _MAX_DAMPING:
             return x
         if is_less:
             cost, H, g = _equations(after, scale, loss_from)
@@ -99,7 +99,7 @@ def _equations(
     if not size:
         return cost, J.T @ J, J.T @ e
     weight = 1 / (1 + (e / size) ** 2)
-    curved = np.maximum(weight - 2 * (weight * e / size) ** 2, _LEAST_WEIGHT)
+    curved = np.maximum(weight - 2 * (weight * e / size) ** 2, _MIN_WEIGHT)
     return cost, (J.T * curved) @ J, J.T @ (weight * e)
 
 

@@ -39,9 +39,9 @@ OUTLYING = 5.0
 degrees of freedom, Student's distribution gives the limit with the same probability."""
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
-LEAST_NOISE = 1e-3
+MIN_NOISE = 1e-3
 """Minimum noise relative to the stated standard deviations, below the noise of any device."""
-_LEAST_DEVIATION = 0.01
+_MIN_DEVIATION = 0.01
 """Minimum robust standard deviation, relative to the stated one. With exact measurements, only
 rounding errors and small effects of unidentified parameters remain, which do not indicate
 outliers."""
@@ -53,7 +53,7 @@ _ESTIMATED = 0.1
 """Minimum residual fraction 1 - h of the variance of errors that are tested as outliers."""
 _STRAY = math.log(10)
 """Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
-_LOG_NOISE = np.linspace(math.log(LEAST_NOISE), math.log(1e6), 200)
+_LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid of log s."""
 _FULL = 1e-13
 """Relative diagonal entry of the triangular factor below which the variables are undetermined."""
@@ -160,7 +160,7 @@ def _leverages(J: FloatArray, inverse_root: FloatArray) -> FloatArray:
 def robust_deviation(errors: FloatArray) -> float:
     """Return the standard deviation of errors, estimated robustly from their median."""
     return (
-        max(float(CONSISTENT * np.median(np.abs(errors))), _LEAST_DEVIATION) if len(errors) else 0.0
+        max(float(CONSISTENT * np.median(np.abs(errors))), _MIN_DEVIATION) if len(errors) else 0.0
     )
 
 

@@ -37,7 +37,7 @@ from ..parameters import FRAMES, chosen, deviations, nominal, parts
 from ..result import Calibration
 from .identifiable import Unidentifiable, identifiable
 from .levenberg_marquardt import Errors, least_squares
-from .noise import LEAST_NOISE, Linearized, Undetermined, robust_deviation
+from .noise import MIN_NOISE, Linearized, Undetermined, robust_deviation
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -62,7 +62,7 @@ _FAR = 0.1
 targets and base only weakly, so these positions may be far from the start values."""
 _NEARBY = 1e-6
 """Relative step at which the first fit of a robot with loops stops."""
-_MOST_NEARBY = 200
+_MAX_NEARBY = 200
 """Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
 """Relative change of the noise that no longer affects the parameters significantly."""
@@ -109,8 +109,8 @@ def problem_at(
     unknown, unclear = identifiable(J[:, :0], J[:, n:], whole.names[n:], ())
     J, free = np.concatenate([J, whole.drawn()], 0), np.flatnonzero(known == 0)
     kept = np.concatenate([np.flatnonzero(known), n + unknown]).astype(np.intp)
-    told, unseen = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
-    sought = np.union1d(free[told], np.flatnonzero(known)).astype(np.intp)
+    message, unseen = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
+    sought = np.union1d(free[message], np.flatnonzero(known)).astype(np.intp)
     return replace(
         whole,
         sought=candidates[sought],
@@ -181,7 +181,7 @@ def problem_nearby(
         np.where(designed, SMALL, _FAR),
         loss_from=first.spread(first.x0) if robust else 0.0,
         step=_NEARBY,
-        evaluations=_MOST_NEARBY,
+        evaluations=_MAX_NEARBY,
     )
     at = start._replace(unknowns=found[len(sought) :])
     return problem_at(first.robot, first.q, at, vary, parameter_std, whole.geometry(found))
@@ -422,7 +422,7 @@ class Problem:
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)
         # With noise 0 and known standard deviations, the matrix would be singular.
-        return max(at.noise(), LEAST_NOISE) if len(at.D) else at.noise()
+        return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
         """Linearize the selected errors and the parameter deviations near x."""

@@ -24,7 +24,7 @@ _KEPT = 0.05
 """Maximum change of a distance between targets on a tool, relative to their own motion."""
 _LARGEST = 720.0
 """Maximum joint angle [deg]; positions in millimeters are usually larger."""
-_LEAST = 3
+_MIN = 3
 """Minimum number of rows to test whether a distance is constant."""
 
 
@@ -35,7 +35,7 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
         InputValueError: The columns are ambiguous; the message suggests a header.
     """
     whole = _whole(rows)
-    if len(whole) < _LEAST:
+    if len(whole) < _MIN:
         raise _asked(path, rows, robot)
     values = np.array([[number(cell) for cell in row.cells] for row in whole])
     joints = [f"q{k + 1}" for k in range(robot.n)]

@@ -29,7 +29,7 @@ from .tool_measurements import Positions, Start, points_on_tool
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-LEAST_TURN = 0.2
+MIN_TURN = 0.2
 """Minimum arc of a circle [rad]; the center of a shorter arc is too uncertain."""
 
 
@@ -101,9 +101,9 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
     if direction @ turns.sum(0) < 0:
         direction = -direction
     angles = turns @ direction
-    if np.ptp(angles) < LEAST_TURN or np.abs(turns - np.outer(angles, direction)).max() > _STRAY:
+    if np.ptp(angles) < MIN_TURN or np.abs(turns - np.outer(angles, direction)).max() > _STRAY:
         raise InputValueError(
-            f"circle {circle}: the tool does not rotate about one axis by {LEAST_TURN} rad or "
+            f"circle {circle}: the tool does not rotate about one axis by {MIN_TURN} rad or "
             "more; expected configurations in which only one revolute joint moves"
         )
     rows = (np.eye(3) - apart[:, :3, :3]).reshape(-1, 3)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from chasles.summaries import summary_repr
 
-from ..tolerances import BESIDE, SAME_ARC, TANGENT
+from ..tolerances import SAME_ARC, TANGENT, TEST_DISTANCE
 from .annuli import BorderArc
 
 FloatArray = NDArray[np.float64]
@@ -158,18 +158,18 @@ def bounded(
         np.array([arcs[0].center for arcs in circles]).reshape(-1, 2),
         np.array([arcs[0].radius for arcs in circles]),
     )
-    pieces, beside = [], []
+    pieces, tested = [], []
     for arcs in circles:
         center, radius = arcs[0].center, arcs[0].radius
         for a, b in itertools.pairwise(_cuts(arcs, others, ends, SAME_ARC * size)):
             middle = (a + b) / 2
             if (b - a) * radius <= SAME_ARC * size or not any(_covers(x, middle) for x in arcs):
                 continue
-            aside = min(BESIDE * size, BESIDE**0.5 * (b - a) * radius)
+            aside = min(TEST_DISTANCE * size, TEST_DISTANCE**0.5 * (b - a) * radius)
             along = np.array([math.cos(middle), math.sin(middle)])
             pieces.append((center, radius, a, b))
-            beside += [center + (radius + by) * along for by in (-aside, aside)]
-    sides = inside(np.array(beside).reshape(-1, 2)).reshape(-1, 2)
+            tested += [center + (radius + by) * along for by in (-aside, aside)]
+    sides = inside(np.array(tested).reshape(-1, 2)).reshape(-1, 2)
     found = [
         BorderArc(center, radius, *((a, b) if within else (b, a)))
         for (center, radius, a, b), (within, beyond) in zip(pieces, sides, strict=True)

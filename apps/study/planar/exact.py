@@ -172,8 +172,8 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     turn, offset = None, 0.0
     if not flat:
         turn = np.sort(chain.limits[0] * chain.directions[0, 2])
-        beside = float((rest.place - origin) @ np.cross(*axes))
-        offset = beside if abs(beside) > SAME_ARC else 0.0
+        distance = float((rest.place - origin) @ np.cross(*axes))
+        offset = distance if abs(distance) > SAME_ARC else 0.0
     return ExactWorkspace(
         robot.name, point, chain.names, section, origin, axes, offset, turn, height
     )

@@ -63,7 +63,7 @@ class Meridian:
             self,
             "",
             f"area {self.area:.12g} m^2",
-            f"{self.offset:.6g} m beside the axis",
+            f"{self.offset:.6g} m from the axis",
             methods="contains(points)",
         )
 

@@ -2,8 +2,8 @@
 // moves, and are searched again when the robot is at rest.
 "use strict";
 
-const MOST_GHOSTS = 16;
-const MOST_WITH_LOOPS = 8; // maximum number of ghosts with loops; all take 2 ms per frame
+const MAX_GHOSTS = 16;
+const MAX_WITH_LOOPS = 8; // maximum number of ghosts with loops; all take 2 ms per frame
 const SEEN = 1e-7; // maximum tool error of a ghost [relative to the robot size, and rad], not visible
 const REST = 250; // time at rest before a search [ms]
 const SLICE = 6; // duration of a slice of the search [ms], so that the page stays responsive
@@ -13,7 +13,7 @@ class Ghosts {
   // `drawn` is called when ghosts have changed.
   constructor(inverse, geometries, scene, drawn) {
     Object.assign(this, { inverse, geometries, scene, drawn, found: [], places: [] });
-    this.most = inverse.kinematics.free.length ? MOST_WITH_LOOPS : MOST_GHOSTS;
+    this.most = inverse.kinematics.free.length ? MAX_WITH_LOOPS : MAX_GHOSTS;
     this.timer = null;
     this.isShown = true;
     this.isSeeking = false;

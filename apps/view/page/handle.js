@@ -8,9 +8,9 @@ const GRIP = 0.05; // radius of the invisible grips, in arrow lengths
 const EDGE_ON = 0.08; // cosine between ray and plane normal below which a plane is viewed edge-on
 
 class Handle {
-  // `told` is a listener with methods grabbed(), dragged(pose, first) and released().
-  constructor(size, camera, canvas, told) {
-    Object.assign(this, { length: HANDLE * size, camera, canvas, told, drag: null });
+  // `listener` is a listener with methods grabbed(), dragged(pose, first) and released().
+  constructor(size, camera, canvas, listener) {
+    Object.assign(this, { length: HANDLE * size, camera, canvas, listener, drag: null });
     this.group = new THREE.Group();
     this.group.matrixAutoUpdate = false;
     this.grips = [0, 1, 2].flatMap((k) => [this.arrow(k), this.square(k), this.ring(k)]);
@@ -100,7 +100,7 @@ class Handle {
     this.canvas.setPointerCapture(event.pointerId);
     const from = this.pose.slice();
     this.drag = { grip, from, start: this.along(grip, from, this.aim(event)) };
-    this.told.grabbed();
+    this.listener.grabbed();
   }
 
   pull(event) {
@@ -113,14 +113,14 @@ class Handle {
     if (start === null || now === null) return;
     this.place(grip.kind === "ring" ? turnedPose(from, grip.k, now[0] - start[0])
       : shiftedPose(from, minus(now, start)));
-    this.told.dragged(this.pose, grip.kind === "ring" ? "turn" : "position");
+    this.listener.dragged(this.pose, grip.kind === "ring" ? "turn" : "position");
   }
 
   letGo(event) {
     if (this.drag === null) return;
     event.stopImmediatePropagation();
     this.drag = null;
-    this.told.released();
+    this.listener.released();
   }
 
   // The intersection of a ray with the line or plane of a grip: a point in tool axes, or the angle

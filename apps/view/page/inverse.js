@@ -3,13 +3,13 @@
 "use strict";
 
 const REACHED = 1e-11; // maximum tool error [relative to the robot size, and rad]
-const MOST_DRAGS = 25; // maximum number of iterations; a typical drag needs three
+const MAX_DRAGS = 25; // maximum number of iterations; a typical drag needs three
 const SECOND = 0.02; // weight of the part of the pose that is not dragged, for poses out of reach
 const DAMPING = 1e-3; // damping of the normal equations relative to the squared error
-const LEAST_DAMPING = 1e-14; // minimum damping, at a reached pose
+const MIN_DAMPING = 1e-14; // minimum damping, at a reached pose
 const FARTHEST = 0.3; // maximum step of a coordinate [rad, or relative to the robot size]
 const WORSE = 12; // maximum number of increases of the damping in an iteration
-const LEAST_GAIN = 1e-3; // relative decrease of the error below which the iteration stops
+const MIN_GAIN = 1e-3; // relative decrease of the error below which the iteration stops
 const STARTS = 120; // number of starts of a search for other configurations
 const SAME = 1e-6; // distance of bodies, relative to the robot size, of equal configurations
 const NOT_ISOLATED = 1e-6; // ratio of pivots below which a configuration has a self-motion
@@ -68,13 +68,13 @@ class Inverse {
   follow(z, goal, first = "position", within = true, reached = REACHED) {
     const weights = { position: SECOND, turn: SECOND, [first]: 1 };
     let here = this.stateAt(z, goal, weights), damping = DAMPING;
-    for (let step = 0; step < MOST_DRAGS && here.error > reached * SECOND; step++) {
+    for (let step = 0; step < MAX_DRAGS && here.error > reached * SECOND; step++) {
       const next = this.better(here, goal, weights, damping, within);
       if (next === null) break;
       const gain = 1 - next.state.error / here.error;
       here = next.state;
       damping = next.damping;
-      if (gain < LEAST_GAIN) break;
+      if (gain < MIN_GAIN) break;
     }
     const rows = toolRows(this.kinematics, here.T, goal, { position: 1, turn: 1 }).values;
     return { z: here.z, position: Math.hypot(...rows.slice(0, 3)), turn: Math.hypot(...rows.slice(3)) };
@@ -89,7 +89,7 @@ class Inverse {
   better(here, goal, weights, damping, within) {
     const J = this.jacobian(here);
     for (let k = 0; k < WORSE; k++) {
-      const move = this.moveOf(J, here, damping * here.error ** 2 + LEAST_DAMPING, within);
+      const move = this.moveOf(J, here, damping * here.error ** 2 + MIN_DAMPING, within);
       const z = this.after(here, move);
       const state = z && this.stateAt(z, goal, weights);
       if (state && state.error < here.error) {

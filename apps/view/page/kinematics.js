@@ -3,7 +3,7 @@
 "use strict";
 
 const CLOSED = 1e-12; // maximum residual of closed loops, relative to the robot size
-const MOST_STEPS = 20; // maximum number of iterations; a good start needs four
+const MAX_STEPS = 20; // maximum number of iterations; a good start needs four
 const STILL = 1e-12; // relative pivot below which a direction is a null direction
 const STRIDE = 0.05; // maximum step of a slider coordinate [rad, or relative to the robot size]
 const NEAR = 3; // maximum joint motion per slider step, in steps; more is another branch
@@ -174,7 +174,7 @@ class Kinematics {
   // `unknown` change. Null if the iteration does not converge.
   closed(start, unknown = this.free) {
     const z = start.slice(), { scales, size } = this.robot;
-    for (let step = 0; step < MOST_STEPS; step++) {
+    for (let step = 0; step < MAX_STEPS; step++) {
       const T = this.frames(z), rows = this.loops(z, T), open = rows.largest();
       if (!(open < Infinity)) return null;
       if (open < CLOSED * size) return this.faces(T) ? z : null;

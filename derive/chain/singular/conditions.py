@@ -15,7 +15,7 @@ from .factors import Factored
 
 Condition = tuple[sp.Expr, ...]
 """Factors that are 0 at the same time."""
-MOST_TOGETHER = 3
+MAX_TOGETHER = 3
 """Maximum number of factors in a condition; more factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
@@ -48,7 +48,7 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
-    if len(chosen) == MOST_TOGETHER:
+    if len(chosen) == MAX_TOGETHER:
         return
     for factor in min(products, key=len):
         left = (_where_zero(factor, product) for product in products)

@@ -16,18 +16,18 @@ from .factors import Factored, factored
 from .screw_polynomials import Polynomial, ScrewRing
 from .views import Minor, minors
 
-MOST_JOINTS = 7
+MAX_JOINTS = 7
 """Maximum joint count for which all minors are expanded."""
 LARGEST_BLOCK = 4
 """Maximum block size for which the determinant is expanded."""
 LARGEST_OF_SEVERAL = 3
 """Maximum block size with several minors."""
 
-MOST_OBLIQUE = 4
+MAX_OBLIQUE = 4
 """Maximum number of constant rotations other than quarter turns; each doubles the terms."""
 LONGEST_ENTRY = 40
 """Maximum number of terms of a Jacobian entry."""
-MOST_PRODUCTS = 10_000
+MAX_PRODUCTS = 10_000
 """Maximum number of term products in a block determinant."""
 
 
@@ -61,7 +61,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
         return None
-    if len(joints) > MOST_JOINTS or _oblique(robot) > MOST_OBLIQUE:
+    if len(joints) > MAX_JOINTS or _oblique(robot) > MAX_OBLIQUE:
         return None
     S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in joints))
@@ -115,7 +115,7 @@ def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> 
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]
-        if math.prod(sum(map(len, column)) for column in block) > MOST_PRODUCTS:
+        if math.prod(sum(map(len, column)) for column in block) > MAX_PRODUCTS:
             return None
         found = ring.block(block, range(len(rows)))
         if found == 0:

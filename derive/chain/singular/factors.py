@@ -13,9 +13,9 @@ from sympy.simplify.fu import TR8, TR10i
 
 from .screw_polynomials import Polynomial, ScrewRing
 
-MOST_SUMMED = 12
+MAX_SUMMED = 12
 """Maximum number of terms of a polynomial rewritten in sums of all its angles."""
-MOST_TERMS = 100
+MAX_TERMS = 100
 """Maximum number of terms of a polynomial to factor; takes at most one second."""
 
 
@@ -34,7 +34,7 @@ class Factored:
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
     """Returns the factors; None if the polynomial is zero, too long or cannot be converted."""
-    if polynomial == 0 or len(polynomial) > MOST_TERMS:
+    if polynomial == 0 or len(polynomial) > MAX_TERMS:
         return None
     parts = _Tangents(ring, polynomial).parts()
     if parts is None:
@@ -144,7 +144,7 @@ class _Tangents:
 def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
     """Returns the form with the fewest terms, using sums of two or all angles."""
     forms = [ring.expression(polynomial, {})]
-    if len(polynomial) <= MOST_SUMMED:
+    if len(polynomial) <= MAX_SUMMED:
         forms += [sp.expand(TR8(forms[0])), *map(TR10i, (forms[0], ring.in_sines(polynomial)))]
     forms += (
         ring.expression(ring.reduced(form), {k: total})

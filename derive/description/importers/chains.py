@@ -15,7 +15,7 @@ from .identifiers import identifier
 from .kinematic_tree import KinematicTree
 from .mjcf.mjcf_file import MjcfFile
 from .robot_xml import is_urdf, read_xml
-from .srdf import group_ends, srdf_beside
+from .srdf import group_ends, srdf_in_folder
 from .tool_links import Ends
 from .xacro_file import expanded, is_xacro
 
@@ -154,7 +154,7 @@ def _chains(
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
     """Returns the chains of a group, named after the group or, for several, after the tips."""
-    groups = srdf or srdf_beside(file)
+    groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(
             f"{file}: expected an SRDF file with the same name in the same folder, or --srdf FILE"

@@ -10,7 +10,7 @@ from ...model.errors import DescriptionError, UnknownRobotError
 
 NEEDED = "pip install 'chasles[files]'"
 ENDINGS = ("", "_description", "_mj_description")
-MOST_SHOWN = 5
+MAX_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
@@ -36,7 +36,7 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
         raise NotInstalledError(f"robot:{name}: expected {reason}") from error
     known = next((name + end for end in ENDINGS if name + end in DESCRIPTIONS), None)
     if known is None:
-        close = get_close_matches(name, DESCRIPTIONS, n=MOST_SHOWN, cutoff=0.4)
+        close = get_close_matches(name, DESCRIPTIONS, n=MAX_SHOWN, cutoff=0.4)
         near = f", such as {', '.join(close)}" if close else ""
         raise UnknownRobotError(f"robot:{name}: expected a name of robot_descriptions{near}")
     try:

@@ -15,7 +15,7 @@ from .kinematic_tree import KinematicTree
 from .robot_xml import parsed, read_xml
 from .xacro_file import expanded, is_xacro
 
-MOST_NESTED = 16
+MAX_NESTED = 16
 
 
 def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
@@ -35,7 +35,7 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
     return tuple(_Srdf(file, tree).ends(group, 0))
 
 
-def srdf_beside(file: Path) -> Path | None:
+def srdf_in_folder(file: Path) -> Path | None:
     """Returns the SRDF file with the same name, or the only SRDF file, in the same folder."""
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())
@@ -53,7 +53,7 @@ class _Srdf:
         self.groups = {str(element.get("name")): element for element in groups}
 
     def ends(self, group: str, depth: int) -> Iterator[tuple[str, str]]:
-        if group not in self.groups or depth > MOST_NESTED:
+        if group not in self.groups or depth > MAX_NESTED:
             names = listed(self.groups) or "none"
             self._fail(self.root, group, f"one of the groups {names}{hint(group, self.groups)}")
         element = self.groups[group]

@@ -19,9 +19,9 @@ from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
 """Words in the names of links that are not tools."""
-MOST_LINKS = 500
+MAX_LINKS = 500
 """Maximum number of links for which the tip is inferred; bounds the computing time."""
-MOST_OTHERS = 6
+MAX_OTHERS = 6
 """Maximum number of other ends listed in a note."""
 
 
@@ -89,8 +89,8 @@ class Ends:
 
 def _few(names: Sequence[str]) -> str:
     """Joins names with commas; long lists are truncated."""
-    more = len(names) - MOST_OTHERS
-    return f"{', '.join(names[:MOST_OTHERS])}{f' and {more} more' if more > 0 else ''}"
+    more = len(names) - MAX_OTHERS
+    return f"{', '.join(names[:MAX_OTHERS])}{f' and {more} more' if more > 0 else ''}"
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
@@ -175,9 +175,9 @@ def _only_root(tree: KinematicTree) -> str:
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
     """Returns the inferred chains below a link: the longest arm, or all of equal length."""
     root = base or _only_root(tree)
-    if tree.root_of(root) in tree.joint_to or len(tree.links) > MOST_LINKS:
+    if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(
-            "tip", None, f"a tip link, because the file is not a tree of at most {MOST_LINKS} links"
+            "tip", None, f"a tip link, because the file is not a tree of at most {MAX_LINKS} links"
         )
     arms = arms_of(tree, root)
     longest = _longest(arms.ways)

@@ -15,9 +15,9 @@ from chasles.contract.errors import DescriptionError
 from ..file_text import read_bytes
 from .robot_xml import nearby_document
 
-MOST_FILES = 300
+MAX_FILES = 300
 """Maximum number of searched files; bounds the computing time."""
-MOST_NAMES = 3
+MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
 """Search locations near a file: number of folders up, and file pattern from there."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
@@ -142,7 +142,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
     folder = file.resolve().parent
     for up, paths in NEARBY:
         place = folder.parents[up - 1] if 0 < up <= len(folder.parents) else folder
-        near = sorted(islice(place.glob(paths), MOST_FILES))
+        near = sorted(islice(place.glob(paths), MAX_FILES))
         having = [path for path in near if sought.search(_text(path))]
         if having:
             return having
@@ -157,6 +157,6 @@ def _text(path: Path) -> str:
 
 
 def _shown(paths: Sequence[Path]) -> str:
-    more = len(paths) - MOST_NAMES
-    names = " or ".join(str(path) for path in paths[:MOST_NAMES])
+    more = len(paths) - MAX_NAMES
+    names = " or ".join(str(path) for path in paths[:MAX_NAMES])
     return f"{names}{f' or {more} more' if more > 0 else ''}"

@@ -20,7 +20,7 @@ from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
 from .sections import summary
 
 RUN = "chasles_batch.h"
-MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
+MAX_INPUTS, MAX_OUTPUTS, MAX_ARGUMENTS = 256, 512, 8
 """Array sizes in the support file. A larger function uses the plain loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
@@ -57,9 +57,9 @@ def has_lanes(function: SymbolicFunction) -> bool:
     return (
         not function.role.is_start
         and not function.calls
-        and sum(size.inputs) <= MOST_INPUTS
-        and sum(size.outputs) <= MOST_OUTPUTS
-        and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
+        and sum(size.inputs) <= MAX_INPUTS
+        and sum(size.outputs) <= MAX_OUTPUTS
+        and max(len(function.inputs), len(function.outputs)) <= MAX_ARGUMENTS
     )
 
 

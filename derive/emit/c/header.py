@@ -19,7 +19,7 @@ from ...terms.symbolic_function import (
     WrittenFunction,
 )
 from .expressions import WIDTH
-from .sections import beside, summary
+from .sections import iteration_count, summary
 
 
 def header(
@@ -117,7 +117,7 @@ def signature(prefix: str, function: Signature) -> str:
 def _operations(function: SymbolicFunction | WrittenFunction, programs: Programs) -> str:
     if isinstance(function, WrittenFunction):
         return f"About {function.operations} operations"
-    return f"{summary(count_operations(programs.whole[function.name]))}{beside(function)}"
+    return f"{summary(count_operations(programs.whole[function.name]))}{iteration_count(function)}"
 
 
 def _declaration(prefix: str, function: Signature, operations: str) -> str:

@@ -92,8 +92,8 @@ def _filled(lines: Iterable[str]) -> list[str]:
         if goes_on:
             filled[-1] = f"{filled[-1][:-1]},"
             piece = line.removeprefix(_CONSTANT)
-        beside = goes_on or not (constant or declaring)
-        if filled and beside and len(filled[-1]) + len(piece) < WIDTH:
+        may_join = goes_on or not (constant or declaring)
+        if filled and may_join and len(filled[-1]) + len(piece) < WIDTH:
             filled[-1] += f" {piece}"
         else:
             filled.append(f"{'      ' if goes_on else '  '}{piece}")

@@ -97,7 +97,7 @@ def _bounds(coordinate: Joint | Coordinate) -> tuple[str, str]:
 
 def _turns(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the period of each coordinate; 0 for coordinates that must not wrap."""
-    fixed = {*function.role.given, *function.role.held}
+    fixed = {*function.role.given, *function.role.free}
     moved: Sequence[Joint | Coordinate] = derivation.robot.coordinates
     return [
         "CHASLES_FULL_TURN" if k not in fixed and _wraps(derivation, coordinate) else "0"
@@ -125,7 +125,7 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
     prefix = derivation.robot.name
     name = f"{prefix}_{function.name}"
     n, slots = len(derivation.robot.coordinates), function.outputs[0].shape[0]
-    fixed = sorted({*function.role.given, *function.role.held})
+    fixed = sorted({*function.role.given, *function.role.free})
     target, *more = function.inputs
     ones = ", ".join("0" if k in fixed else "1" for k in range(n))
     passed = [target.name, *(f"&{a.name}" for a in more)]

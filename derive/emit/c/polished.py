@@ -171,7 +171,7 @@ def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
 
 def _is_position(function: WrittenFunction) -> bool:
     """Whether the target is a position only."""
-    return function.role.aims == ("position",)
+    return function.role.components == ("position",)
 
 
 def _call(own: str, function: WrittenFunction) -> list[str]:

@@ -21,7 +21,7 @@ from ...terms.symbolic_function import (
 from .closed_loops import loops_file
 from .expressions import WIDTH, Naming, expression, naming
 from .header import notice, own_copy, signature
-from .sections import beside, summary, title
+from .sections import iteration_count, summary, title
 from .written import written_file
 
 SUPPORT = "chasles_cos_sin.h"
@@ -79,7 +79,7 @@ def _definition(robot: Described, function: SymbolicFunction, program: Program) 
 def _comment(function: SymbolicFunction, program: Program) -> str:
     """Returns the comment above a function: its summary and its operation counts."""
     lines = textwrap.wrap(function.summary, WIDTH - len("// "))
-    counted = f"{summary(count_operations(program))}{beside(function)}"
+    counted = f"{summary(count_operations(program))}{iteration_count(function)}"
     return "\n".join(f"// {line}" for line in [*lines, counted])
 
 

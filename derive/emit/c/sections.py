@@ -16,7 +16,7 @@ def summary(operations: Operations) -> str:
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
 
 
-def beside(function: SymbolicFunction) -> str:
+def iteration_count(function: SymbolicFunction) -> str:
     """Returns the operation count of the called solvers in words; "" without solvers."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""

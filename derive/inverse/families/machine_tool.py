@@ -39,7 +39,7 @@ from ..tasks.partial_poses import (
 from ..tasks.task import Solved, Task
 from .family import Family
 
-_MOST = 3
+_MAX = 3
 """Maximum number of revolute joints, and of prismatic joints."""
 _HEAD = 2
 """Number of revolute joints of a head that directs a tool."""
@@ -48,15 +48,15 @@ _HEAD = 2
 def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    is_head = len(turning) == _MOST and turning[-1] - turning[0] < _MOST
-    most = _MOST if is_head or len(sliding) == _MOST else _HEAD
-    few = len(sliding) <= _MOST and len(turning) <= most
+    is_head = len(turning) == _MAX and turning[-1] - turning[0] < _MAX
+    most = _MAX if is_head or len(sliding) == _MAX else _HEAD
+    few = len(sliding) <= _MAX and len(turning) <= most
     asked = "at most two joints turn, three in a row or of six"
     count = Requirement(asked, 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
-    centre = [meeting(lines, *turning)] if is_head and len(sliding) < _MOST else []
+    centre = [meeting(lines, *turning)] if is_head and len(sliding) < _MAX else []
     return [count, run, *centre, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
 
 
@@ -70,7 +70,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     # 1. The orientation.
     turning = tuple(axis for axis in lines.axes if axis.turns)
-    if len(turning) == _MOST:
+    if len(turning) == _MAX:
         three_turns(work, (turning[0], turning[1], turning[2]), lambda v: target.turned(terms, v))
     elif len(turning) == _HEAD:
         two_turns(work, (turning[0], turning[1]), lambda v: target.turned(terms, v))
@@ -105,7 +105,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
 def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
     """Whether three prismatic and two revolute joints direct the tool axis."""
     turning = [axis for axis in lines.axes if axis.turns]
-    if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MOST):
+    if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MAX):
         return False
     axis = np.array(numbers(lines.terms, tool_axis(robot, lines.terms)))
     return float(np.linalg.norm(np.cross(turning[1].direction, axis))) > OBLIQUE_AXES

@@ -186,11 +186,11 @@ def _aligned(
     p1, p5 = sp1(terms, a1.h, along, v).turn, sp1(terms, a5.h, a6.h, along).turn
     A, B, b = row
     gap = let(A[0] * p1.s + A[1] * p1.c + B[0] * p5.s + B[1] * p5.c - b)
-    beside = [
+    offsets = [
         perpendicular(terms, h, u)
         for u in (rotated(terms, a1.h, p1.back, v), rotated(terms, a5.h, p5, a6.h))
     ]
-    off = let(sum((dot(terms, u, u) for u in beside), let(gap**2)))
+    off = let(sum((dot(terms, u, u) for u in offsets), let(gap**2)))
     moved = let(
         let(p1.c - q1.c) ** 2
         + let(p1.s - q1.s) ** 2

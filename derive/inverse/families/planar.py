@@ -27,7 +27,7 @@ from ..tasks.slots import larger, squares
 from ..tasks.task import InputLetter, Solved, Task, TaskInput
 from .family import Family
 
-_LEAST_TURNS, _MOST_TURNS = 2, 3
+_MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
 """Maximum cosine of the angle between a prismatic joint and the axes to count as perpendicular."""
 _PHI = sp.Symbol("_phi", real=True)
@@ -37,7 +37,7 @@ _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    fits = _LEAST_TURNS <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
+    fits = _MIN_TURNS <= len(turning) <= _MAX_TURNS and len(sliding) <= 1
     telescopic = _telescope_of(lines)
     if telescopic is not None:
         across_them = lines.axes.index(telescopic)
@@ -51,7 +51,7 @@ def _telescope_of(lines: Lines) -> Axis | None:
     """Returns the prismatic axis perpendicular to two revolute axes, or None."""
     turning = [axis for axis in lines.axes if axis.turns]
     sliding = [axis for axis in lines.axes if not axis.turns]
-    if len(turning) != _LEAST_TURNS or not 1 <= len(sliding) <= _LEAST_TURNS:
+    if len(turning) != _MIN_TURNS or not 1 <= len(sliding) <= _MIN_TURNS:
         return None
     slopes = [abs(float(axis.direction @ turning[0].direction)) for axis in sliding]
     flattest = min(range(len(sliding)), key=slopes.__getitem__)
@@ -63,7 +63,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
     hand, meaning = target.home, "the tool's origin"
-    if len(turning) == _MOST_TURNS:
+    if len(turning) == _MAX_TURNS:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
     W = subtracted(terms, wanted, first.p)
@@ -71,7 +71,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     for axis in lines.axes:
         if not axis.turns and axis is not telescopic:
             lift(work, axis, first, hand, W)
-    if len(turning) == _MOST_TURNS:
+    if len(turning) == _MAX_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
     # 4. The angles sum to the tool rotation.
@@ -86,7 +86,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         # 2, 3. A triangle; the prismatic joint changes the length of one side.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
-    elif len(turning) == _LEAST_TURNS:
+    elif len(turning) == _MIN_TURNS:
         # 2. The tool rotation and position determine the elbow position.
         elbow = turning[1].p
         fore = rotated(terms, first.h, total, subtracted(terms, hand, elbow))

@@ -32,10 +32,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     assert case is not None
     terms = work.terms
     home, position = target.home, target.position
-    beside = _moved_in_space(terms, lines, home)
-    if beside is not None:
+    moved = _moved_in_space(terms, lines, home)
+    if moved is not None:
         meaning = "a point of the tool that all joints move"
-        home, position = beside, work.name_vector(("W", "V"), meaning, target.point(terms, beside))
+        home, position = moved, work.name_vector(("W", "V"), meaning, target.point(terms, moved))
     case.solve(work, lines, home, position)
 
 

@@ -79,12 +79,12 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 2. The swivel angle determines the orientation of the shoulder-wrist line and arm plane.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
-    beside = terms.let(
+    sense = terms.let(
         sp.Piecewise((_ONE, dot(terms, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
     W, e_x, e_y = _reference(terms, a1, V)
     side = combination(
-        terms, (terms.let(beside * swivel.c), terms.let(beside * swivel.s)), (e_x, e_y)
+        terms, (terms.let(sense * swivel.c), terms.let(sense * swivel.s)), (e_x, e_y)
     )
     for letters, meaning, vector in (
         (("u", r"\upsilon"), "the direction from shoulder to wrist with joints 1 to 3 at 0", w),

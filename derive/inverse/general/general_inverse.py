@@ -8,7 +8,7 @@ from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
-from .split_choice import MOST_JOINTS, Choice, choice_at, choose, slides_of
+from .split_choice import MAX_JOINTS, Choice, choice_at, choose, slides_of
 from .tool_joint import OWN, with_tool_joint
 
 
@@ -60,7 +60,7 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
     """Whether the fixed joints leave six solvable joints."""
-    return is_fit(robot, given) and len(robot.moving) <= MOST_JOINTS
+    return is_fit(robot, given) and len(robot.moving) <= MAX_JOINTS
 
 
 def _joints(robot: SerialRobot) -> str:

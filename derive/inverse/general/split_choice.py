@@ -42,11 +42,11 @@ CONFIGURATIONS = 12
 """Number of configurations at which a split of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 """Number of configurations with fixed joints; number added per right angle of these joints."""
-KEPT, MOST_KEPT = 3, 4
+KEPT, MAX_KEPT = 3, 4
 """Number of retained splits; if a split fails at a pose, the next is tried. A fourth split is
 retained only if it is suitable at configurations where the other three are not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
-MOST_JOINTS = len(PRIMES)
+MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
 
 
@@ -164,7 +164,7 @@ def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
     surplus = len(turns) - JOINTS
-    if len(robot.moving) < JOINTS or len(robot.moving) > MOST_JOINTS:
+    if len(robot.moving) < JOINTS or len(robot.moving) > MAX_JOINTS:
         return []
     if surplus < 0:
         ways = [(*given,) for given in combinations(slides, len(slides) + surplus)]
@@ -241,7 +241,7 @@ def _ratings(
             if not sliding.issuperset(rating.split.joints[:2])
         ]
     kept: list[Rating] = []
-    while left and len(kept) < MOST_KEPT:
+    while left and len(kept) < MAX_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
         best = max(left, key=lambda r: (tells_apart(r), len(r.good_at - known), r.key))
         if len(kept) >= KEPT and best.good_at <= known:

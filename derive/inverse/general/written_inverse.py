@@ -10,7 +10,7 @@ from ..chain_solution import given_argument
 from ..tasks.slots import pose_argument
 from .line_quantities import Array
 from .raghavan_roth import JOINTS
-from .split_choice import MOST_JOINTS, Choice, length, slides_of
+from .split_choice import MAX_JOINTS, Choice, length, slides_of
 
 FIVE, SIX = "general_tool", "general"
 """Names of the solvers for five and for six free joints."""
@@ -78,7 +78,7 @@ def tables(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> tu
     """Returns the table fields of ``chasles_general_arm`` (after its function pointers)."""
     nothing = (0.0,) * 12
     placed = tuple(_row(E) for E in constants)
-    unused = MOST_JOINTS + 1 - len(placed)
+    unused = MAX_JOINTS + 1 - len(placed)
     directions = tuple(float(joint.direction) for joint in robot.moving)
     # The added tool joint rotates about its positive z axis.
     directions += (1.0,) * (len(placed) - 1 - len(directions))
@@ -97,7 +97,7 @@ def _kinds(robot: SerialRobot, given: tuple[int, ...]) -> tuple[int, ...]:
     """Returns the type code of each joint, padded to the maximum joint count."""
     slides = slides_of(robot)
     turning, sliding = (SOLVED_TURN, GIVEN_TURN), (SOLVED_SLIDE, GIVEN_SLIDE)
-    return tuple((sliding if k in slides else turning)[k in given] for k in range(MOST_JOINTS))
+    return tuple((sliding if k in slides else turning)[k in given] for k in range(MAX_JOINTS))
 
 
 def _row(E: Array) -> tuple[float, ...]:

@@ -35,7 +35,7 @@ from ..tasks.slots import (
     values_of,
 )
 from ..tool_axis import with_still_axis
-from .loop_sides import MOST_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
+from .loop_sides import MAX_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
 from .substitution import substituted
 
 Structure = tuple[Lines, Attempt]
@@ -79,7 +79,7 @@ def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
         return unused | frozenset(range(len(work.signs) - len(work.sides)))
-    if not 0 < len(work.signs) <= MOST_CHOICES:
+    if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
         # At random chain poses, the loops can rarely be closed, but the sign choices still change

@@ -15,15 +15,15 @@ from ...chain.kinematics import common_unit
 from ...loops.hybrid import Hybrid
 from ...loops.iterated.closure_equations import LoopClosure
 from ...model.errors import DescriptionError
-from ...model.tolerances import LED, NEARLY_STRUCTURE
+from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import Basis, Vector
 from ..chain_solution import given_argument, solve_chain
 from ..classify import Attempt, Classification, classify, of_lines, unfit
 from ..families import FAMILIES
 from ..families.family import Family
-from ..nominal_mechanism import Nominal, lead, nominal_mechanisms, turns_of
-from ..polished_inverse import as_start, led_from
+from ..nominal_mechanism import Nominal, convergence_of, nominal_mechanisms, turns_of
+from ..polished_inverse import as_start, refined_inverse
 from ..serial_inverse import Inverses
 from ..steps.target import of_pose
 from ..steps.work import Work
@@ -50,7 +50,7 @@ from .substitution import substituted
 from .translating_tool import of_position_alone, position_task, still_axes
 from .translation import Translating, actuators_of, translating
 
-MOST_TRIED = 60
+MAX_TRIED = 60
 """Maximum number of sets of inner revolute joints tried as fixed joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
@@ -80,7 +80,7 @@ def hybrid_inverses(
     return (
         exact
         if exact.solved
-        else _by_nominal(hybrid, families, give, closure) or _unled(hybrid, exact, give)
+        else _by_nominal(hybrid, families, give, closure) or _without_nominal(hybrid, exact, give)
     )
 
 
@@ -125,7 +125,7 @@ def _giving_turns(
     if surplus < 1 or len(hybrid.q) != count or unfit(hybrid.robot):
         return None
     choices = sorted(combinations(range(count), surplus), key=lambda give: give[::-1], reverse=True)
-    tried = (of_lines(lines, count, families, give) for give in choices[:MOST_TRIED])
+    tried = (of_lines(lines, count, families, give) for give in choices[:MAX_TRIED])
     found = next((each for each in tried if each.found is not None), None)
     return None if found is None else replace(found, give=())
 
@@ -150,7 +150,7 @@ def _by_nominal(
     return None
 
 
-def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
+def _without_nominal(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     """Adds the role of the nominal robot to the reason why there is no inverse.
 
     If the caller fixed joints, the reason is not changed.
@@ -159,7 +159,7 @@ def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     attempts = exact.classification.attempts
     could_fit = any(one.deviation <= NEARLY_STRUCTURE for one in attempts)
     if nominal is not None:
-        why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
+        why = f"no inverse of the nominal robot {nominal.name!r} can be refined to this robot"
     elif (
         not give
         and hybrid.mechanism.closers
@@ -195,8 +195,8 @@ def _of_nominal(
     axes = still_axes(design)
     if axes is not None:
         solved = replace(solved, function=of_position_alone(solved.function, axes))
-    leads = lead(hybrid, solved.function, length, found.given, closure)
-    if leads.share < LED:
+    convergence = convergence_of(hybrid, solved.function, length, found.given, closure)
+    if convergence.share < MIN_CONVERGED:
         return None
     start = as_start(solved)
     missed = Requirement(
@@ -206,12 +206,14 @@ def _of_nominal(
     turns = turns_of(hybrid)
     tasks = []
     if axes is not None:
-        near = lead(hybrid, solved.function, length, found.given, closure, is_position=True)
-        tasks.append(position_task(led_from(solved.function, turns, length, near.deviation)))
+        near = convergence_of(
+            hybrid, solved.function, length, found.given, closure, is_position=True
+        )
+        tasks.append(position_task(refined_inverse(solved.function, turns, length, near.deviation)))
     return Inverses(
         replace(exact.classification, found=nearly, missing=""),
         {start.function.name: start},
-        polished=led_from(solved.function, turns, length, leads.deviation),
+        polished=refined_inverse(solved.function, turns, length, convergence.deviation),
         polished_tasks=tuple(tasks),
     )
 

@@ -17,7 +17,7 @@ from ...loops.hybrid import Hybrid
 from ...loops.maps import chain, from_actuators
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solution import Solution, with_free_sides
-from ...model.tolerances import LED_BACK, LED_STEP
+from ...model.tolerances import MAX_REFINING_STEP, RECOVERED
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
@@ -26,14 +26,14 @@ from ..tasks.task import Solved
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-SAMPLES, MOST_DRAWN = 200, 4000
+SAMPLES, MAX_DRAWN = 200, 4000
 """Number of test configurations, and of random trials to find them; crank-and-rod loops can be
 closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
 of closed configurations. The ranges are tried in turn: loops through three booms far from the base
 can be closed only if the sampling range is small."""
-MOST_CHOICES = 9
+MAX_CHOICES = 9
 """Maximum number of sign choices (512 slots); further loops keep the reference branch."""
 
 
@@ -50,9 +50,9 @@ def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
         # If two steps close the same loop, the name also includes the joint.
-        told = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
+        message = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
-        work.sides[symbol] = told, _sides(step, symbol)
+        work.sides[symbol] = message, _sides(step, symbol)
     return solution
 
 
@@ -83,7 +83,7 @@ def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -
     of_loops = choices_of_loops(work)
     if not function.signs:
         return frozenset()
-    if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
+    if len(function.inputs) != 1 + len(given) or len(function.signs) > MAX_CHOICES:
         return of_loops
     _, *inputs = _poses(hybrid, given)
     same, without = idle_choices(hybrid, function, *inputs)
@@ -109,7 +109,7 @@ def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> fro
     function, of_loops = start.function, choices_of_loops(start.work)
     if not of_loops:
         return frozenset()
-    if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
+    if len(function.inputs) != 1 + len(given) or len(function.signs) > MAX_CHOICES:
         return of_loops
     known, *inputs = _poses(built, given)
     q, _ = _asked(function, inputs)
@@ -117,7 +117,7 @@ def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> fro
     unused = set()
     for k in sorted(of_loops):
         own, other = (_least(np.take(far, [side], axis=k)) for side in (0, 1))
-        if not ((other < own) & (other < LED_STEP)).any():
+        if not ((other < own) & (other < MAX_REFINING_STEP)).any():
             unused.add(k)
             far = np.take(far, [0], axis=k)
     return frozenset(unused)
@@ -144,7 +144,7 @@ def idle_choices(
         -1 has no solution.
     """
     if within is None:
-        within = LED_BACK * min(hybrid.backward.reference.size, 1.0)
+        within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
     q, residual = _asked(function, inputs)
     solves = np.asarray(residual < within)
     choices = range(len(function.signs))
@@ -188,7 +188,7 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
     moved = _moved(hybrid, (np.take(q, 0, axis=choice) - np.take(q, 1, axis=choice))[one])
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     sizes = np.where(turns, 1.0, hybrid.backward.reference.size)
-    return not bool((moved > LED_BACK * sizes).any())
+    return not bool((moved > RECOVERED * sizes).any())
 
 
 def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
@@ -216,5 +216,5 @@ def _configurations(hybrid: Hybrid, part: float) -> FloatArray:
         a, b = (middle + off if v is None else float(v) for v, off in ends)
         low.append(a)
         high.append(b)
-    drawn = np.random.default_rng(0).uniform(low, high, (MOST_DRAWN, len(low)))
+    drawn = np.random.default_rng(0).uniform(low, high, (MAX_DRAWN, len(low)))
     return np.vstack([hybrid.q_at_reference, drawn])

@@ -45,7 +45,7 @@ def position_task(polished: WrittenFunction) -> WrittenFunction:
     Both functions start from the same nominal inverse.
     """
     argument = Argument("p", POSITION, (3,), "m", "position of the tool in the base frame")
-    role = replace(polished.role, domain="task", aims=("position",))
+    role = replace(polished.role, domain="task", components=("position",))
     return replace(
         polished,
         name=NAME,

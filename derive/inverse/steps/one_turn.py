@@ -149,10 +149,10 @@ def _to_distance(
         goal: The goal point, relative to the axis.
     """
     terms = work.terms
-    across, beside, wanted = (perpendicular(terms, axis.h, v) for v in (way, point, goal))
+    across, offset, wanted = (perpendicular(terms, axis.h, v) for v in (way, point, goal))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, across, across))))
     unit = combination(terms, (inverse,), (across,))
-    found = slide_to_sphere(terms, unit, beside, dot(terms, wanted, wanted), work.sign())
+    found = slide_to_sphere(terms, unit, offset, dot(terms, wanted, wanted), work.sign())
     assert isinstance(found.equation, LineAndSphere)
     equation = LineAndSphere(
         terms.let(found.equation.linear * inverse),

@@ -31,7 +31,7 @@ from ...terms.vectors import (
 Frame = tuple[Basis, Vector]
 
 
-MOST_ADDENDS = 16
+MAX_ADDENDS = 16
 """Maximum number of addends of a symbolic constant that is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of an added joint: about the tool axis, and about any other axis."""
@@ -167,14 +167,14 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
     """Expands a constant so that terms cancel; does not change numbers and long constants."""
-    if terms.is_number(component) or terms.addends(component) > MOST_ADDENDS:
+    if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
     """Expands a constant so that terms cancel, or names it if the expansion is long."""
-    return sp.expand(component) if addends(component) <= MOST_ADDENDS else terms.let(component)
+    return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:

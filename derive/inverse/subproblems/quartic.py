@@ -51,10 +51,10 @@ from ...model.tolerances import (
     DIRECTION_FLOOR,
     EVEN_CONIC,
     GREATEST_T,
-    LEAST_CONIC,
-    LEAST_SLOPE,
-    LEAST_T,
     MEETING_ROOTS,
+    MIN_CONIC,
+    MIN_SLOPE,
+    MIN_T,
     NEARLY_LINEAR,
     OUTERMOST_ROOT,
     REAL_LINES,
@@ -161,7 +161,7 @@ def _turned(
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))
-    g = let(sp.Max(length, LEAST_CONIC, evaluate=False))
+    g = let(sp.Max(length, MIN_CONIC, evaluate=False))
     upper = a2 >= 0
     axis = direction(
         terms, select(terms, upper, let(g + a2), b2), select(terms, upper, b2, let(g - a2))
@@ -185,7 +185,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
     for _ in range(POLISHING_STEPS):
         value = let(let(let(let(t - a) * t) + b) * t - c)
         slope = let(let(let(3 * t - 2 * a) * t) + b)
-        step = let(let(value * slope) / let(slope**2 + LEAST_SLOPE**2))
+        step = let(let(value * slope) / let(slope**2 + MIN_SLOPE**2))
         t = let(sp.Max(ZERO, sp.Min(let(t - step), GREATEST_T, evaluate=False), evaluate=False))
     return t, b, swap
 
@@ -248,7 +248,7 @@ def _on_lines(
     size = let(sp.Abs(p))
     total = select(
         terms,
-        sp.And(alpha2 > size, t > LEAST_T),
+        sp.And(alpha2 > size, t > MIN_T),
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )

@@ -109,8 +109,8 @@ def algebraic(
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
     # This direction rotates with the data, as the solutions do.
-    beside = -A1[0][1], A1[0][0], ZERO, ZERO
-    along = tuple(_dot(terms, beside, column) for column in N)
+    normal = -A1[0][1], A1[0][0], ZERO, ZERO
+    along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(
         terms,
         let(X_X + half * let(n_n + m_m)),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from chasles.contract import Aim
+from chasles.contract import TaskComponent
 
 from ...chain.forward import Pose
 from ...model.robot import SerialRobot
@@ -55,7 +55,7 @@ def partial_pose(
     task_input: TaskInput,
     residual: Callable[[Pose], sp.Expr],
     identity: str,
-    aims: tuple[Aim, ...] = (),
+    components: tuple[TaskComponent, ...] = (),
 ) -> Solved:
     """Returns a partial-pose task from the solved joints.
 
@@ -67,14 +67,14 @@ def partial_pose(
         residual: Returns the deviation of a tool pose from the prescribed components (metre or
             radian).
         identity: One-line identity satisfied by the function.
-        aims: Names of the pose components for the runtime, in the order of the input entries.
+        components: Names of the pose components for the runtime, in the order of the input entries.
             Without names, the runtime does not refine solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
     solved = branches(name, robot, work, (), values, deviation, identity, inputs=(task_input,))
-    held = tuple(k for k, value in enumerate(values) if value == 0)
-    role = replace(solved.function.role, aims=aims, held=held)
+    free = tuple(k for k, value in enumerate(values) if value == 0)
+    role = replace(solved.function.role, components=components, free=free)
     return replace(solved, function=replace(solved.function, role=role))
 
 

@@ -57,7 +57,7 @@ class Solved:
     @property
     def is_known(self) -> bool:
         """Whether the role of the function specifies the prescribed pose components."""
-        return self.function.role.domain == "pose" or bool(self.function.role.aims)
+        return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def searching(self) -> "Solved":
         """Returns the task with the flag that the runtime must search for missed solutions."""

@@ -32,7 +32,7 @@ SHARE = 0.4
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
 """Marks a value outside its limits."""
-MOST_WIDE = 6
+MAX_WIDE = 6
 """Maximum number of coordinates for which a table shows two decimals."""
 SOLVED = 1e-9
 """Largest residual (m, rad) of a valid solution, as stated in the article."""
@@ -216,7 +216,11 @@ def _solutions(
 ) -> str:
     """Prints the table of all solutions, including the original configuration."""
     role = inverse.role
-    inputs = [np.concatenate([TARGETS[aim](T[None]) for aim in role.aims or WHOLE], axis=1)[0]]
+    inputs = [
+        np.concatenate(
+            [TARGETS[component](T[None]) for component in role.components or WHOLE], axis=1
+        )[0]
+    ]
     inputs += [np.array([known[argument.name]]) for argument in inverse.inputs[1:]]
     (kernel,) = lower([inverse], "example")
     found: list[tuple[int, FloatArray]] = []
@@ -247,7 +251,7 @@ def _columns(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
     """Returns a column of values for each coordinate."""
-    places = 2 if len(coordinates) <= MOST_WIDE else 1
+    places = 2 if len(coordinates) <= MAX_WIDE else 1
     return [
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
         for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True))

@@ -13,9 +13,9 @@ from ..setting.transforms import factors, labels, placements, transform
 from ..setting.widths import LINE, width
 from .tables import counts_moving
 
-MOST_WRITTEN = 4
+MAX_WRITTEN = 4
 """Maximum number of factors of a product that is written in full."""
-MOST_IN_ROW = 6
+MAX_IN_ROW = 6
 """Maximum number of trivial transforms per line."""
 
 
@@ -70,8 +70,8 @@ def link_transforms(page: Page) -> str:
         if display.width > LINE - MARGIN:
             display = broken(name, factors(placement, page.equations.printer))
         displays.append(display)
-    for k in range(0, len(alike), MOST_IN_ROW):
-        side = " = ".join(alike[k : k + MOST_IN_ROW])
+    for k in range(0, len(alike), MAX_IN_ROW):
+        side = " = ".join(alike[k : k + MAX_IN_ROW])
         displays.append(_equation(side, "I"))
     same = f"where frame ${frame(robot.tool_frame)}$ is frame ${frames[-1]}$, and"
     return text(
@@ -89,6 +89,6 @@ def _equation(side: str, value: str) -> Display:
 
 
 def _product(factors: Sequence[str]) -> str:
-    if len(factors) <= MOST_WRITTEN:
+    if len(factors) <= MAX_WRITTEN:
         return r"\,".join(factors)
     return rf"{factors[0]}\,{factors[1]} \cdots {factors[-1]}"

@@ -18,7 +18,7 @@ from . import tables
 UNITS_OF_TABLES = (
     r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
 )
-MOST_RUNS = 2
+MAX_RUNS = 2
 """Maximum number of joint tables (one per convention); above it, one table of transforms."""
 FEW = 4
 """Maximum number of names joined by "and"; longer lists have commas or dots."""
@@ -37,7 +37,7 @@ def joints(page: Page) -> str:
     # This printer always prints numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
-    if len(runs) > MOST_RUNS:
+    if len(runs) > MAX_RUNS:
         table = tables.transform_table(page.robot, notation, printer)
         introduced = (
             "The joints are given in several conventions. Their link transforms, as products of"

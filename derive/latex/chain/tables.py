@@ -29,9 +29,9 @@ FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
 """Separates a fraction from the rows above and below."""
 WIDEST = LINE / 2
 """Minimum width (pt) of a cell that is set as a paragraph."""
-MOST_BLOCKS, LOWEST_BLOCK = 3, 4
+MAX_BLOCKS, LOWEST_BLOCK = 3, 4
 """Maximum number of side-by-side blocks of a narrow table, and minimum rows of a block."""
-MOST_ROWS = 36
+MAX_ROWS = 36
 """Maximum table rows per page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
@@ -280,9 +280,9 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
         index = heads.index(apart)
         parts = _parts(columns[:index], repeated)
         parts += _parts([*columns[:repeated], *columns[index:]], repeated)
-    rows = range(0, len(columns[0][1]), MOST_ROWS)
+    rows = range(0, len(columns[0][1]), MAX_ROWS)
     return "\n".join(
-        _tabular([(head, cells[k : k + MOST_ROWS]) for head, cells in part])
+        _tabular([(head, cells[k : k + MAX_ROWS]) for head, cells in part])
         for part in parts
         for k in rows
     )
@@ -344,8 +344,8 @@ def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     fitting = int((WIDEST_TABLE - MARGIN) // wide)
-    blocks = max(1, min(MOST_BLOCKS, fitting, -(-len(rows) // LOWEST_BLOCK)))
-    page = blocks * MOST_ROWS
+    blocks = max(1, min(MAX_BLOCKS, fitting, -(-len(rows) // LOWEST_BLOCK)))
+    page = blocks * MAX_ROWS
     return "\n".join(
         _block_table(heading, rows[k : k + page], blocks) for k in range(0, len(rows), page)
     )

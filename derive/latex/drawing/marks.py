@@ -125,7 +125,7 @@ class Marks:
         self.behind.append(
             f"\\draw[ground] {_frame(a, b)} (0,0) -- ({number(length)},0) {strokes} {{ {stroke} }};"
         )
-        self.obstacles.path(_beside(a, b, -7), 8)
+        self.obstacles.path(_shifted(a, b, -7), 8)
 
     def _foot(self, hinge: Hinge, feet: list[Point]) -> None:
         point = self.paper.at(hinge.at)
@@ -219,7 +219,7 @@ class Marks:
                 f"\\draw[motor,<->] {_frame(a, b)} ({number(middle - half)},{number(side * 26)})"
                 f" -- ({number(middle + half)},{number(side * 26)});"
             )
-            self.obstacles.path(_beside(between(a, b, BARREL), b, side * 26), 8)
+            self.obstacles.path(_shifted(between(a, b, BARREL), b, side * 26), 8)
         return [
             f"\\draw[piston] {_open([a, b])};",
             f"\\filldraw[{style}] {_frame(a, b)} (0,-1.4) rectangle ({number(barrel)},1.4);",
@@ -366,7 +366,7 @@ class Marks:
         if slide.coordinate:
             self.arrows.append(f"\\draw[motor,<->] {frame} (-4.5,3.2) -- (4.5,3.2);")
             ends = [(place[0] + whole(s * 45 * x), place[1] + whole(s * 45 * y)) for s in (-1, 1)]
-            self.obstacles.path(_beside(ends[0], ends[1], 32), 8)
+            self.obstacles.path(_shifted(ends[0], ends[1], 32), 8)
 
     def _guide(
         self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
@@ -431,7 +431,7 @@ def _frame(a: Point, b: Point) -> str:
     return f"[shift={{{at(a)}}},rotate={angle(b[0] - a[0], b[1] - a[1])}]"
 
 
-def _beside(a: Point, b: Point, shift: int) -> list[Point]:
+def _shifted(a: Point, b: Point, shift: int) -> list[Point]:
     """Returns a line shifted to the left of its direction."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length

@@ -25,7 +25,7 @@ _LEVEL = 5.9
 """The outline connects points around which this many of the nine nearest cells are reached. It
 passes through the middle of the outermost cells: on average, the region covers half of such a
 cell."""
-_LEAST = 12.0
+_MIN = 12.0
 """Minimum area of a boundary polygon (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
 """Tolerance of outline simplification (cells), and its growth factor until few corners remain."""
@@ -321,7 +321,7 @@ class _Cells:
         levels = sum(np.roll(wide, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
         assert isinstance(levels, np.ndarray)
         levels[[0, -1]] = levels[:, [0, -1]] = 0
-        loops = [loop for loop in contours(levels, _LEVEL) if abs(area(loop)) > _LEAST]
+        loops = [loop for loop in contours(levels, _LEVEL) if abs(area(loop)) > _MIN]
         slack, kept = _SLACK, loops
         while not kept or sum(map(len, kept)) > _CORNERS:
             kept = [simplified(loop, slack) for loop in loops]

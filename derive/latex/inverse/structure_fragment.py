@@ -9,13 +9,13 @@ from ...inverse.structure.words import listed as in_words
 from ..setting.names import escape
 from ..setting.page import Page
 
-MOST_MISSED = 3
+MAX_MISSED = 3
 """Number of listed structures if the axes have no closed-form structure."""
 
 
 def missing_structure(classification: Classification) -> str:
     """Lists the most similar closed-form structures with their violated conditions."""
-    rows = nearest(classification)[:MOST_MISSED]
+    rows = nearest(classification)[:MAX_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."
     opening = "There is no closed form. The nearest structures that have one are"
@@ -59,10 +59,12 @@ def _undetermined(page: Page, classification: Classification, found: Attempt) ->
     names = [page.words(classification.lines.axes[k].name) for k in found.given]
     if not names:
         return []
-    more = "one joint" if len(names) == 1 else f"{len(names)} joints"
-    verb = "value is an input" if len(names) == 1 else "values are inputs"
-    whose = f"its {verb}" if len(names) == 1 else f"their {verb}"
-    return [f"A pose leaves {more} undetermined, {in_words(names)}; {whose} beside the pose."]
+    if len(names) == 1:
+        return [f"A pose leaves one joint undetermined, {names[0]}; its value is a further input."]
+    return [
+        f"A pose leaves {len(names)} joints undetermined, {in_words(names)}; their values are"
+        " further inputs."
+    ]
 
 
 def _lacking(missed: Iterable[tuple[str, str]]) -> str:

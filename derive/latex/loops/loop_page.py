@@ -15,7 +15,7 @@ from ...model.geometry import Geometry
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
-from ..setting.notation import LENGTH, MOST_WRITTEN
+from ..setting.notation import LENGTH, MAX_WRITTEN
 from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
@@ -135,7 +135,7 @@ class LoopPage:
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
         """Returns a constant in printed symbols, term by term if short."""
-        if self.terms.is_number(expression) and self.terms.size(expression) > MOST_WRITTEN:
+        if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
         return sp.Add(*map(self.printed_terms.constant, addends))

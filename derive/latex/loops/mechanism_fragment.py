@@ -70,13 +70,13 @@ def _by(drive: Drive) -> str:
 
 def _followers(page: LoopPage) -> str:
     """Describes drives that are not actuated, whose motors depend on other motors."""
-    told = []
+    message = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])
         ratio = page.tex(page.printed_terms.constant(drive.ratio))
         formula = tables.marked(f"${symbol} / {ratio}$", drive.assumed)
-        told.append(f"the motor {escape(drive.name)} rotates by {formula}{_by(drive)}")
-    return f"Not actuated but driven: {'; '.join(told)}." if told else ""
+        message.append(f"the motor {escape(drive.name)} rotates by {formula}{_by(drive)}")
+    return f"Not actuated but driven: {'; '.join(message)}." if message else ""
 
 
 def _place(page: LoopPage, c: Coordinate) -> int:

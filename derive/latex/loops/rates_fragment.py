@@ -14,9 +14,9 @@ from .loop_page import LoopPage
 from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
-MOST_TERMS = 8
+MAX_TERMS = 8
 """Maximum terms of a sum in which rates of intermediate results are written in full."""
-MOST_EXPANDED = 500
+MAX_EXPANDED = 500
 """Maximum addends of a rate that is expanded on trial."""
 BRACKET = 0.75 * LINE
 """Maximum width (pt) of a sum that is multiplied by a rate."""
@@ -45,10 +45,10 @@ class Rates:
         results = []
         for rate in step.rates:
             total = sp.Add(*(w * self.of(part) for part, w in rate.right))
-            is_long = addends(total) > MOST_EXPANDED
+            is_long = addends(total) > MAX_EXPANDED
             if not is_long:
                 total = sp.expand(total)
-            if is_long or len(sp.Add.make_args(total)) > MOST_TERMS:
+            if is_long or len(sp.Add.make_args(total)) > MAX_TERMS:
                 total = sp.Add(*(w * self._by_name(part) for part, w in rate.right))
             for symbol, _ in rate.left:
                 if symbol not in self.dotted:

@@ -18,9 +18,9 @@ from .loop_page import LoopPage
 from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
-MOST_ZEROS = 4
+MAX_ZEROS = 4
 """Maximum number of listed dead points per step."""
-LEAST_TOLD = 0.01
+MIN_PRINTED = 0.01
 """The lower bound of a margin is printed if it is at least this number."""
 
 
@@ -135,19 +135,19 @@ def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
     if printed.margin is None:
         return ""
     margin = rf"\mu_{{{printed.number}}}"
-    told = rf"The margin is ${margin} = {_quotient(page, printed.margin)}$."
+    message = rf"The margin is ${margin} = {_quotient(page, printed.margin)}$."
     if not printed.dead_point:
-        return told
-    dead = rf"{told} It is $0$ where {printed.dead_point}"
+        return message
+    dead = rf"{message} It is $0$ where {printed.dead_point}"
     found = page.dead_values.get(printed.number)
     if found is None:
         return f"{dead}."
     symbol = page.members.q[found.coordinate]
     coordinate = page.mechanism.coordinates[found.coordinate]
-    if found.zeros and len(found.zeros) <= MOST_ZEROS:
+    if found.zeros and len(found.zeros) <= MAX_ZEROS:
         zeros = " and ".join(at_value(symbol, coordinate, zero) for zero in found.zeros)
         return f"{dead}, at {zeros}."
-    if not found.zeros and found.least > LEAST_TOLD:
+    if not found.zeros and found.least > MIN_PRINTED:
         within = " within the limits" if None not in coordinate.limits else ""
         return rf"{dead}; for all ${symbol}${within}, ${margin} \ge {_floor(found.least)}$."
     return f"{dead}."

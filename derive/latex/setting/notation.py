@@ -21,9 +21,9 @@ Order = tuple[int, tuple[object, ...]]
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
-MOST_PARTS = 12
+MAX_PARTS = 12
 """Maximum number of named numbers in a number that is printed by its parts."""
-MOST_WRITTEN = 200
+MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
 COMMAS_FROM = 10
 """Number of coordinates from which commas separate the indices of a sum."""
@@ -259,7 +259,7 @@ class Notation:
         long.
         """
         parts = size(raw, self._sizes)
-        if parts <= MOST_WRITTEN:
+        if parts <= MAX_WRITTEN:
             raw = raw.xreplace(self.meanings)
         if raw in self._constants:
             return self._constants[raw]
@@ -272,22 +272,22 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number is composed of more than ``MOST_PARTS`` numbers."""
+    """Whether a number is composed of more than ``MAX_PARTS`` numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()
     waiting = [*expression.free_symbols]
-    while waiting and len(found) <= MOST_PARTS:
+    while waiting and len(found) <= MAX_PARTS:
         symbol = waiting.pop()
         if symbol in terms.constants and symbol not in found:
             found.add(symbol)
             waiting.extend(terms.constants[symbol].free_symbols)
-    return len(found) > MOST_PARTS
+    return len(found) > MAX_PARTS
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
     """Whether a constant of parameters is too long without names for its parts."""
-    return not terms.is_number(expression) and terms.size(expression) > MOST_WRITTEN
+    return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:

@@ -17,7 +17,7 @@ from ...model.tolerances import ROUNDING
 from ...model.values import Values, to_digits
 from .notation import Notation, is_surd
 
-MOST_TILTS = 3
+MAX_TILTS = 3
 """Maximum number of constant angles (except right angles) with cosines and sines in roots."""
 
 
@@ -88,7 +88,7 @@ def _turns(robot: SerialRobot) -> list[Rotation]:
 def _with_decimals(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with decimals for angles whose cosines and sines are not short roots."""
     tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
-    many = len(tilted) > MOST_TILTS
+    many = len(tilted) > MAX_TILTS
 
     def changed(placement: Placement) -> Placement:
         return tuple(

@@ -16,7 +16,7 @@ from ...chain.singular.singular_configurations import words
 from ...model.robot import SerialRobot
 from .notation import Notation
 
-MOST_ADDENDS = 12
+MAX_ADDENDS = 12
 """Maximum terms of a printed factor."""
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are longer."""
@@ -127,7 +127,7 @@ def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCond
 
 
 def _is_short(minor: Factored) -> bool:
-    return all(len(sp.Add.make_args(factor)) <= MOST_ADDENDS for factor, _ in minor.factors)
+    return all(len(sp.Add.make_args(factor)) <= MAX_ADDENDS for factor, _ in minor.factors)
 
 
 def _of_determinant(

@@ -29,7 +29,7 @@ DEEPEST = 2
 """Maximum depth of nested brackets."""
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
-MOST_FACTORS = 5
+MAX_FACTORS = 5
 """Maximum factors of a product that is always written in full."""
 
 
@@ -154,7 +154,7 @@ class _Sharing:
             self.known[term] = self.notation.trigonometric(expression)
             return
         value = self._value(expression)
-        long = len(sp.Mul.make_args(value)) > MOST_FACTORS
+        long = len(sp.Mul.make_args(value)) > MAX_FACTORS
         if uses > 1 and (long or (value.is_Add and not self._is_plain(value))):
             self._name(term, value)
         else:

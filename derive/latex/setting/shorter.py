@@ -5,15 +5,15 @@ from sympy.simplify.fu import TR10i
 
 from ...model.sizes import addends, size
 
-MOST_MULTIPLIED = 60
+MAX_MULTIPLIED = 60
 """Maximum addends of a product of sums that is expanded on trial."""
-MOST_GATHERED = 4
+MAX_GATHERED = 4
 """Maximum terms of a sum with its common root in front; longer sums must be broken across lines."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
     """Shortens a constant of parameters by expansion and angle addition, if possible."""
-    if constant.is_Atom or addends(constant) > MOST_MULTIPLIED:
+    if constant.is_Atom or addends(constant) > MAX_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
     if any(isinstance(e, sp.cos | sp.sin) for e in forms[1].atoms(sp.Function)):
@@ -27,7 +27,7 @@ def gathered(expression: sp.Expr) -> sp.Expr:
         return expression
     if expression.is_Mul:
         return sp.Mul(*map(gathered, expression.args))
-    if not expression.is_Add or len(expression.args) > MOST_GATHERED:
+    if not expression.is_Add or len(expression.args) > MAX_GATHERED:
         return expression
     terms = [gathered(addend) for addend in expression.args]
     roots = {abs(_number(term)) for term in terms}

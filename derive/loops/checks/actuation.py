@@ -15,7 +15,7 @@ from ...model.tolerances import REPEATED_EQUATION
 from ..closing import ClosedLoops, Vector
 from .bodies_in_numbers import BodiesInNumbers
 
-MOST_NAMED = 6
+MAX_NAMED = 6
 
 
 def check_actuation(loops: ClosedLoops) -> None:
@@ -112,7 +112,7 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
 
 def _few(names: Sequence[str]) -> str:
     """Joins names with commas and "and"; shortens a long list."""
-    shown = [*names[:MOST_NAMED], "others"] if len(names) > MOST_NAMED else [*names]
+    shown = [*names[:MAX_NAMED], "others"] if len(names) > MAX_NAMED else [*names]
     return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
 
 

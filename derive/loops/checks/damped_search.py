@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
 """Initial, minimum and maximum damping, and the first growth factor."""
-MOST_POOR = 2
+MAX_POOR = 2
 """The search ends after this number of consecutive steps with too little gain."""
 
 
@@ -57,7 +57,7 @@ def least(
         x, r, J = x + step, there, J_there
         damping = max(damping * max(1 / 3, 1 - (2 * gained / promised - 1) ** 3), WEAKEST)
         growth = FACTOR
-        if poor == MOST_POOR:
+        if poor == MAX_POOR:
             break
     return x
 

@@ -23,9 +23,9 @@ from .swapped_ends import swapped_ends
 
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""
-MOST_REFINED = 3
+MAX_REFINED = 3
 """Number of start configurations to refine, best first."""
-MOST_TOLD = 5
+MAX_REMEDIES = 5
 """Maximum number of lengths and angles in a message, smallest change first."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
@@ -168,9 +168,7 @@ def _closed(
             return trial
         found.append(trial)
     found.sort(key=lambda at: _gap(bodies, at, loops))
-    least = [
-        bodies.nearest(at, bodies.unknown, loops, last) for at in (best, *found[:MOST_REFINED])
-    ]
+    least = [bodies.nearest(at, bodies.unknown, loops, last) for at in (best, *found[:MAX_REFINED])]
     return min(least, key=lambda at: _gap(bodies, at, loops))
 
 
@@ -197,7 +195,7 @@ def _loop_error(
     if not remedies:
         text = f"{head}; no single length, angle or coordinate of it closes the loop"
         return LoopError(text, gap=gap)
-    lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
+    lines = [f"    {remedy}" for remedy in remedies[:MAX_REMEDIES]]
     text = "\n".join([f"{head}. Any one of these closes it:", *lines])
     return LoopError(text, gap=gap, remedies=tuple(remedies))
 
@@ -205,12 +203,12 @@ def _loop_error(
 def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
     """Lists the actuated coordinates of the loop at the reference."""
     names = {name for name, _, _ in _candidates(bodies, closer)}
-    told = [
+    stated = [
         f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
         for c in bodies.mechanism.coordinates
         if c.moves in names
     ]
-    return f" at the reference ({', '.join(told)})" if told else " at the reference"
+    return f" at the reference ({', '.join(stated)})" if stated else " at the reference"
 
 
 def _gap_in_words(
@@ -270,7 +268,7 @@ def _candidates(
             )
     moved = {joint.name for joint in joints} | {closer.name}
     for c in mechanism.coordinates:
-        if c.moves in moved or _is_beside(mechanism, c.moves, moved):
+        if c.moves in moved or _spans_moving(mechanism, c.moves, moved):
             yield c.moves, c.name, bodies.number(c.ratio)
 
 
@@ -296,7 +294,7 @@ def _constants(
             yield offset_of(closer, side), words, 1.0
 
 
-def _is_beside(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
+def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
     """Whether a strut spans a moving joint of a loop."""
     for strut in mechanism.struts:
         if strut.name == name:
@@ -327,7 +325,7 @@ def _range(
             is_short = name in bodies.constants and bodies.is_length(name) and beyond <= 0
             return _ordered(near, 0.0 if is_short else None, sense)
         closed = _at(bodies, name, beyond, configuration, loops) or _at(
-            bodies, name, beyond, _beside(bodies, configuration), loops
+            bodies, name, beyond, _off_dead_point(bodies, configuration), loops
         )
         if closed is None:
             return _ordered(near, _edge(bodies, name, far, beyond, configuration, loops), sense)
@@ -339,7 +337,9 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
     return (near, far) if sense > 0 else (far, near)
 
 
-def _beside(bodies: BodiesInNumbers, configuration: Mapping[str, float]) -> dict[str, float]:
+def _off_dead_point(
+    bodies: BodiesInNumbers, configuration: Mapping[str, float]
+) -> dict[str, float]:
     """Returns a configuration off a dead point, so that the joint directions are defined."""
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):

@@ -18,7 +18,7 @@ from ..checks.bodies_in_numbers import BodiesInNumbers
 from ..closing import swings_at
 
 Floats = NDArray[np.float64]
-TOLD = 0.05
+REPORTED = 0.05
 """Smallest gap that is reported, as a fraction of the largest gap."""
 
 
@@ -43,11 +43,11 @@ class LeftOpen:
         """Returns text that describes the redundant constraints and the gaps."""
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
-        told = f"{many} redundant; smallest achievable gaps: {open_}"
+        message = f"{many} redundant; smallest achievable gaps: {open_}"
         if not self.spare:
-            return told
+            return message
         spare = " or ".join(map(repr, self.spare))
-        return f"{told}; omitting {spare} adds no freedom"
+        return f"{message}; omitting {spare} adds no freedom"
 
 
 def left_open(mechanism: Mechanism) -> LeftOpen | None:
@@ -82,8 +82,8 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
         )
         == J.shape[1]
     )
-    told = _told(bodies, mechanism.closers, at)
-    return LeftOpen(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], told, spare)
+    message = _message(bodies, mechanism.closers, at)
+    return LeftOpen(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], message, spare)
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
@@ -98,7 +98,7 @@ def _rank(J: Floats, least: float) -> int:
     return int(np.sum(values > least * max(values, default=0.0)))
 
 
-def _told(
+def _message(
     bodies: BodiesInNumbers, closers: Sequence[Closure | Strut], at: Mapping[str, float]
 ) -> dict[str, str]:
     gaps = bodies.gaps(at)
@@ -106,7 +106,7 @@ def _told(
     widest = max(sizes.values())
     found = {}
     for closer in sorted(closers, key=lambda closer: -sizes[closer.name]):
-        if sizes[closer.name] < TOLD * widest:
+        if sizes[closer.name] < REPORTED * widest:
             continue
         gap, parts = gaps[closer.name], []
         if gap.distance > GAP * bodies.size:
@@ -128,4 +128,4 @@ def _distance(bodies: BodiesInNumbers, closer: Closure | Strut, at: Mapping[str,
     along = abs(float(A[:3, 2] @ d))
     across = float(np.sqrt(max(gap**2 - along**2, 0.0)))
     parts = [(along, "along its axis"), (across, "across its axis")]
-    return " and ".join(f"{1e3 * v:.3g} mm {way}" for v, way in parts if v > TOLD * gap)
+    return " and ".join(f"{1e3 * v:.3g} mm {way}" for v, way in parts if v > REPORTED * gap)

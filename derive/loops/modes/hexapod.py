@@ -15,7 +15,7 @@ from ...terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
 from ..hybrid import Hybrid
 from ..rods import from_base, joint_frame, joint_values, rods_of
 from ..spatial.body_frames import pose_of
-from .hexapod_starts import MOST_POSES, RodFamily, starts
+from .hexapod_starts import MAX_POSES, RodFamily, starts
 from .soma import RODS, SOMA, Array, SixRods
 
 PAIR = 2
@@ -217,7 +217,7 @@ def tables(
         own: Generic rods of the family.
         poses: (n, 8) all complex poses of these generic rods.
     """
-    slots = np.zeros((MOST_POSES, SOMA), np.complex128)
+    slots = np.zeros((MAX_POSES, SOMA), np.complex128)
     slots[: len(poses)] = poses
     return (
         rods.size,

@@ -25,7 +25,7 @@ from .generic_platform import POSES, RODS
 from .path_tracking import condition, followed
 from .soma import SOMA, Array, SixRods, finite, quadrics, residuals
 
-MOST_POSES = len(POSES)
+MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
 """Maximum number of successive closed paths without a new pose; these paths permute all poses."""
 REFINEMENTS = 3
@@ -80,7 +80,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
     known = _regular(own, x[arrived])
     fruitless = 0
     for phase in range(3, 100, 2):
-        if len(known) == MOST_POSES or fruitless == LOOPS_WITHOUT_A_NEW_POSE:
+        if len(known) == MAX_POSES or fruitless == LOOPS_WITHOUT_A_NEW_POSE:
             break
         more = _around(family, own, known, phase)
         fruitless = 0 if len(more) > len(known) else fruitless + 1

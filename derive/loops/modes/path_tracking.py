@@ -14,7 +14,7 @@ from ...model.tolerances import PATH_NEAR, PATH_ON, SHORTEST_PATH_STEP
 from .soma import SOMA, Array, SixRods, quadrics
 
 FIRST_STEP = 0.05
-MOST_STEPS = 3000
+MAX_STEPS = 3000
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
@@ -32,7 +32,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
     x = x / np.linalg.norm(x, axis=1, keepdims=True)
     t, h = np.zeros(len(x)), np.full(len(x), FIRST_STEP)
     going = np.ones(len(x), bool)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         rows = np.flatnonzero(going & (t < 1))
         if not len(rows):
             break

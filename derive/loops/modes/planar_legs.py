@@ -132,9 +132,9 @@ def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
     if set(at.terms) - {sp.S.Zero} or turned not in (phi, -phi):
         return None
     position = at.terms.get(sp.S.Zero, (sp.S.Zero, sp.S.Zero))
-    along, beside = ((sp.diff(position[0], s), sp.diff(position[1], s)) for s in (x, y))
+    along, across = ((sp.diff(position[0], s), sp.diff(position[1], s)) for s in (x, y))
     side = 1 if turned == phi else -1
-    away = minus(beside, product((sp.Integer(0), sp.Integer(side)), along))
+    away = minus(across, product((sp.Integer(0), sp.Integer(side)), along))
     if not all(map(is_zero, away)):
         return None
     origin = position[0].subs({x: 0, y: 0}), position[1].subs({x: 0, y: 0})

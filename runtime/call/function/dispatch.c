@@ -17,7 +17,7 @@
 #include "call/kernel/kept_blocks.h"
 #include "call/kernel/rigid_poses.h"
 
-#define LEAST_LONG 8192 /* rows */
+#define MIN_LONG 8192 /* rows */
 
 /* ------------------------------------------------------------------ single */
 
@@ -111,7 +111,7 @@ static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *cons
 /* Tests whether a batch is so long that Python must handle Ctrl-C between parts. */
 static int is_long(npy_intp n)
 {
-    return n >= LEAST_LONG;
+    return n >= MIN_LONG;
 }
 
 /* Tests whether the results for n rows are large enough for kept blocks. */
@@ -121,7 +121,7 @@ static int is_large(const Kernel *kernel, npy_intp n)
     for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
         size += (double)kernel->operands[i].size;
     }
-    return (double)n * size >= (double)(LEAST_KEPT / sizeof(double));
+    return (double)n * size >= (double)(MIN_KEPT / sizeof(double));
 }
 
 /* Runs the kernel on n dense rows. */

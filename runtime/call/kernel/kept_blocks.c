@@ -4,8 +4,8 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#define MOST_KEPT ((size_t)256 << 20) /* bytes of all kept blocks */
-#define MAX_KEPT 32                   /* blocks */
+#define MAX_BYTES ((size_t)256 << 20) /* bytes of all kept blocks */
+#define MAX_BLOCKS 32                   /* blocks */
 #define HUGE_PAGE ((size_t)2 << 20)   /* bytes; the size of a block is a multiple */
 #define BLOCK_HEAD 64 /* bytes before the array, for the size of the block; arrays stay aligned */
 
@@ -15,7 +15,7 @@ typedef struct {
 } Block;
 
 static struct {
-    Block blocks[MAX_KEPT]; /* in order of age, the oldest first */
+    Block blocks[MAX_BLOCKS]; /* in order of age, the oldest first */
     int n;
     size_t bytes;
 } kept;
@@ -88,11 +88,11 @@ static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(
         return;
     }
     Block block = block_of(memory);
-    if (block.size > MOST_KEPT) {
+    if (block.size > MAX_BYTES) {
         munmap(block.start, block.size);
         return;
     }
-    shrink_kept(MAX_KEPT - 1, MOST_KEPT - block.size);
+    shrink_kept(MAX_BLOCKS - 1, MAX_BYTES - block.size);
     kept.blocks[kept.n++] = block;
     kept.bytes += block.size;
 #ifdef MADV_FREE

@@ -9,7 +9,7 @@
 
 #include "call/kernel/python_api.h"
 
-#define LEAST_KEPT ((size_t)32 << 20) /* minimum bytes of results in kept blocks */
+#define MIN_KEPT ((size_t)32 << 20) /* minimum bytes of results in kept blocks */
 
 /* Prepares the memory handler; -1 with an error set. */
 int kept_blocks_init(void);

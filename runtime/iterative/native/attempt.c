@@ -7,7 +7,7 @@
 #include "iterative/native/lm_step.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_IDLE 2 /* maximum consecutive steps that reduce the error too little */
+#define MAX_IDLE 2 /* maximum consecutive steps that reduce the error too little */
 
 static void take_trial(Workspace *work)
 {
@@ -36,7 +36,7 @@ Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluatio
         double before = now->half_square;
         normal_equations(work, work->J, now->e, m);
         while (!better) {
-            double lambda = mu * before + LM_LEAST_LAMBDA;
+            double lambda = mu * before + LM_MIN_LAMBDA;
             if (*budget <= 0) {
                 return OUT_OF_BUDGET;
             }
@@ -48,7 +48,7 @@ Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluatio
         take_trial(work);
         double gain = now->residual < LM_NEAR_SOLUTION ? LM_PATIENT_GAIN : least_gain;
         idle = now->half_square > (1 - gain) * before ? idle + 1 : 0;
-        if (idle >= MOST_IDLE) {
+        if (idle >= MAX_IDLE) {
             return least;
         }
     }

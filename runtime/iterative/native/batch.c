@@ -76,7 +76,7 @@ static void *help(void *batch)
 
 void solve_batch(PoseBatch *batch, int threads)
 {
-    pthread_t others[MOST_THREADS];
+    pthread_t others[MAX_THREADS];
     int started = 0;
     while (started < threads - 1 && pthread_create(&others[started], NULL, help, batch) == 0) {
         started++;

@@ -8,7 +8,7 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/solve_pose.h"
 
-#define MOST_THREADS 256
+#define MAX_THREADS 256
 #define POSES_AT_A_TIME 16 /* poses per work item of a thread */
 
 /* A result depends on its pose and seed only, not on the thread or the batch. */

@@ -9,7 +9,7 @@
 #include "numerics/_tolerances.h"
 
 #define RESERVED_PART 4   /* 1 / RESERVED_PART of the budget is reserved for refinement */
-#define MOST_RESERVED 400 /* maximum evaluations: reserved in total, and for each refinement */
+#define MAX_RESERVED 400 /* maximum evaluations: reserved in total, and for each refinement */
 
 /* The state of a search: the best result so far, and the results of attempts, sorted by error. */
 typedef struct {
@@ -50,8 +50,8 @@ static void refine_ends(const Problem *problem, Search *search)
     Ending last = search->ending;
     for (int k = 0; k < search->n_ends && last != CONVERGED && search->budget > 0; k++) {
         const double *end = problem->work->best + k * problem->arm->n;
-        int all = k == 0 || search->budget < MOST_RESERVED;
-        int share = all ? search->budget : MOST_RESERVED, left = share;
+        int all = k == 0 || search->budget < MAX_RESERVED;
+        int share = all ? search->budget : MAX_RESERVED, left = share;
         last = patient_attempt(problem, end, &left, &now);
         search->budget -= share - left;
         if (k == 0 || last == CONVERGED || now.half_square < search->best.half_square) {
@@ -72,7 +72,7 @@ static void search_pose(const Problem *problem, const double *seed, Ending endin
 {
     const Arm *arm = problem->arm;
     int given = problem->task->budget;
-    int reserved = given / RESERVED_PART < MOST_RESERVED ? given / RESERVED_PART : MOST_RESERVED;
+    int reserved = given / RESERVED_PART < MAX_RESERVED ? given / RESERVED_PART : MAX_RESERVED;
     Search search = {.best = {.half_square = INFINITY, .residual = NAN},
                      .best_q = problem->work->best + FINALISTS * arm->n,
                      .ending = ending,

@@ -7,8 +7,8 @@
 
 #define ULPS 8 /* maximum reduction of a rate to satisfy a limit, in units in the last place */
 
-enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, LEAST, GREATEST, N_OPERANDS };
-enum { N_JOINT_INPUTS = DT, LEAST_STEP = 6, GREATEST_STEP = 7 };
+enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, MIN, GREATEST, N_OPERANDS };
+enum { N_JOINT_INPUTS = DT, MIN_STEP = 6, GREATEST_STEP = 7 };
 
 /* Returns the maximum rate from which a joint can brake before a limit at the distance `left`, with
  * the acceleration limit a: k steps at v, v - a dt, v - 2 a dt ... cover k v dt - k (k - 1) / 2 a
@@ -94,7 +94,7 @@ void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *s
                 x[i] = get(args[i] + k * core[i]);
             }
             bound_rate(x, get(args[DT]), &least, &greatest);
-            put(args[LEAST] + k * core[LEAST_STEP], least);
+            put(args[MIN] + k * core[MIN_STEP], least);
             put(args[GREATEST] + k * core[GREATEST_STEP], greatest);
         }
     }

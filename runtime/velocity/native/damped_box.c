@@ -8,7 +8,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MOST_AGE 64 /* maximum decompositions until U is reset, as rounding errors accumulate */
+#define MAX_AGE 64 /* maximum decompositions until U is reset, as rounding errors accumulate */
 #define ROUNDS 8    /* maximum iterations of the active set per variable */
 
 int damped_box_new(DampedBox *box, int n, double border, double damping)
@@ -20,7 +20,7 @@ int damped_box_new(DampedBox *box, int n, double border, double damping)
     }
     *box = (DampedBox){
         .n = n, .moving = n, .border = border, .least_damping = damping, .damping = damping};
-    box->age = MOST_AGE;
+    box->age = MAX_AGE;
     box->rows = block;
     box->x = box->rows + TWIST * N;
     box->g = box->x + N;
@@ -48,7 +48,7 @@ static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 static void apply_last_rotations(DampedBox *box, const double *J)
 {
     int n = box->n;
-    if (box->age++ >= MOST_AGE) {
+    if (box->age++ >= MAX_AGE) {
         memset(box->U, 0, sizeof box->U);
         for (int i = 0; i < TWIST; i++) {
             box->U[(TWIST + 1) * i] = 1;

@@ -35,7 +35,7 @@ from tests.support.derivations import ROBOTS
 
 STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
-LEAST = 20.0
+MIN = 20.0
 """Minimum factor by which calibration reduces the error of validation poses."""
 CONFIGURATIONS = 100
 DRAWN = 5e-4
@@ -145,7 +145,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
     before, after = (
         np.sqrt(((T - true)[:, :3, 3] ** 2).sum(-1).mean()) for T in (nominal, calibrated)
     )
-    assert before / after > LEAST
+    assert before / after > MIN
     assert 0.8 < found.noise < 1.2
     # Random noise may exceed the outlier limit in some rows; only such rows may be excluded.
     drawn_noise = np.abs(measured._errors(T, np.zeros(0))).reshape(-1, 6).max(1)
@@ -238,7 +238,7 @@ def test_robot_file_resolves_its_nominal_robot(tmp_path):
     text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "four_bar")
     mine = read_text(text, file=str(tmp_path / "mine.toml"))
     assert mine.nominal == read(ROBOTS / "four_bar.toml")
-    with pytest.raises(DescriptionError, match="or a robot file beside this one"):
+    with pytest.raises(DescriptionError, match="or a robot file in this folder"):
         read_text(text.replace('nominal = "four_bar"', 'nominal = "no_bar"'))
 
 
@@ -343,7 +343,7 @@ def few_samples():
     """Context in which a derivation tests an inverse at 20 configurations instead of 100."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nominal_mechanism, "SAMPLES", 20)
-        patch.setattr(nominal_mechanism, "MOST_DRAWN", 120)
+        patch.setattr(nominal_mechanism, "MAX_DRAWN", 120)
         yield
 
 

@@ -104,7 +104,7 @@ def searched(browser):
     return browser.run("ghosts.found.length")
 
 
-def told(found):
+def message(found):
     """Formats the figures in one line."""
     size, slid, dragged, ghosts, far, missed = found
     times = f"slider {slid:5.2f} ms, handle {dragged:5.2f} ms"
@@ -124,7 +124,7 @@ def main(folder, count, pictures=None):
         try:
             *found, said = judged(browser, loaded(), kept)
             most = np.maximum(most, found)
-            word = f"{told(found)} {' '.join(said)}"
+            word = f"{message(found)} {' '.join(said)}"
             bad = bool(said) or max(found[-2:]) > CLOSED
             if pictures:
                 Path(pictures).mkdir(exist_ok=True)

@@ -85,8 +85,8 @@ def _fewer(
     apart = np.abs(robot.fk(q) - nominal.fk(q)).max((1, 2))
     on_branch = np.nan_to_num(apart, nan=np.inf) < NEAR
     apart = _apart(found.q[of] - q[:, None])
-    beside = (found.valid[of] & (apart < SAME_CONFIGURATION)).any(-1)
-    missing = np.flatnonzero(on_branch & ~beside)
+    is_found = (found.valid[of] & (apart < SAME_CONFIGURATION)).any(-1)
+    missing = np.flatnonzero(on_branch & ~is_found)
     return sum(_leads_to(robot, q[k], T[of[k]]) for k in missing)
 
 

@@ -189,7 +189,7 @@ def test_mimic_joint_adds_scaled_leader_angle():
         Joint("a", "revolute", *dh("revolute", a=ONE, **row)),
         Joint("b", "revolute", *dh("revolute", a=ONE, **row), mimic=Mimic("a", sp.Rational(-1, 2))),
     )
-    _, angles = shaped(SerialRobot("led", joints))
+    _, angles = shaped(SerialRobot("follower", joints))
     assert angles == [[q[0], q[0] / 2]]
 
 

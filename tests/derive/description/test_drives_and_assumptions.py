@@ -132,10 +132,10 @@ def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
         if is_exact:
             at = model.values(q, model.closed(q, model.u))
             assert z == pytest.approx([at[name] for name in names], abs=1e-11)
-        told = dict(zip(robot.passive, np.array(kernels["passive"](q)).ravel(), strict=True))
+        message = dict(zip(robot.passive, np.array(kernels["passive"](q)).ravel(), strict=True))
         # The second motor rotates by more than a turn, and its angle is not wrapped.
         travel = radius * q[robot.actuated.index("motor")]
-        assert told["other"] == pytest.approx((travel + 0.02 * is_exact) / 0.05, abs=1e-11)
+        assert message["other"] == pytest.approx((travel + 0.02 * is_exact) / 0.05, abs=1e-11)
         theta = np.array(kernels["chain"](q)).ravel()
         assert np.array(kernels["actuators"](theta)).ravel() == pytest.approx(q, abs=1e-11)
 

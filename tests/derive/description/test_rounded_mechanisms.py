@@ -91,9 +91,9 @@ def test_exact_option_keeps_decimals_of_loops():
 
 
 def test_rods_that_nearly_are_parallel_are_named():
-    (told,) = nearly_met(Hybrid(read_text(linear_delta(longer=0.3))))
-    assert "three spheres" in told
-    assert told.endswith("'r1l' and 'r1r' by 0.3 mm")
+    (message,) = nearly_met(Hybrid(read_text(linear_delta(longer=0.3))))
+    assert "three spheres" in message
+    assert message.endswith("'r1l' and 'r1r' by 0.3 mm")
     assert not list(nearly_met(Hybrid(read_text(linear_delta()))))
 
 
@@ -101,9 +101,9 @@ def test_axis_that_is_nearly_parallel_is_named():
     robot = mechanisms.four_bar()
     crank, elbow, rocker = robot.joints
     tilted = replace(elbow, before=(*elbow.before, Rotation("x", R(1, 1000))))
-    (told,) = nearly_met(Hybrid(replace(robot, joints=(crank, tilted, rocker))))
-    assert "loop of 'wrist' would be planar" in told
-    assert "axis of 'elbow' is 1 mrad" in told
+    (message,) = nearly_met(Hybrid(replace(robot, joints=(crank, tilted, rocker))))
+    assert "loop of 'wrist' would be planar" in message
+    assert "axis of 'elbow' is 1 mrad" in message
 
 
 ROUNDED = {

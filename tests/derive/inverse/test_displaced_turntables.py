@@ -50,7 +50,7 @@ def test_ik_of_displaced_arm_recovers_generating_configuration(tmp_path):
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (2000, 5))
     T, J = arm.fk_jacobian_mixed(q)
     assert not hasattr(arm, "ik_position")
-    assert any("whole poses alone" in note for note in arm.notes)
+    assert any("only inverses of a full pose" in note for note in arm.notes)
     found = arm.ik(T)
     held = (found.valid & (np.abs(found.distances_from(q)).max(-1) < SAME)).any(-1)
     regular = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR

@@ -188,9 +188,11 @@ def test_mechanism_explanation_lists_actuator_steps():
     text = text_of("stewart_gough")
     assert text.startswith("Stewart-Gough platform\n======================\n\nFreedoms: 6, ")
     steps = [f"  {k}. leg_{k}: a distance, for leg_{k}" for k in range(1, 7)]
-    told = "The actuators follow from the main chain in closed form, through the loops in 6 steps."
-    told = f"{told} ik solves a pose in this way."
-    assert text.endswith("\n".join(["\nFrom the main chain:", *steps, "", told]))
+    message = (
+        "The actuators follow from the main chain in closed form, through the loops in 6 steps."
+    )
+    message = f"{message} ik solves a pose in this way."
+    assert text.endswith("\n".join(["\nFrom the main chain:", *steps, "", message]))
     assert not re.search("Structure: |Tier: ", text)
     assert explained("excavator").line.startswith("inverse of the main chain: a turntable")
 

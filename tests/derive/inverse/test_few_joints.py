@@ -76,7 +76,7 @@ def test_ik_of_turntable_arms_solves_every_pose(chain, right):
 def test_five_joint_ik_with_added_axis_solves_every_pose():
     robot = robot_of("R/R=R/RxR")
     words = explain(robot)
-    assert "spherical wrist, with added_axis at 0 beside the arm's joints" in words.line
+    assert "spherical wrist, with added_axis at 0 in addition to the arm's joints" in words.line
     assert "added_axis at 0" in str(words)
     (case,) = cases_of(robot, words.inverses)
     assert case.function == "ik"

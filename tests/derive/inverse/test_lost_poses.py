@@ -109,11 +109,11 @@ def test_estimate_of_unsolved_poses_matches_their_count(seed):
 
 def test_target_components_match_task_targets():
     T = screws_of(random_arm(5)).fk(np.random.default_rng(1).uniform(-3, 3, (200, 8)))
-    for task, aims in {
+    for task, components in {
         "ik_position": ("position",),
         "ik_position_pitch": ("position", "pitch"),
         "ik_position_direction": ("position", "direction"),
         "ik_planar": ("plane", "heading"),
     }.items():
-        found = np.concatenate([TARGETS[aim](T) for aim in aims], axis=1)
+        found = np.concatenate([TARGETS[component](T) for component in components], axis=1)
         np.testing.assert_allclose(found, TASKS[task].target(T), atol=1e-15)

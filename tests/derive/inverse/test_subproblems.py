@@ -350,8 +350,8 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
     zero = terms.let(2 * a) if is_parameter else sp.Integer(0)
     turn = direction(terms, zero, zero)
     assert (float(terms.value(turn.c)), float(terms.value(turn.s))) == (1, 0)
-    beside = direction(terms, zero, y)
-    at = compiled(terms, (y,), (beside.c, beside.s))(1, np.array([[0.0], [2.0], [-1e-9]]))
+    found = direction(terms, zero, y)
+    at = compiled(terms, (y,), (found.c, found.s))(1, np.array([[0.0], [2.0], [-1e-9]]))
     np.testing.assert_allclose(at, [[1, 0], [0, 1], [0, -1]], rtol=0, atol=1e-15)
 
 

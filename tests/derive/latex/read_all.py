@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 POSES = 10
 
 
-def told(name):
+def message(name):
     """Returns the result for an arm as text, and whether the article of the arm is wrong."""
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
@@ -42,7 +42,7 @@ def main(names):
     agreeing, wrong = 0, 0
     for name in names or [*NAMES, *shelf]:
         begin = time.perf_counter()
-        words, is_wrong = told(name)
+        words, is_wrong = message(name)
         if words:
             agreeing += "agree" in words
             wrong += is_wrong

@@ -421,12 +421,12 @@ def test_moving_joints_are_numbered_separately_from_fixed_joints(tmp_path):
         ("mount", "fixed", "1 0 0", "0", ""),
         ("leader", "revolute", "0 0 1", "0", ""),
         ("bracket", "fixed", "1 0 0", "0", ""),
-        ("led", "revolute", "0 0 1", "0", '<mimic joint="leader" multiplier="2"/>'),
+        ("follower", "revolute", "0 0 1", "0", '<mimic joint="leader" multiplier="2"/>'),
     )
     found = fragments(derive(robot, functions=["fk"]))
     table, screws = found["parameters.tex"], found["screws.tex"]
     assert "$i$ & $k$ & joint" in table
-    for row in ("1 & -- & mount", "2 & 1 & leader", "3 & -- & bracket", "4 & 2 & led"):
+    for row in ("1 & -- & mount", "2 & 1 & leader", "3 & -- & bracket", "4 & 2 & follower"):
         assert row in table
     assert re.search(r"3 & -- & bracket & F & (\$[\d.]+\$ & ){6}-- & -- & -- & -- &", table)
     assert "Moving joint 2 follows moving joint 1." in table

@@ -255,5 +255,5 @@ def test_cylinder_or_rod_off_the_platform_is_not_a_platform_leg():
     first, *others = plain.struts
     spring = replace(first, is_cylinder=True)
     assert not is_platform(replace(plain, struts=(spring, *others)))
-    beside = replace(first, b=replace(first.b, body="crank_2"))
-    assert not is_platform(replace(plain, struts=(beside, *others)))
+    on_crank = replace(first, b=replace(first.b, body="crank_2"))
+    assert not is_platform(replace(plain, struts=(on_crank, *others)))

@@ -35,7 +35,7 @@ WRITERS = {
 }
 
 
-def told(function):
+def message(function):
     """Returns the full text of a function, including the names and the order of its terms."""
     return function.name, function.outputs, function.definitions(), function.margin
 
@@ -67,10 +67,10 @@ def test_an_article_is_the_same_when_it_is_written_again():
 def test_functions_are_independent_of_request_order(name):
     robot = read(FOLDER / f"{name}.toml")
     whole = derivation(name)
-    expected = [told(function) for function in whole.functions]
+    expected = [message(function) for function in whole.functions]
     names = [function.name for function in (*whole.functions, *whole.written)]
     random.Random(name).shuffle(names)
-    assert [told(function) for function in derive(robot, functions=names).functions] == expected
+    assert [message(function) for function in derive(robot, functions=names).functions] == expected
 
 
 def test_term_names_are_independent_of_request_order():
@@ -82,7 +82,7 @@ def test_term_names_are_independent_of_request_order():
         chain = groups(robot, terms, motion.values)
         made = Kinematics.of(robot, terms, chain, motion, arguments).functions(names)
         assert list(made) == [name for name in FUNCTIONS if name in names]
-        return {name: told(function) for name, function in made.items()}
+        return {name: message(function) for name, function in made.items()}
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)

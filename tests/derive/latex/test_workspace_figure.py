@@ -27,7 +27,7 @@ CELL = 0.011
 """Side of a cell, relative to the region's longer side."""
 ALMOST = 0.998
 """Minimum fraction of random configurations inside the outline, whose corners are rounded."""
-MOST_BYTES = 3000
+MAX_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
 """Upright and horizontal arms, redundant arms, prismatic joints and odd angles."""
 
@@ -123,7 +123,7 @@ def test_workspace_figure_is_small_and_reproducible(name):
     found = derived(name)
     text = workspace(found.robot, found.skeleton)
     assert text == workspace(found.robot, found.skeleton)
-    assert len(text) <= MOST_BYTES
+    assert len(text) <= MAX_BYTES
     assert not re.search(r"\d[eE][-+]|nan|inf", text)
 
 

@@ -47,7 +47,7 @@ def test_branches_of_serial_four_bars_multiply():
 
 
 def test_branches_beyond_the_maximum_are_cut_and_noted(monkeypatch):
-    monkeypatch.setattr(hybrid, "MOST_BRANCHES", 4)
+    monkeypatch.setattr(hybrid, "MAX_BRANCHES", 4)
     made = files(in_a_row(3), functions=["chain", "chain_all"])
     content = json.loads(made["manifest.json"])
     (function,) = [f for f in content["functions"] if f["name"] == "chain_all"]

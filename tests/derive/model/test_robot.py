@@ -59,6 +59,6 @@ def test_invalid_robot_parts_raise_specific_errors(make, words):
 
 
 def test_mimic_of_unknown_joint_is_rejected():
-    led = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
+    follower = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
     with pytest.raises(DescriptionError, match="joint 'k' mimics 'x'"):
-        SerialRobot("r", (turning(), led))
+        SerialRobot("r", (turning(), follower))

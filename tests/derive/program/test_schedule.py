@@ -28,12 +28,12 @@ def program(*statements):
 def depths(found: Program) -> list[int]:
     """Returns the length of the longest dependency chain before each statement."""
     depth: dict[Variable, int] = {}
-    told = []
+    message = []
     for statement in found.statements:
-        told.append(max((depth[v] for v in variables(statement.operands)), default=0))
+        message.append(max((depth[v] for v in variables(statement.operands)), default=0))
         if isinstance(statement, Compute):
-            depth[statement.result] = told[-1] + 1
-    return told
+            depth[statement.result] = message[-1] + 1
+    return message
 
 
 def kinds(found: Program) -> Counter:

@@ -384,7 +384,7 @@ def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
     # The sign of the elbow is the sign of joint 3. The sign of the wrist is the sign of joint 5.
-    as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
-    assert as_told[margin > 0].all()
+    as_labelled = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
+    assert as_labelled[margin > 0].all()
     assert (margin > 0).sum() > 300
     np.testing.assert_array_equal(np.sign(q[..., 4]), [[1, 1, -1, -1, 1, 1, -1, -1]] * 50)

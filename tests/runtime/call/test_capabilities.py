@@ -40,8 +40,8 @@ def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reaso
     text = message(robot, "ik")
     assert text.startswith(f"robot '{name}' has no 'ik': {reason}")
     for substitute in substitutes:
-        told, _, functions = text.partition("; instead: ")[2].partition("; its functions are: ")
-        assert f"{substitute}, which " in told
+        stated, _, functions = text.partition("; instead: ")[2].partition("; its functions are: ")
+        assert f"{substitute}, which " in stated
         assert functions
         assert hasattr(robot, substitute)
 
@@ -170,8 +170,8 @@ def test_missing_attribute_error_states_reason_or_substitute(name):
     for key in missing:
         with pytest.raises(AttributeError) as caught:
             getattr(robot, key)
-        told = str(caught.value).split("; its functions are")[0]
-        assert ": " in told or "; instead: " in told or key in ALONE, told
+        stated = str(caught.value).split("; its functions are")[0]
+        assert ": " in stated or "; instead: " in stated or key in ALONE, stated
 
 
 @pytest.mark.parametrize(

@@ -240,15 +240,17 @@ def test_build_command_reports_failures(folder, tmp_path, capsys):
 
 def test_missing_submodule_error_names_its_import():
     code = "import chasles\ntry: chasles.study\nexcept AttributeError as e: print(e)"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip().endswith("has no 'study'; import chasles.study")
+    stated = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert stated.stdout.strip().endswith("has no 'study'; import chasles.study")
 
 
 def test_missing_command_lists_available_commands(capsys):
     assert main([]) == 2
-    told = capsys.readouterr().out
+    stated = capsys.readouterr().out
     for command in ("build", "calibrate", "info", "list", "view"):
-        assert f" {command} " in told
+        assert f" {command} " in stated
 
 
 @pytest.mark.parametrize(
@@ -268,9 +270,9 @@ def test_missing_file_is_reported_without_traceback(
         monkeypatch.setattr("chasles.cli.calibrating.load", lambda *_, **__: None)
     monkeypatch.setattr("chasles.view.write_html", lambda _, path: path.write_text("page"))
     assert main(arguments) == 1
-    told = capsys.readouterr().err
-    assert told.startswith("chasles: ")
-    assert words in told
+    stated = capsys.readouterr().err
+    assert stated.startswith("chasles: ")
+    assert words in stated
     assert not list(tmp_path.glob("*.html"))
 
 

@@ -14,7 +14,7 @@ import chasles
 N = 270_000
 BLOCK = N * 16 * 8
 """Number of poses whose matrices take 35 MB, more than malloc handles by itself."""
-MOST = 256 << 20
+MAX = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name
 
@@ -126,11 +126,11 @@ def test_pooled_results_behave_like_ordinary_arrays(arm, q, expected):
 
 def test_buffer_pool_size_is_bounded(arm, q):
     results = [arm.fk(q) for _ in range(9)]
-    assert sum(array.nbytes for array in results) > MOST
+    assert sum(array.nbytes for array in results) > MAX
     del results
-    assert 6 * BLOCK < chasles.release_memory() <= MOST
+    assert 6 * BLOCK < chasles.release_memory() <= MAX
     # This result exceeds the limit of the buffer pool.
-    assert arm.fk(np.tile(q, (8, 1))).nbytes > MOST
+    assert arm.fk(np.tile(q, (8, 1))).nbytes > MAX
     assert chasles.release_memory() == 0
 
 

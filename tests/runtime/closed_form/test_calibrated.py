@@ -10,11 +10,11 @@ import chasles
 from chasles.derive import read
 from chasles.derive.inverse.chain_solution import pose_task
 from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.led import Sampled
 from chasles.derive.inverse.nominal import nominal_of
+from chasles.derive.inverse.nominal_convergence import Sampled
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
-from chasles.derive.model.tolerances import LED
+from chasles.derive.model.tolerances import MIN_CONVERGED
 from chasles.derive.terms.terms import Terms
 from tests.support.derivations import ROBOTS
 from tests.support.fixed import fixed_at
@@ -162,9 +162,9 @@ def test_nominal_convergence_rate_falls_with_deviation():
         lines, near = classification.lines, classification.near[0]
         nominal = nominal_of(robot, lines, near)
         task = pose_task(nominal, Lines(lines.terms, axes_of(nominal, lines.terms)), near)
-        shares.append(Sampled.of(robot, lines, task.function).share_led)
+        shares.append(Sampled.of(robot, lines, task.function).share_converged)
     assert shares[0] > 0.97
-    assert shares[1] < LED
+    assert shares[1] < MIN_CONVERGED
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.closed_form.aims import Task
+from chasles.closed_form.task_components import Task
 from chasles.derive import read_text
 from tests.support.generators.drawn_arms import cases_of
 from tests.support.oracles.tasks import TASKS

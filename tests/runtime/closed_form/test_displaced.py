@@ -5,7 +5,7 @@ import pytest
 
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choice_at, slides_of
-from chasles.derive.inverse.led import Sampled
+from chasles.derive.inverse.nominal_convergence import Sampled
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
 from chasles.derive.terms.terms import Terms
@@ -25,7 +25,7 @@ MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
 
 They are selected from 60,000 samples.
 """
-RANDOM, MOST_LOST = 30_000, 5e-5
+RANDOM, MAX_LOST = 30_000, 5e-5
 """Number of random configurations, and fraction that may be missed near singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
 """Range of the smallest singular value (metre or radian per radian) in these tests."""
@@ -107,7 +107,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
     assert near.sum() > 1000
     found = arm.ik(T[near])
     held = (found.valid & (np.abs(found.distances_from(q[near])).max(-1) < 1e-6)).any(-1)
-    assert (~held).sum() <= MOST_LOST * RANDOM
+    assert (~held).sum() <= MAX_LOST * RANDOM
 
 
 def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):

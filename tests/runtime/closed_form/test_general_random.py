@@ -74,9 +74,9 @@ def arm(tmp_path_factory):
 
 
 def test_explain_names_five_joint_method():
-    told = explain(robot_of(CHAIN))
-    assert "an arm of five revolute joints without a structure" in told.line
-    assert "tool_axis is a sixth joint" in str(told)
+    message = explain(robot_of(CHAIN))
+    assert "an arm of five revolute joints without a structure" in message.line
+    assert "tool_axis is a sixth joint" in str(message)
 
 
 @pytest.mark.parametrize("right", [False, True])

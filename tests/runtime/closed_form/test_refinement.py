@@ -106,7 +106,7 @@ def test_refinement_writes_into_out_arrays(arm, q):
 
 
 def test_refinement_gives_same_results_with_threads(arm, q, monkeypatch):
-    monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
+    monkeypatch.setattr(chasles.call.threads, "_MIN", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
     T = arm.fk(q)
     solutions = arm.ik(T, threads=3)

@@ -328,7 +328,7 @@ def test_out_of_reach_error_explains_rounding_for_few_joints():
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
     # The projected poses are rigid again, so they do not show that they were rounded.
     poses = se3.project(arm.fk(q).astype(np.float32))
-    told = 0
+    text = 0
     for pose, there in zip(poses, q, strict=True):
         found = arm.ik(pose)
         if found.count:
@@ -339,8 +339,8 @@ def test_out_of_reach_error_explains_rounding_for_few_joints():
         near = found.within_tolerance(3 * found.least_squares().residual)
         assert near.count
         assert np.abs(near.nearest(there) - there).max() < ALIKE
-        told += 1
-    assert told > 20
+        text += 1
+    assert text > 20
 
 
 @pytest.mark.parametrize("name", ["delta", "excavator", "lynxmotion"])

@@ -69,7 +69,7 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
     assert len(stands) >= 30
     ways = ways_of(ur5e, T[stands], between[stands])
     np.testing.assert_array_equal(ways.row, np.tile(np.arange(len(stands)), 2))
-    found, left = ur5e.led(T[stands[ways.row]], ways.q)
+    found, left = ur5e.newton(T[stands[ways.row]], ways.q)
     assert left.max() < 1e-13
     elbows = np.sort(found[:, ELBOW].reshape(2, -1), axis=0)
     np.testing.assert_allclose(elbows, np.outer([-bend, bend], np.ones(len(stands))), atol=1e-8)

@@ -110,9 +110,9 @@ def test_valid_flag_matches_pose_error(arm):
     ("change", "message"),
     [
         ({"searches": "yes"}, "searches: .* expected true or false"),
-        ({"held": [8]}, "held: .* expected indices below 8"),
-        ({"aims": ["yaw"]}, 'aims.*: .* expected "position" or'),
-        ({"aims": ["position", "pitch"]}, "aims: .* expected components of"),
+        ({"free": [8]}, "free: .* expected indices below 8"),
+        ({"components": ["yaw"]}, 'components.*: .* expected "position" or'),
+        ({"components": ["position", "pitch"]}, "components: .* expected components of"),
     ],
     ids=[
         "searches not boolean",

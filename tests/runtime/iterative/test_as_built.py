@@ -141,9 +141,9 @@ def test_fixed_joints_keep_their_values(tmp_path):
 def test_non_parallel_pins_are_rejected_with_deviation():
     with pytest.raises(
         DescriptionError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out"
-    ) as told:
+    ) as message:
         derive(tilted(DESIGN, "elbow"))
-    assert 'closure = "least squares"' in str(told.value)
+    assert 'closure = "least squares"' in str(message.value)
     with pytest.raises(DescriptionError, match=r"'push_rod' are 0.363 mm apart"):
         derive(tilted(DESIGN, "pitch"))
     far = replace(DESIGN.joint_of["greater_arm"], before=(Rotation("x", sp.pi / 30),))

@@ -286,8 +286,8 @@ def test_help_lists_joints_that_can_be_fixed(panda):
 def test_coupled_loop_joints_are_rejected_without_derivation(shipped, name, capfd):
     robot = shipped[name]
     T = robot.fk(robot.reference.q)
-    told = "no other joint can be fixed: loops couple .*; ik_numeric.* some of "
-    with pytest.raises(chasles.DerivationError, match=told + robot.coordinates[0].name):
+    text = "no other joint can be fixed: loops couple .*; ik_numeric.* some of "
+    with pytest.raises(chasles.DerivationError, match=text + robot.coordinates[0].name):
         robot.ik(T, fixed={robot.chain_joints[0].name: 0.1})
     assert capfd.readouterr().err == ""
 

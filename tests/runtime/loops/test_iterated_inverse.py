@@ -11,7 +11,7 @@ import chasles
 from tests.support.compiling import compiled
 from tests.support.loops.assembly_modes import closes_at, followed, reference
 from tests.support.loops.closures import Model
-from tests.support.loops.legs_of_joints import agile_eye, led_by_a_leg
+from tests.support.loops.legs_of_joints import agile_eye, driven_by_a_leg
 
 FUNCTIONS = ["fk", "ik", "fk_jacobian_mixed"]
 POSES, SAME = 3, 1e-8
@@ -84,7 +84,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
 
 
 def test_leg_lengths_keep_their_sign(tmp_path):
-    mechanism = led_by_a_leg()
+    mechanism = driven_by_a_leg()
     robot, model = compiled(mechanism, tmp_path, FUNCTIONS, ["c"]), Model(mechanism)
     z, _ = followed(model, np.array([[0.52, 0.48, 0.5], [0.45, 0.5, 0.55]]))
     slots = robot.ik(model.tip(z))

@@ -8,7 +8,7 @@ from chasles.derive import SerialRobot, read_text
 DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
 """Directions normal to y."""
-BESIDE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
+IN_PLANE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
 """Directions normal to the parallel axes, which are along y."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
@@ -80,9 +80,9 @@ def crane(order: str, *, hand: bool, round_numbers: bool, seed: int) -> SerialRo
     axes = [("slew", "revolute", (0, 0, 1))]
     for k, letter in enumerate(order):
         kind = "revolute" if letter == "R" else "prismatic"
-        axes.append((f"plane_{k}", kind, (0, 1, 0) if letter == "R" else draw.choice(BESIDE)))
+        axes.append((f"plane_{k}", kind, (0, 1, 0) if letter == "R" else draw.choice(IN_PLANE)))
     if hand:
-        axes.append(("hand", "revolute", draw.choice(BESIDE)))
+        axes.append(("hand", "revolute", draw.choice(IN_PLANE)))
     lines = [HEAD]
     for name, kind, axis in axes:
         lines += ["[[joints]]", f'name = "{name}"', f'type = "{kind}"']

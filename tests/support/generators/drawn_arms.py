@@ -13,10 +13,10 @@ from types import SimpleNamespace
 import numpy as np
 import sympy as sp
 
-from chasles.closed_form.aims import Task
 from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.closed_form.refinement import Refinement
 from chasles.closed_form.solutions import solutions_of
+from chasles.closed_form.task_components import Task
 from chasles.contract import Coordinate
 from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import CONVENTIONS
@@ -32,7 +32,7 @@ from tests.support.oracles.screws import Screws, screws_of
 from tests.support.peers.interface import Answers
 
 Value = sp.Expr | tuple[sp.Expr, ...]
-MOST_JOINTS = 8
+MAX_JOINTS = 8
 SETS = 4
 """Number of random sets of fixed joints per arm."""
 SLIDES = 0.2
@@ -64,7 +64,7 @@ def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
     joints: list[tuple[JointKind, dict[str, Value]]] = []
-    for _ in range(draw.randint(2, MOST_JOINTS)):
+    for _ in range(draw.randint(2, MAX_JOINTS)):
         kind: JointKind = "prismatic" if draw.random() < SLIDES else "revolute"
         fields = {f.name: _value(draw, f, zeros, oblique) for f in convention.fields}
         joints.append((kind, fields))
@@ -163,8 +163,8 @@ class Derived(Case):
         role = self.inverses.functions[self.function].role
         refine = Refinement(
             PoseAndJacobian(self.screws),
-            (*role.given, *role.held),
-            task=Task(role.aims),
+            (*role.given, *role.free),
+            task=Task(role.components),
             searches=role.searches,
         )
         refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)

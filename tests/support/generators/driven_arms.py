@@ -48,14 +48,14 @@ def _cylinder(s: Sketch, body: str, on: str, _at: Point) -> None:
 
 
 def _crank(s: Sketch, body: str, on: str, at: Point) -> None:
-    crank = s.pin(f"{body}_crank", on, _beside(s, at))
+    crank = s.pin(f"{body}_crank", on, _nearby(s, at))
     s.actuated.append(f"{body}_crank")
     tip = (s.length(60, 200), sp.S.Zero)
     s.rod(f"{body}_rod", crank, tip, body, s.point(150), s.length(150, 400))
 
 
 def _rocker(s: Sketch, body: str, on: str, at: Point) -> None:
-    rocker = s.pin(f"{body}_rocker", on, _beside(s, at))
+    rocker = s.pin(f"{body}_rocker", on, _nearby(s, at))
     tip = (s.length(100, 200), sp.S.Zero)
     s.rod(f"{body}_link", rocker, tip, body, s.point(150), s.length(100, 300))
     s.rod(f"{body}_cylinder", on, s.point(250), rocker, tip)
@@ -78,7 +78,7 @@ def _joint_of(body: str) -> str:
     return body.removesuffix("_b")
 
 
-def _beside(s: Sketch, at: Point) -> Point:
+def _nearby(s: Sketch, at: Point) -> Point:
     """Returns a random point a few decimetres away from a pin."""
     x, y = s.point(250)
     return at[0] + x, at[1] + y

@@ -13,7 +13,7 @@ ODD_NUMBERS = (
     *("1.5707963267948966", "1.5708", "90", "-180", "3.14159", "0.1" + "0" * 58 + "1", "7" * 70),
 )
 FUNCTIONS = ("sin", "cos", "tan", "atan", "sqrt", "1/", "-", "2*")
-MOST_NESTED = 40
+MAX_NESTED = 40
 GENTLE = 0.6
 """Fraction of mutations that change only a number."""
 Tokens = list[str]
@@ -77,7 +77,7 @@ def _cut(parts: Tokens, k: int, dice: random.Random) -> None:
 
 
 def _nested(number: str, dice: random.Random) -> str:
-    depth, function = dice.randint(1, MOST_NESTED), dice.choice(FUNCTIONS)
+    depth, function = dice.randint(1, MAX_NESTED), dice.choice(FUNCTIONS)
     return '"' + f"{function}(" * depth + number + ")" * depth + '"'
 
 

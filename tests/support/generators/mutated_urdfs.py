@@ -17,11 +17,11 @@ from chasles.derive.chain.poe import placement_matrix
 
 Texts = tuple[str, str, str]
 ZEROS: Texts = ("0", "0", "0")
-FEWEST_DIGITS, MOST_DIGITS = 3, 6
+FEWEST_DIGITS, MAX_DIGITS = 3, 6
 SMALLEST_NOISE, LARGEST_NOISE = -16, -9
 """Decimal exponents of the noise added to numbers (metre, radian, or 1)."""
 ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
-MOST_TURNED, MOST_INSERTED = 3, 3
+MAX_TURNED, MAX_INSERTED = 3, 3
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def mutated(arm: Mutant, seed: int) -> Mutant:
 def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
     """Rotates some link frames by right angles about their origins."""
     joints = list(mutant.joints)
-    for _ in range(dice.randint(1, MOST_TURNED)):
+    for _ in range(dice.randint(1, MAX_TURNED)):
         k = dice.randrange(len(joints) - 1)
         quarters = (dice.randrange(4) for _ in range(3))
         turn = np.eye(4)
@@ -161,7 +161,7 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
     """Inserts fixed joints, which have no displacement or the translation of a joint."""
     joints = list(mutant.joints)
-    for n in range(dice.randint(1, MOST_INSERTED)):
+    for n in range(dice.randint(1, MAX_INSERTED)):
         k = dice.randrange(len(joints))
         fixed = UrdfJoint(f"mount_{n}", "fixed")
         if dice.random() < 0.5:
@@ -208,7 +208,7 @@ def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
 
 def digits(mutant: Mutant, dice: random.Random) -> Mutant:
     """Rounds all numbers to the same three to six digits."""
-    count = dice.randint(FEWEST_DIGITS, MOST_DIGITS)
+    count = dice.randint(FEWEST_DIGITS, MAX_DIGITS)
     return rewritten(mutant, lambda text: f"{float(text):.{count}g}")
 
 

@@ -69,13 +69,13 @@ def compare(path: Path, seed: int) -> dict[str, int]:
     path.write_text(text)
     robot = read(path, base="l0", tip=tip, exact=True)
     joints = ElementTree.fromstring(text).findall("joint")
-    led = {
+    followers = {
         j.get("name"): j.find("mimic").get("joint") for j in joints if j.find("mimic") is not None
     }
     seen = dict.fromkeys((*TYPES, "mimic", "mimic of a mimic"), 0)
-    for kind in [*(j.get("type") for j in joints), *("mimic" for _ in led)]:
+    for kind in [*(j.get("type") for j in joints), *("mimic" for _ in followers)]:
         seen[kind] += 1
-    seen["mimic of a mimic"] += sum(leader in led for leader in led.values())
+    seen["mimic of a mimic"] += sum(leader in followers for leader in followers.values())
     fk, poses = lower(derive(robot, functions=("fk", "link_poses")).functions, "r")
     model = pin.buildModelFromXML(text)
     data = model.createData()

@@ -29,8 +29,8 @@ ANOTHER = 0.02
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
-"""Configuration counts of devices with several values per configuration. Other devices: `MOST`."""
-MOST = 150
+"""Configuration counts of devices with several values per configuration. Other devices: `MAX`."""
+MAX = 150
 FEW = 6, 25
 """Minimum and maximum configuration count of the "few" measurements."""
 REACH = 2.0
@@ -82,7 +82,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
     vary, parameter_std = _model(robot, rng)
-    count = MANY.get(device, MOST) if many else int(rng.integers(*FEW))
+    count = MANY.get(device, MAX) if many else int(rng.integers(*FEW))
     p = _geometry(robot, vary, rng)
     if another:
         p[_link(robot, rng)] += ANOTHER

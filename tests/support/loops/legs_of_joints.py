@@ -131,8 +131,8 @@ def kinds_of(seed):
     return tuple(draw.choice(of) for _ in range(count))
 
 
-LED_BY_A_LEG = """
-name = "led_by_a_leg"
+DRIVEN_BY_A_LEG = """
+name = "driven_by_a_leg"
 convention = "urdf"
 units = { length = "m", angle = "deg" }
 actuated = ["slide_0", "slide_1", "slide_2"]
@@ -176,9 +176,9 @@ axis = {axis}
 """
 
 
-def led_by_a_leg():
+def driven_by_a_leg():
     """Returns a 3-RPS whose main chain is one leg, with its ball joint as three joints."""
-    text = LED_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
+    text = DRIVEN_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]
     for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0])):
         name, (parent, link) = f"turn_{'zyx'[k]}", links[k : k + 2]

@@ -9,7 +9,7 @@ static chasles_general_arm arm;
 static void pose_jacobian(const double *q, double *T, double *J)
 {
     const int n = arm.joints;
-    double at[12], moved[12], axis[CHASLES_MOST_JOINTS][3], point[CHASLES_MOST_JOINTS][3];
+    double at[12], moved[12], axis[CHASLES_CHAIN_MAX_JOINTS][3], point[CHASLES_CHAIN_MAX_JOINTS][3];
     memcpy(at, arm.placed[0], sizeof at);
     for (int k = 0; k < n; k++) {
         const double along = arm.direction[k] * q[k];
@@ -38,9 +38,9 @@ static void pose_jacobian(const double *q, double *T, double *J)
 }
 
 /* Sets the arm. Its forward kinematics is computed from the tables. */
-void take(const chasles_general_arm *told)
+void take(const chasles_general_arm *given)
 {
-    arm = *told;
+    arm = *given;
     arm.pose_jacobian = pose_jacobian;
 }
 
@@ -54,7 +54,7 @@ void jacobian(const double *q, double *J)
 /* Solves the poses of configurations with the same fixed joint values. Returns all slots. */
 void solve(int count, const double *q, double *found, double *residual)
 {
-    double T[16], J[6 * CHASLES_MOST_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_MOST_GIVEN];
+    double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_CHAIN_MAX_GIVEN];
     const int n = arm.joints;
     for (int i = 0; i < count; i++, q += n, found += CHASLES_SLOTS * n, residual += CHASLES_SLOTS) {
         for (int k = 0, given = 0; k < n; k++) {

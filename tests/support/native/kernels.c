@@ -19,7 +19,7 @@
 
 #include "library/_kernel.h"
 
-#define MOST 16                      /* inputs and outputs of a function */
+#define MAX 16                      /* inputs and outputs of a function */
 #define LONGEST 40                   /* longest of the short batches */
 #define LINE 8                       /* doubles in a cache line */
 #define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */
@@ -115,10 +115,10 @@ typedef struct {
 
 static void check_rows(const chasles_kernel *kernel, size_t n, layout how, size_t every, int place)
 {
-    rows all[MOST];
-    const double *inputs[MOST] = {0}, *one_input[MOST];
-    double *outputs[MOST] = {0}, *one_output[MOST];
-    ptrdiff_t steps[MOST] = {0};
+    rows all[MAX];
+    const double *inputs[MAX] = {0}, *one_input[MAX];
+    double *outputs[MAX] = {0}, *one_output[MAX];
+    ptrdiff_t steps[MAX] = {0};
     int operands = kernel->n_inputs + kernel->n_outputs;
     for (int i = 0; i < operands; i++) {
         int size = kernel->sizes[i], is_input = i < kernel->n_inputs;
@@ -157,7 +157,7 @@ static void check_rows(const chasles_kernel *kernel, size_t n, layout how, size_
     for (int i = 0; i < operands; i++) {
         if (i >= kernel->n_inputs) {
             if (!is_rest_untouched(&all[i], n)) {
-                fail("writes beside its rows", kernel, n);
+                fail("writes outside its rows", kernel, n);
             }
             free(one_output[i - kernel->n_inputs]);
         }
@@ -188,9 +188,9 @@ static int check_bounds(int place)
 /* Inputs shared by all threads, and results; each thread writes one section. */
 typedef struct {
     const chasles_kernel *kernel;
-    double *inputs[MOST];
-    double *outputs[MOST];
-    double *expected[MOST];
+    double *inputs[MAX];
+    double *outputs[MAX];
+    double *expected[MAX];
     size_t part;
 } batch;
 
@@ -204,9 +204,9 @@ static void *run_part(void *given)
     const job *own = given;
     const batch *shared = own->shared;
     const chasles_kernel *kernel = shared->kernel;
-    const double *inputs[MOST];
-    double *outputs[MOST];
-    ptrdiff_t steps[MOST];
+    const double *inputs[MAX];
+    double *outputs[MAX];
+    ptrdiff_t steps[MAX];
     size_t first = own->index * shared->part;
     for (int i = 0; i < kernel->n_inputs + kernel->n_outputs; i++) {
         steps[i] = kernel->sizes[i];
@@ -219,7 +219,7 @@ static void *run_part(void *given)
     }
     kernel->rows(shared->part, inputs, steps, outputs, steps + kernel->n_inputs);
     /* Every thread makes single calls on the first row. */
-    double *own_outputs[MOST];
+    double *own_outputs[MAX];
     for (int j = 0; j < kernel->n_outputs; j++) {
         own_outputs[j] = malloc((size_t)kernel->sizes[kernel->n_inputs + j] * sizeof(double));
     }
@@ -236,7 +236,7 @@ static void check_parts(const chasles_kernel *kernel, size_t part)
 {
     batch shared = {.kernel = kernel, .part = part};
     size_t n = THREADS * part;
-    ptrdiff_t steps[MOST];
+    ptrdiff_t steps[MAX];
     for (int i = 0; i < kernel->n_inputs + kernel->n_outputs; i++) {
         size_t size = (size_t)kernel->sizes[i], bytes = n * size * sizeof(double);
         steps[i] = kernel->sizes[i];

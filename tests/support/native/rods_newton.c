@@ -1,7 +1,7 @@
 /* Newton's iteration for the lengths of six rods, from many start poses; for bench/accuracy. */
 #include <math.h>
 
-enum { RODS = 6, MOST_STEPS = 60 };
+enum { RODS = 6, MAX_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
 /* Regularizes singular systems. The value is far below the distance of equal modes. */
 static const double NOISE = 1e-12;
@@ -111,7 +111,7 @@ __attribute__((visibility("default"))) int rods_newton(const double *a, const do
         double *own_e = e + 4 * start, *own_p = p + 3 * start;
         double A[RODS][RODS + 1];
         double left = linear_system(a, b, lengths, own_e, own_p, A);
-        for (int step = 0; left >= closes && step < MOST_STEPS; step++) {
+        for (int step = 0; left >= closes && step < MAX_STEPS; step++) {
             solve(A);
             move(A, own_e, own_p);
             left = linear_system(a, b, lengths, own_e, own_p, A);

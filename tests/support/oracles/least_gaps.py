@@ -15,7 +15,7 @@ from chasles.derive.model.mechanism import Closure, Strut
 from chasles.derive.model.robot import Joint
 from tests.support.oracles.multi_start import Multistart
 
-BESIDE = 1e-3
+START_OFFSET = 1e-3
 """Distance of the start from the tested configuration (radian and metre)."""
 NEWTON_STEPS = 6
 EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
@@ -55,7 +55,7 @@ class LeastGaps:
         def slopes(x: np.ndarray) -> np.ndarray:
             return np.array(self._at(at(x))[1])
 
-        x = least_squares(gaps, z[self.free] + BESIDE, slopes, **EXACT).x
+        x = least_squares(gaps, z[self.free] + START_OFFSET, slopes, **EXACT).x
         for _ in range(NEWTON_STEPS):
             _, _, gradient, hessian = self._at(at(x))
             x = x - np.linalg.solve(np.array(hessian), np.array(gradient).ravel())

@@ -56,7 +56,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
-def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _concatenated(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.concatenate([first, second], axis=-1)
 
 
@@ -86,7 +86,7 @@ TASKS = {
     "ik": Task(
         lambda T: T,
         lambda T, t: np.maximum(_far(T, t[..., :3, 3]), turned(T[..., :3, :3], t[..., :3, :3])),
-        lambda T, t: _beside(t[..., :3, 3] - T[..., :3, 3], _turn(T, t)),
+        lambda T, t: _concatenated(t[..., :3, 3] - T[..., :3, 3], _turn(T, t)),
         lambda _, J: J,
     ),
     "ik_position": Task(
@@ -98,7 +98,7 @@ TASKS = {
     "ik_position_pitch": Task(
         lambda T: np.concatenate([T[..., :3, 3], _pitch(T)[..., None]], axis=-1),
         lambda T, x: np.maximum(_far(T, x[..., :3]), np.abs(_pitch(T) - x[..., 3])),
-        lambda T, x: _beside(x[..., :3] - T[..., :3, 3], np.sin(x[..., 3:]) - T[..., 2:3, 2]),
+        lambda T, x: _concatenated(x[..., :3] - T[..., :3, 3], np.sin(x[..., 3:]) - T[..., 2:3, 2]),
         lambda T, J: np.concatenate([J[..., :3, :], _row(_pitch_rates(T, J))], axis=-2),
     ),
     "ik_position_direction": Task(
@@ -106,7 +106,7 @@ TASKS = {
         lambda T, x: np.maximum(
             _far(T, x[..., :3]), np.linalg.norm(T[..., :3, 2] - x[..., 3:], axis=-1)
         ),
-        lambda T, x: _beside(x[..., :3] - T[..., :3, 3], _tilt(T, x[..., 3:])),
+        lambda T, x: _concatenated(x[..., :3] - T[..., :3, 3], _tilt(T, x[..., 3:])),
         lambda T, J: np.concatenate([J[..., :3, :], _across(T, J)], axis=-2),
     ),
     "ik_planar": Task(
@@ -115,7 +115,7 @@ TASKS = {
             np.linalg.norm(T[..., :2, 3] - x[..., :2], axis=-1),
             np.abs(wrapped(_heading(T) - x[..., 2])),
         ),
-        lambda T, x: _beside(
+        lambda T, x: _concatenated(
             x[..., :2] - T[..., :2, 3], wrapped(x[..., 2:] - _heading(T)[..., None])
         ),
         lambda _, J: J[..., (0, 1, 5), :],

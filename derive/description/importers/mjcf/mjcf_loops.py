@@ -22,7 +22,7 @@ from ..identifiers import identifier
 from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
-MOST_CONNECTS = 2
+MAX_CONNECTS = 2
 """Maximum number of connect equalities between two bodies (one: a ball joint; two: a pin joint)."""
 
 
@@ -268,7 +268,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     """Returns the pin of two connects, with its axis through both points of each body."""
-    if len(others) + 1 > MOST_CONNECTS:
+    if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
             f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one, "
             "two for a hinge, or a weld"

@@ -10,13 +10,13 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MOST_INPUTS 256  /* doubles in all inputs of a kernel */
-#define LANES_MOST_OUTPUTS 512 /* doubles in all outputs */
-#define LANES_MOST_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
+#define LANES_MAX_INPUTS 256  /* doubles in all inputs of a kernel */
+#define LANES_MAX_OUTPUTS 512 /* doubles in all outputs */
+#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
 #define LANES_LINE 8           /* doubles in a cache line */
 /* Work lanes: inputs, outputs, and staged outputs with one extra line each. */
-#define LANES_MOST_WORK \
-    (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
+#define LANES_MAX_WORK \
+    (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) bypass the caches, which could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
@@ -80,8 +80,8 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
 {
     /* Aligned to a page: at other addresses, storing and reloading sometimes took twice as long.
      */
-    lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
-    lanes_stream streams[LANES_MOST_ARGUMENTS];
+    lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
+    lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
     /* Contiguous: page-aligned arrays would compete for few cache lines. */
     lanes *in = work, *out = in;

@@ -11,7 +11,7 @@ from chasles.calibration import StationPositions, identify, read_measurements
 from chasles.errors import InputValueError
 
 SIGMA = 2e-5
-LEAST = 20.0
+MIN = 20.0
 """Minimum factor by which calibration reduces the error of validation positions."""
 
 
@@ -44,7 +44,7 @@ def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
     after = np.linalg.norm(placed - true, axis=-1).mean()
     nominal = found.T_W_base @ arm.fk(held)
     before = nominal[:, None, :3, 3] + np.einsum("nij,mj->nmi", nominal[:, :3, :3], targets)
-    assert np.linalg.norm(before - true, axis=-1).mean() > LEAST * after
+    assert np.linalg.norm(before - true, axis=-1).mean() > MIN * after
     found_frames = found.measurements.frames(found.unknowns)
     errors = se3.log(se3.inverse(found_frames) @ frames)
     names = [n for n in found.names if n.startswith("station")]

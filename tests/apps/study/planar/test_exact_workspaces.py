@@ -272,8 +272,8 @@ def test_workspace_plot_shows_closed_border():
     axes = exact_workspace(chasles.load("lynxmotion")).plot()
     assert axes.get_xlabel() == "distance from the first axis [m]"
     assert "m³" in axes.get_title()
-    beside = exact_workspace(chasles.load("puma560"), point="wrist")
-    curves = [line.get_xydata() for line in beside.plot().lines]
+    of_wrist = exact_workspace(chasles.load("puma560"), point="wrist")
+    curves = [line.get_xydata() for line in of_wrist.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
     # The boundary is closed by straight lines where the plane is nearest to the axis.
@@ -281,4 +281,4 @@ def test_workspace_plot_shows_closed_border():
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))
     assert apart.min(1).max() < 1e-9
-    np.testing.assert_allclose(drawn[:, 0].max(), beside.meridian.bounds[1, 0], atol=1e-3)
+    np.testing.assert_allclose(drawn[:, 0].max(), of_wrist.meridian.bounds[1, 0], atol=1e-3)

@@ -101,8 +101,8 @@ def compare_loop(path, seed):
     for z in found:
         values = np.array(list(z.values()))
         assert np.abs(np.array(functions["constraint"](values))).max() <= 1e-11, seed
-        beside = values + 1e-3 * np.array([dice.choice((-1, 1)) for _ in values])
-        assert np.abs(np.array(functions["constraint"](beside))).max() > 1e-6, seed
+        shifted = values + 1e-3 * np.array([dice.choice((-1, 1)) for _ in values])
+        assert np.abs(np.array(functions["constraint"](shifted))).max() > 1e-6, seed
     return robot.closures[0].kind, len(found)
 
 

@@ -110,7 +110,7 @@ def test_note_lists_alternative_tip_links():
 
 
 JAWS = f"{arm('l', 3, 'base')} l3>a:s:left l3>b:s:right"
-LED_JAWS = f"{arm('l', 2, 'base')} l2>a:m:drive l2>b:c:other:drive"
+MIMIC_JAWS = f"{arm('l', 2, 'base')} l2>a:m:drive l2>b:c:other:drive"
 ON_A_GRIPPER = f"{arm('l', 3, 'base')} l3>gripper_body:f gripper_body>pad:m:j4"
 SWERVE = " ".join(f"base>s{k}:m s{k}>w{k}:m:drive_wheel_{k}" for k in range(4))
 ROPE = f"{arm('l', 2, 'base')} l2>rod:b"
@@ -120,7 +120,7 @@ ROPE = f"{arm('l', 2, 'base')} l2>rod:b"
     ("text", "tip", "note"),
     [
         (JAWS, "l3", "fingers left, right (--tip a includes left)"),
-        (LED_JAWS, "l2", "fingers drive (--tip a includes drive)"),
+        (MIMIC_JAWS, "l2", "fingers drive (--tip a includes drive)"),
         (ON_A_GRIPPER, "gripper_body", "fingers j4 (--tip pad includes j4)"),
         (PANDA, "panda_hand", "fingers panda_finger_joint1 (--tip panda_leftfinger includes"),
         (
@@ -135,7 +135,7 @@ ROPE = f"{arm('l', 2, 'base')} l2>rod:b"
     ],
     ids=[
         "sliding jaws",
-        "led jaws",
+        "mimic jaws",
         "on a gripper",
         "panda",
         "swerve",

@@ -34,19 +34,19 @@ def test_reachable_limits_give_no_note():
 def test_note_on_unreachable_limits_states_closing_range():
     # The length of the stretched cylinder is the sum of both pin distances from the boom pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
-    (told,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
+    (message,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
         r"limits of boom_cylinder, 0 to 3000 mm: with the others at the reference the loops close "
         r"from 0 to (\S+) mm",
-        told,
+        message,
     )
     assert float(found.group(1)) == pytest.approx(reach, abs=1)
 
 
 def test_closing_range_is_found_within_very_wide_limits():
     pins = np.hypot(0.55, 0.65), np.hypot(2.6, 0.85)
-    *_, told = limits_of(Hybrid(limited("excavator", boom_cylinder=("-1.9", "3000"))))
-    found = re.search(r"the loops close from (\S+) to (\S+) mm$", told)
+    *_, message = limits_of(Hybrid(limited("excavator", boom_cylinder=("-1.9", "3000"))))
+    found = re.search(r"the loops close from (\S+) to (\S+) mm$", message)
     ends = [1000 * (pins[1] - pins[0]) - 1980, 1000 * (pins[1] + pins[0]) - 1980]
     assert [float(end) for end in found.groups()] == pytest.approx(ends, abs=1)
 
@@ -56,21 +56,21 @@ def test_note_states_share_of_limits_in_which_loops_close():
     short = tuple(
         replace(p, value=sp.Rational(18, 100)) if p.name == "b" else p for p in robot.parameters
     )
-    told = limits_of(Hybrid(replace(robot, parameters=short)))
-    part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", told[0]).group(1))
+    message = limits_of(Hybrid(replace(robot, parameters=short)))
+    part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
     # The loops close if the distance of the elbows is at most both couplers (360 mm). A grid gives
     # the fraction of such configurations.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50
     assert np.mean(np.abs(apart) <= 0.36) == pytest.approx(part / 100, abs=0.07)
-    assert len(told) == 3
+    assert len(message) == 3
 
 
 def test_closing_range_of_platform_limits_is_searched():
-    told = limits_of(Hybrid(limited("planar_3rrr", theta_1=("-3", "3"))))
-    assert re.match(r"limits: the loops close in \d+ % of 60 random", told[0])
-    low, high = map(float, re.search(r"close from (\S+) to (\S+) deg", told[1]).groups())
+    message = limits_of(Hybrid(limited("planar_3rrr", theta_1=("-3", "3"))))
+    assert re.match(r"limits: the loops close in \d+ % of 60 random", message[0])
+    low, high = map(float, re.search(r"close from (\S+) to (\S+) deg", message[1]).groups())
     assert -171.9 < low < 76.28 < high < 171.9
 
 

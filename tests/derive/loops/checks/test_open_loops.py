@@ -332,8 +332,8 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
         if words == "can still move" and not passive_cylinder:
             J = model.jacobian(model.q, model.u)
             free = len(model.unknown) - np.linalg.matrix_rank(J, tol=1e-6)
-            told = int(re.search(r"has (\d+) degree", text).group(1))
-            assert told - len(robot.actuated) == free > 0
+            stated = int(re.search(r"has (\d+) degree", text).group(1))
+            assert stated - len(robot.actuated) == free > 0
 
 
 def test_shipped_mechanisms_have_no_loop_or_actuation_error():
@@ -376,9 +376,9 @@ def test_rod_with_swapped_ends_is_named(k):
 def test_diagnostics_report_swapped_rod_ends():
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == 3 else s for i, s in enumerate(robot.struts))
-    (told,) = doubts_of(Hybrid(replace(robot, struts=struts)))
-    assert told.startswith("the loops close 0.083 (rad, or relative to the size) away from")
-    assert "rod 'rod_2_right' seem swapped" in told
+    (stated,) = doubts_of(Hybrid(replace(robot, struts=struts)))
+    assert stated.startswith("the loops close 0.083 (rad, or relative to the size) away from")
+    assert "rod 'rod_2_right' seem swapped" in stated
 
 
 def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
@@ -406,13 +406,13 @@ def with_a_tilted_rocker(kind, closure):
 
 @pytest.mark.parametrize("kind", ["pin", "ball"])
 def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
-    told = message(with_a_tilted_rocker(kind, "exact"))
-    assert "'far' does not close" in told
-    assert "the axis of 'rocker' is 0.873 mrad out of parallel" in told
+    stated = message(with_a_tilted_rocker(kind, "exact"))
+    assert "'far' does not close" in stated
+    assert "the axis of 'rocker' is 0.873 mrad out of parallel" in stated
     count = {"pin": "3 constraints are", "ball": "1 constraint is"}[kind]
-    assert f"{count} redundant; smallest achievable gaps: 'far' 1.72 mm" in told
-    assert ("0.873 mrad of misalignment" in told) == (kind == "pin")
-    assert 'closure = "least squares" at the top of the file' in told
+    assert f"{count} redundant; smallest achievable gaps: 'far' 1.72 mm" in stated
+    assert ("0.873 mrad of misalignment" in stated) == (kind == "pin")
+    assert 'closure = "least squares" at the top of the file' in stated
     assert message(with_a_tilted_rocker(kind, "least squares")) == ""
 
 
@@ -435,20 +435,20 @@ def with_a_third_crank(closure, miss="0.0002"):
 
 
 def test_error_names_the_redundant_third_crank():
-    told = message(with_a_third_crank("exact"))
-    assert "0.2 mm too long" in told
-    assert "1 constraint is redundant" in told
+    stated = message(with_a_third_crank("exact"))
+    assert "0.2 mm too long" in stated
+    assert "1 constraint is redundant" in stated
     # The gap directions are (1, -2), since the rod's lever arm is twice the third crank's.
-    assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in told
-    assert "omitting 'rod' or 'third' adds no freedom" in told
+    assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
+    assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = Hybrid(with_a_third_crank("least squares")).mechanism.notes
     assert note.startswith("closed in least squares: 1 constraint is redundant")
 
 
 def test_least_squares_closure_rejects_large_gaps():
-    told = message(with_a_third_crank("least squares", "0.1"))
-    assert "'third' does not close" in told
-    assert 'closure = "least squares" applies to redundant constraints' in told
+    stated = message(with_a_third_crank("least squares", "0.1"))
+    assert "'third' does not close" in stated
+    assert 'closure = "least squares" applies to redundant constraints' in stated
 
 
 def test_least_squares_closure_rejects_unreachable_loops():

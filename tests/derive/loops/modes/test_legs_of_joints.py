@@ -16,7 +16,7 @@ from chasles.derive import Rotation, derive, explain
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
-from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
+from tests.support.loops.legs_of_joints import agile_eye, drawn, driven_by_a_leg
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
@@ -101,13 +101,13 @@ def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
 
 
 def test_explanation_names_the_leg_steps():
-    told = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
+    message = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
     for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
-        assert title in told
-    assert told.count("a hinge points to a ball") == 3
+        assert title in message
+    assert message.count("a hinge points to a ball") == 3
 
 
-@pytest.mark.parametrize(("make", "modes"), [(led_by_a_leg, 2), (agile_eye, 8)])
+@pytest.mark.parametrize(("make", "modes"), [(driven_by_a_leg, 2), (agile_eye, 8)])
 def test_leg_inverse_returns_distinct_working_modes(make, modes):
     """The lengths in both solutions of each 3-RPS leg have constant signs."""
     mechanism = make()

@@ -22,7 +22,7 @@
 /* Steps at an intermediate path point: the second step shows the contraction. */
 #define CLOSURE_FEW_STEPS 2
 /* Maximum linear solves per call, which bounds the run time. */
-#define CLOSURE_MOST 240
+#define CLOSURE_MAX 240
 /* Largest leg residual of a reached pose: accepts poses with seven digits. */
 #define CLOSURE_ON_LEGS 1e-7
 /* Deviation of the forward kinematics from the legs' pose above which the pose is another assembly

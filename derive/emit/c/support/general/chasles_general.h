@@ -163,8 +163,8 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
                                          const chasles_general_start *starts, int count,
                                          chasles_general_found *found)
 {
-    chasles_general_start twins[2 * CHASLES_MOST_ROOTS];
-    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
+    chasles_general_start twins[2 * CHASLES_MAX_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MAX_ROOTS];
     unsigned places = 0;
     const int all = chasles_general_twins(six, split, system, starts, count, twins);
     for (int k = 0; k < all; k++)
@@ -180,7 +180,7 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
 {
-    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MAX_ROOTS];
     unsigned places = 0;
     int all = 0;
     for (int k = 0; k < count; k++) {
@@ -205,7 +205,7 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
                                     const chasles_general_system *system,
                                     const chasles_circle_roots *roots, chasles_general_found *found)
 {
-    chasles_general_start starts[CHASLES_MOST_ROOTS];
+    chasles_general_start starts[CHASLES_MAX_ROOTS];
     int meeting = 0, sure;
     const int count = chasles_general_starts(six, split, system, roots, starts, &sure);
     for (int k = 0; k < count; k++)

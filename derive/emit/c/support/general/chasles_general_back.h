@@ -285,7 +285,7 @@ static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_circle_roots *roots, chasles_general_start *starts,
                                   int *sure)
 {
-    double along[CHASLES_MOST_ROOTS], c[CHASLES_MOST_ROOTS], s[CHASLES_MOST_ROOTS];
+    double along[CHASLES_MAX_ROOTS], c[CHASLES_MAX_ROOTS], s[CHASLES_MAX_ROOTS];
     int count = 0;
     *sure = 1;
     for (int k = 0; k < roots->count; k++) {

@@ -60,14 +60,14 @@
 #define CHASLES_DAMPING_FAR 1e-5
 #define CHASLES_DAMPING_NEAR 1e-14
 #define CHASLES_DAMPING_DROPPED 1e-13
-#define CHASLES_DAMPING_MOST 1e3
+#define CHASLES_DAMPING_MAX 1e3
 /* Added to the diagonal of J^T J in the inverse iteration for the smallest eigenvector. */
 #define CHASLES_SHIFT 1e-10
 
 /* A line has fifteen quantities: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and 1. */
 #define CHASLES_EQUATIONS 14
-#define CHASLES_MOST_JOINTS 12
-#define CHASLES_MOST_GIVEN (CHASLES_MOST_JOINTS - 6)
+#define CHASLES_CHAIN_MAX_JOINTS 12
+#define CHASLES_CHAIN_MAX_GIVEN (CHASLES_CHAIN_MAX_JOINTS - 6)
 #define CHASLES_SPLITS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
@@ -93,10 +93,10 @@ typedef struct {
     /* fk and mixed Jacobian of the robot. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
-    int kind[CHASLES_MOST_JOINTS];
-    double direction[CHASLES_MOST_JOINTS];      /* sign of a joint's motion about or along z */
-    double length;                              /* m, the arm's size: converts radians to metres */
-    double placed[CHASLES_MOST_JOINTS + 1][12]; /* (3, 4) before, between and after the joints */
+    int kind[CHASLES_CHAIN_MAX_JOINTS];
+    double direction[CHASLES_CHAIN_MAX_JOINTS];      /* sign of a joint's motion about or along z */
+    double length;                                   /* m, arm size: converts radians to metres */
+    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* (3, 4), around the joints */
     int splits;
     chasles_general_split split[CHASLES_SPLITS]; /* best first */
 } chasles_general_arm;
@@ -105,7 +105,7 @@ typedef struct {
  * also the coordinates of the prismatic joints among the six. */
 typedef struct {
     const chasles_general_arm *arm;
-    double value[CHASLES_MOST_GIVEN]; /* rad or m, of the fixed joints */
+    double value[CHASLES_CHAIN_MAX_GIVEN]; /* rad or m, of the fixed joints */
     int own[6];                       /* indices of the six */
     int slides[6];                    /* whether each of them is prismatic */
     int has_slides;

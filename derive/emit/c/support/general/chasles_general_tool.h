@@ -17,7 +17,7 @@ typedef chasles_general_arm chasles_general_tool_arm;
 static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
                                          double *J)
 {
-    double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
+    double all[CHASLES_CHAIN_MAX_JOINTS], whole[6 * CHASLES_CHAIN_MAX_JOINTS];
     chasles_general_all_joints(six, q, 1.0, all);
     six->arm->pose_jacobian(all, T, whole);
     for (int i = 0; i < 6; i++) {
@@ -85,7 +85,7 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
         const double next_cost = chasles_general_cost(next_e, six->arm->length);
         const int is_better = next_cost < cost;
         damping *= is_better ? 0.1 : 10.0;
-        if (!(damping < CHASLES_DAMPING_MOST))
+        if (!(damping < CHASLES_DAMPING_MAX))
             return;
         if (!is_better)
             continue;

@@ -30,7 +30,7 @@ typedef struct {
     int pairs[6];   /* the rods, in pairs that share a joint */
     double b[6][3]; /* ends on the platform; this and all below relative to the size */
     chasles_hexapod_number a[6][3], c[6];
-    chasles_hexapod_number starts[CHASLES_MOST_PATHS][CHASLES_SOMA];
+    chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
 
 /* The rods for actuator values, relative to the platform size. */
@@ -326,7 +326,7 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     const double near[3] = {CHASLES_PATH_NEAR, CHASLES_PATH_NEARER, CHASLES_PATH_NEAREST};
     const int paths = platform->paths;
     chasles_hexapod_way way;
-    int which[CHASLES_MOST_PATHS], again = paths, lost = 0;
+    int which[CHASLES_MAX_PATHS], again = paths, lost = 0;
     chasles_hexapod_way_to(platform, rods, &way);
     for (int k = 0; k < paths; k++)
         which[k] = k;
@@ -395,7 +395,7 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
                                     double *unsure)
 {
-    chasles_hexapod_end ends[CHASLES_MOST_PATHS];
+    chasles_hexapod_end ends[CHASLES_MAX_PATHS];
     chasles_hexapod_mode mode;
     int count = 0;
     *unsure = chasles_hexapod_ends(platform, rods, ends);
@@ -413,7 +413,7 @@ static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, cons
                                   double *theta, double *margin, double *unsure)
 {
     chasles_hexapod_rods rods;
-    chasles_hexapod_mode modes[CHASLES_MOST_PATHS];
+    chasles_hexapod_mode modes[CHASLES_MAX_PATHS];
     int count = 0, possible = 1;
     const int finite = chasles_hexapod_given(platform, q, &rods);
     for (int i = 0; i < CHASLES_RODS; i++)

@@ -16,9 +16,9 @@
 #include "chasles_hexapod_system.h"
 #include "chasles_hexapod_tolerances.h"
 
-#define CHASLES_MOST_PATHS 40
+#define CHASLES_MAX_PATHS 40
 /* Maximum number of steps per path; a typical path needs about thirty. */
-#define CHASLES_MOST_STEPS 1000
+#define CHASLES_MAX_STEPS 1000
 
 /* A pose in Study coordinates, and the progress of its path. */
 typedef struct {
@@ -185,7 +185,7 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
                 group.h[l] *= factor < 0.5 ? factor : 0.5;
             }
             const int lost =
-                !(group.h[l] > CHASLES_PATH_SHORTEST) || ++group.steps[l] >= CHASLES_MOST_STEPS;
+                !(group.h[l] > CHASLES_PATH_SHORTEST) || ++group.steps[l] >= CHASLES_MAX_STEPS;
             if (group.h[l] > CHASLES_PATH_LONGEST)
                 group.h[l] = CHASLES_PATH_LONGEST;
             if (group.h[l] > 1.0 - group.t[l])

@@ -17,7 +17,7 @@
 /* rad: maximum rotation per step; a larger rotation may reach another mode. */
 #define CHASLES_TRIAD_STEP 0.3
 /* rad: search distance around roots for other roots hidden by rounding. */
-#define CHASLES_TRIAD_BESIDE 2e-2
+#define CHASLES_TRIAD_SEARCHED 2e-2
 /* Two modes closer than this (relative to the platform size, and rad) are equal. At a double root,
  * rod lengths change with the squared distance and determine no more digits. */
 #define CHASLES_TRIAD_SAME 1e-7

@@ -103,9 +103,9 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
 }
 
 /* Newton's iteration; diverging branches repeat with halved steps. */
-static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(slots) * start, int b,
-                                          const lanes_where *near, POLISH_NAME(configurations) * c,
-                                          lanes *first)
+static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAME(slots) * start,
+                                              int b, const lanes_where *near,
+                                              POLISH_NAME(configurations) * c, lanes *first)
 {
 #if POLISH_SEEDS
     if (!LANES_ANY(*near)) {
@@ -146,7 +146,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #if POLISH_IS_SEARCHED
         POLISH_NAME(newton)(in, &near, &s->c, first[b / LANES]);
 #else
-        POLISH_NAME(led)(in, &start, b, &near, &s->c, first[b / LANES]);
+        POLISH_NAME(refined)(in, &start, b, &near, &s->c, first[b / LANES]);
 #endif
         for (int k = b; k < b + LANES && k < POLISH_SLOTS; k++)
             POLISH_NAME(store)(&s->c, k - b, q + POLISH_N * k, residual + k);

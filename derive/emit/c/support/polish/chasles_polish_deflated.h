@@ -15,8 +15,8 @@
 /* Samples around the circle; minimum and maximum number of known roots. With fewer roots, no spare
  * degree remains for error estimation. */
 #define CHASLES_FEW_SAMPLES 16
-#define CHASLES_LEAST_KNOWN 4
-#define CHASLES_MOST_KNOWN 16
+#define CHASLES_MIN_KNOWN 4
+#define CHASLES_MAX_KNOWN 16
 /* rad: root error that the quotient must reveal. Solutions have errors of 1e-6. */
 #define CHASLES_SHOWN 1e-4
 /* Number of cells to examine. */
@@ -30,7 +30,7 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
 {
     const double *cosine = chasles_circle_cosine;
     const int apart = CHASLES_CELLS / CHASLES_FEW_SAMPLES;
-    double half[CHASLES_MOST_KNOWN], of_cos[CHASLES_MOST_KNOWN], of_sin[CHASLES_MOST_KNOWN];
+    double half[CHASLES_MAX_KNOWN], of_cos[CHASLES_MAX_KNOWN], of_sin[CHASLES_MAX_KNOWN];
     double most = 0.0;
     for (int k = 0; k < count; k++)
         half[k] = 0.5 * root[k];
@@ -151,7 +151,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
 /* Whether these angles can be tested as all real roots: an even number, none near another. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
-    if (count % 2 || count < CHASLES_LEAST_KNOWN || count > CHASLES_MOST_KNOWN)
+    if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)
         return 0;
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < i; k++) {
@@ -167,7 +167,7 @@ static int chasles_polish_may_be_all(const double *root, int count)
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {
-    double of_cos[CHASLES_MOST_KNOWN], of_sin[CHASLES_MOST_KNOWN];
+    double of_cos[CHASLES_MAX_KNOWN], of_sin[CHASLES_MAX_KNOWN];
     chasles_cos_sin(count, root, of_cos, of_sin);
     for (int k = 0; k < count; k++) {
         double c = 1.0, s = 0.0, value = series->a[0];

@@ -17,7 +17,7 @@ typedef struct {
 /* Finds v and u at the configurations, and the step orthogonal to v. */
 POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 {
-    const lanes added = POLISH_OF(POLISH_LEAST_DAMPING);
+    const lanes added = POLISH_OF(POLISH_MIN_DAMPING);
     lanes J[6][POLISH_N], a[6][6], b[1][6], pivots[2] = {POLISH_OF(1.0), POLISH_OF(1.0)};
     lanes size = POLISH_OF(0.0), lack = size, slope2 = POLISH_OF(1e-30), along = size;
     POLISH_NAME(evaluate)(T, &f->c);
@@ -65,7 +65,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 /* Steps orthogonally to v and finds v and u there; measures the bend at a displaced point. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
-    POLISH_NAME(configurations) beside;
+    POLISH_NAME(configurations) shifted;
     lanes J[6][POLISH_N], moved = POLISH_OF(0.0);
     POLISH_NAME(weakest)(T, f);
     const lanes first2 = f->step2;
@@ -73,15 +73,15 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     POLISH_NAME(weakest)(T, f);
     f->step2 = POLISH_MAX(f->step2, POLISH_SQUARED * first2);
     for (int k = 0; k < POLISH_N; k++)
-        beside.q[k] = f->c.q[k] + POLISH_BESIDE * f->along[k];
-    POLISH_NAME(evaluate)(T, &beside);
-    POLISH_NAME(weighted)(&beside, J);
+        shifted.q[k] = f->c.q[k] + POLISH_BEND_OFFSET * f->along[k];
+    POLISH_NAME(evaluate)(T, &shifted);
+    POLISH_NAME(weighted)(&shifted, J);
     for (int k = 0; k < POLISH_N; k++) {
         POLISH_UNROLL
         for (int i = 0; i < 6; i++)
             moved += f->u[i] * J[i][k] * f->along[k];
     }
-    f->bend = (moved - f->slope) * (1.0 / POLISH_BESIDE);
+    f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
 /* Folds to search: start points of their two branches, and the squared search distance. */
@@ -149,7 +149,7 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
         const double most = fabs(of_lack) > of_slope ? fabs(of_lack) : of_slope;
         const double longest = POLISH_LONGEST * bend;
         const int is_flat = !(fabs(bend) > POLISH_FLAT * POLISH_DEVIATION) ||
-                            (square < 0.0 && fabs(bend) < POLISH_FLAT_BESIDE * POLISH_DEVIATION &&
+                            (square < 0.0 && fabs(bend) < POLISH_FLAT_MISSED * POLISH_DEVIATION &&
                              of_slope > POLISH_TILTED * fabs(of_lack));
         is_clear = is_clear && !is_flat && (square > 0.0 ? most : of_slope) < longest * longest &&
                    step2 < POLISH_SIDEWAYS * POLISH_SIDEWAYS &&

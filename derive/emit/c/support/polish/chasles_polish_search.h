@@ -242,7 +242,7 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
             b[1][i] += J[i][m] * k->along[m];
         POLISH_UNROLL
         for (int j = 0; j <= i; j++) {
-            a[i][j] = POLISH_OF(u[i] * u[j] + (i == j ? POLISH_LEAST_DAMPING : 0.0));
+            a[i][j] = POLISH_OF(u[i] * u[j] + (i == j ? POLISH_MIN_DAMPING : 0.0));
             POLISH_UNROLL
             for (int m = 0; m < POLISH_N; m++)
                 a[i][j] += J[i][m] * J[j][m];
@@ -294,7 +294,7 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     POLISH_NAME(repeat)((double *)k->along, POLISH_N + 1, k->count);
     lanes before[POLISH_N], last = k->mu, earlier = k->mu;
     lanes_where going = LANES_LT(POLISH_OF(0.0), POLISH_OF(1.0));
-    for (int step = 0; step < POLISH_MOST_STRIDES && LANES_ANY(going); step++) {
+    for (int step = 0; step < POLISH_MAX_STRIDES && LANES_ANY(going); step++) {
         POLISH_NAME(correct)(s->in, u, k);
         if (step >= POLISH_STEPS / 2) {
             const double *now = (const double *)&k->mu, *then = (const double *)&last;

@@ -150,7 +150,7 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
                                         POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
     lanes b[1][POLISH_ROWS];
-    const lanes added = *damping * c->cost + POLISH_LEAST_DAMPING;
+    const lanes added = *damping * c->cost + POLISH_MIN_DAMPING;
     POLISH_NAME(weighted)(c, f->J);
     POLISH_NAME(equations)(f->J, &added, f->a);
     POLISH_NAME(right_side)(f->J, c->e, b[0]);
@@ -280,7 +280,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
         /* Not for robots with loops: near dead points, equations change within short steps. */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
-            left_over = POLISH_MOST_AGAIN;
+            left_over = POLISH_MAX_AGAIN;
     }
 }
 
@@ -291,7 +291,7 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
     lanes damping = POLISH_OF(1.0);
     POLISH_NAME(evaluate)(T, c);
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-    for (int k = 0; k < POLISH_MOST_STEPS && LANES_ANY(going); k++) {
+    for (int k = 0; k < POLISH_MAX_STEPS && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
         lanes pivots[2] = {damping, damping};
         POLISH_NAME(step)(c, &damping, next.q, pivots);
@@ -301,7 +301,7 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
         const lanes_where small = LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED);
         const lanes_where stuck = POLISH_OR(POLISH_AND(better, slow), POLISH_AND(small, slow));
         damping *= LANES_CHOICE(better, 0.1, 100.0);
-        const lanes_where hopeless = LANES_LT(POLISH_MOST_DAMPING, damping);
+        const lanes_where hopeless = LANES_LT(POLISH_MAX_DAMPING, damping);
         const lanes *from = next.q;
         lanes *to = c->q;
         for (size_t i = 0; i < sizeof next / sizeof *to; i++)
@@ -320,7 +320,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
     lanes part = POLISH_OF(1.0);
     POLISH_NAME(evaluate)(T, c);
     lanes_where going = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-    for (int k = 0; k < POLISH_MOST_HALVED && LANES_ANY(going); k++) {
+    for (int k = 0; k < POLISH_MAX_HALVED && LANES_ANY(going); k++) {
         POLISH_NAME(configurations) next;
         POLISH_NAME(factors) f;
         lanes dq[POLISH_N], pivots[2] = {part, part};
@@ -341,7 +341,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
         part = LANES_CHOICE(better, POLISH_MIN(2.0 * part, POLISH_OF(1.0)), 0.5 * part);
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         const lanes_where ended = POLISH_OR(POLISH_AND(small, POLISH_NOT(better)),
-                                            LANES_LT(part, POLISH_OF(POLISH_LEAST_PART)));
+                                            LANES_LT(part, POLISH_OF(POLISH_MIN_PART)));
         going = POLISH_AND(POLISH_AND(going, left), POLISH_NOT(ended));
     }
 }

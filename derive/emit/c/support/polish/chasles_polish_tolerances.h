@@ -28,7 +28,7 @@
 /* m, rad: maximum length of a step whose equations are reused, and number of steps that reuse them.
  * Each such step reduces the error by about this factor. */
 #define POLISH_SHORT 1e-3
-#define POLISH_MOST_AGAIN 3
+#define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
  * squared step (radian, or relative to the arm length). Two revolute joints have at most 1. */
 #define POLISH_BEND 8.0
@@ -37,13 +37,13 @@
 /* Damping relative to the squared error, for steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
 /* Minimum damping: squared singular values have errors of 1e-16. */
-#define POLISH_LEAST_DAMPING 1e-15
+#define POLISH_MIN_DAMPING 1e-15
 /* Maximum damping relative to the squared error: above it, the minimum residual is reached. */
-#define POLISH_MOST_DAMPING 1e6
+#define POLISH_MAX_DAMPING 1e6
 /* Maximum number of steps near a dead point, with halved steps (77 observed); and smallest step
  * fraction: below it, the minimum residual or the boundary of loop closure is reached. */
-#define POLISH_MOST_HALVED 150
-#define POLISH_LEAST_PART 1e-4
+#define POLISH_MAX_HALVED 150
+#define POLISH_MIN_PART 1e-4
 /* The iteration continues only if a step reduces the squared error to this fraction. */
 #define POLISH_SLOW 0.95
 
@@ -88,19 +88,19 @@
  * strides along a curve, line directions, and line directions for branches with a known
  * solution. */
 #define POLISH_STEPS 6
-#define POLISH_MOST_STEPS 30
-#define POLISH_MOST_STRIDES 60
+#define POLISH_MAX_STEPS 30
+#define POLISH_MAX_STRIDES 60
 #define POLISH_WAYS 6
 #define POLISH_FEW_WAYS 2
 
 /* rad: offset from a fold at which its bend is measured. */
-#define POLISH_BESIDE 0.03
+#define POLISH_BEND_OFFSET 0.03
 /* Bend at a fold (1/rad), in deviations, that the deviation alone may cause: for a self-motion, the
  * nominal bend is zero. */
 #define POLISH_FLAT 8.0
 /* The same for folds without a solution; and squared slope relative to the lack terms: above it,
  * the nearest point is far from the fold, and the bend may differ. */
-#define POLISH_FLAT_BESIDE 40.0
+#define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
 /* rad: largest distance from a fold to its solutions, and largest step orthogonal to it, at which
  * the second-order equation gives their number. */

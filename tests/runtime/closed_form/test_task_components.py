@@ -7,9 +7,9 @@ from the product of exponentials of the screws.
 import numpy as np
 import pytest
 
-from chasles.closed_form.aims import PARTS, Task
 from chasles.closed_form.refinement import Refinement
-from chasles.contract import AIMS
+from chasles.closed_form.task_components import PARTS, Task
+from chasles.contract import TASK_COMPONENTS
 from chasles.derive.terms.symbolic_function import SymbolicFunction
 from tests.campaigns.losses import losses_of
 from tests.support.derivations import derivation
@@ -35,18 +35,18 @@ The campaign `losses` generates such arms.
 
 
 def test_task_parts_match_reference_table():
-    assert PARTS.keys() == AIMS.keys()
+    assert PARTS.keys() == TASK_COMPONENTS.keys()
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
 def test_task_jacobian_is_derivative_of_task_error(robot, task):
-    chain, aims = screws(robot), role_of(robot, task).aims
+    chain, components = screws(robot), role_of(robot, task).components
     rng = np.random.default_rng(0)
     n = len(chain.axes)
     q, wanted = rng.uniform(-3, 3, (2, 300, n))
     target = TASKS[task].target(chain.fk(wanted))
     function = PoseAndJacobian(chain)
-    measure = Task(aims)
+    measure = Task(components)
     _, _, size = measure(*function(q), target)
     np.testing.assert_allclose(size, distance(task, chain.fk(q), target), atol=1e-12)
     # At poses close to the target, the task error is linear in the joint displacement.
@@ -54,7 +54,7 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
     rows, error, _ = measure(*function(q), TASKS[task].target(chain.fk(near)))
     expected = np.einsum("Nij,Nj->Ni", rows, near - q)
     # If the axis is vertical, its pitch decreases in every direction.
-    steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in aims)
+    steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in components)
     assert steady.sum() > 200
     np.testing.assert_allclose(error[steady], expected[steady], atol=2e-10)
 
@@ -81,19 +81,19 @@ def role_of(robot, task):
 def refinement_for(robot, task):
     role = role_of(robot, task)
     function = PoseAndJacobian(screws(robot))
-    return Refinement(function, (*role.given, *role.held), task=Task(role.aims))
+    return Refinement(function, (*role.given, *role.free), task=Task(role.components))
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
 def test_inaccurate_slots_are_refined_to_full_precision(robot, task):
     role, chain = role_of(robot, task), screws(robot)
     q = np.random.default_rng(1).uniform(0.1, 1.2, (200, len(chain.axes)))
-    q[:, list(role.held)] = 0.0
+    q[:, list(role.free)] = 0.0
     target = TASKS[task].target(chain.fk(q))
     found = Function(derivation(robot).function(task))(target)
     assert found.valid.any(axis=1).all()
     expected = found.q.copy()
-    free = [k for k in range(q.shape[1]) if k not in role.held]
+    free = [k for k in range(q.shape[1]) if k not in role.free]
     rng = np.random.default_rng(2)
     moved = found.q.copy()
     moved[..., free] += rng.uniform(-SPOILT, SPOILT, moved[..., free].shape)
@@ -104,7 +104,7 @@ def test_inaccurate_slots_are_refined_to_full_precision(robot, task):
     errors = TASKS[task].error(chain.fk(moved), target[:, None])
     assert errors[valid].max() < 1e-12
     assert residual[valid].max() < 1e-12
-    assert (moved[..., list(role.held)] == expected[..., list(role.held)]).all()
+    assert (moved[..., list(role.free)] == expected[..., list(role.free)]).all()
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
@@ -125,18 +125,18 @@ def test_unreachable_targets_remain_invalid_after_refinement(robot, task):
         refinement_for(robot, task)((target,), q, residual, valid)
         assert not valid.any()
         np.testing.assert_array_equal(q, before)
-    assert role.aims
+    assert role.components
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e3])
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
 def test_task_target_scales_with_length_unit(robot, task, unit):
-    aims = role_of(robot, task).aims
+    components = role_of(robot, task).components
     T = screws(robot).fk(np.random.default_rng(4).uniform(-3, 3, (100, len(screws(robot).axes))))
     target = TASKS[task].target(T)
     scaled = T.copy()
     scaled[:, :3, 3] *= unit
-    divided = Task(aims).divided(TASKS[task].target(scaled), unit)
+    divided = Task(components).divided(TASKS[task].target(scaled), unit)
     np.testing.assert_allclose(divided, target, rtol=1e-12, atol=1e-12)
 
 

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import FloatArray
-from ..contract import AIMS, FunctionInfo, Manifest
+from ..contract import TASK_COMPONENTS, FunctionInfo, Manifest
 from ..errors import InputValueError
 from .polish import Measured, of_pose
 
@@ -38,44 +38,53 @@ class Part:
 class Task:
     """The error measure of a task, with its component names; () for a complete pose."""
 
-    aims: tuple[str, ...] = ()
+    components: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the task input."""
-        return (sum(AIMS[aim] for aim in self.aims),) if self.aims else (4, 4)
+        return (
+            (sum(TASK_COMPONENTS[component] for component in self.components),)
+            if self.components
+            else (4, 4)
+        )
 
     def __call__(self, pose: FloatArray, J: FloatArray, target: FloatArray) -> Measured:
         """Return Jacobian rows (N, m, n), errors (N, m) and the largest component errors (N,)."""
-        if not self.aims:
+        if not self.components:
             return of_pose(pose, J, target)
         measured = [
-            PARTS[aim].measure(pose, J, target[:, entries]) for aim, entries in self._entries()
+            PARTS[component].measure(pose, J, target[:, entries])
+            for component, entries in self._entries()
         ]
         rows, errors, sizes = zip(*measured, strict=True)
         return np.concatenate(rows, 1), np.concatenate(errors, 1), np.maximum.reduce(sizes)
 
     def of(self, T: FloatArray) -> FloatArray:
         """Return the task inputs (N, *shape) of poses (N, 4, 4)."""
-        return np.hstack([PARTS[aim].entries(T) for aim in self.aims]) if self.aims else T
+        return (
+            np.hstack([PARTS[component].entries(T) for component in self.components])
+            if self.components
+            else T
+        )
 
     def divided(self, target: FloatArray, unit: float) -> FloatArray:
         """Return targets (N, ...) with lengths divided by a unit [m]."""
         target = np.array(target)
-        if not self.aims:
+        if not self.components:
             target[..., :3, 3] /= unit
             return target
-        for aim, entries in self._entries():
-            if PARTS[aim].is_length:
+        for component, entries in self._entries():
+            if PARTS[component].is_length:
                 target[:, entries] /= unit
         return target
 
     def _entries(self) -> Iterator[tuple[str, slice]]:
         """Yield each component with its slice of the task input."""
         first = 0
-        for aim in self.aims:
-            yield aim, slice(first, first + AIMS[aim])
-            first += AIMS[aim]
+        for component in self.components:
+            yield component, slice(first, first + TASK_COMPONENTS[component])
+            first += TASK_COMPONENTS[component]
 
 
 WHOLE = Task()
@@ -150,10 +159,14 @@ TASKS: Mapping[TaskName, tuple[str, ...]] = {
 def inverses_of(manifest: Manifest) -> dict[TaskName, FunctionInfo]:
     """Return the inverses of a robot by task."""
     found: dict[TaskName, FunctionInfo] = {}
-    for task, aims in TASKS.items():
+    for task, components in TASKS.items():
         for info in manifest.functions:
             role = info.role
-            if role.is_inverse and role.aims == aims and (aims or role.domain == "pose"):
+            if (
+                role.is_inverse
+                and role.components == components
+                and (components or role.domain == "pose")
+            ):
                 found.setdefault(task, info)
     return found
 

@@ -16,7 +16,7 @@ Result = TypeVar("Result")
 
 
 @contextmanager
-def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
+def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     """Starts work in a forked process, with a copy of this process's state.
 
     On systems other than Linux, or while other threads run, this process runs the work when the

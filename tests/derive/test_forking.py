@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from chasles.derive import DescriptionError
-from chasles.derive.beside import beside
+from chasles.derive.forking import run_in_fork
 
 is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked only on Linux")
 
@@ -21,7 +21,7 @@ def alone(monkeypatch):
 
 @is_forked
 def test_result_comes_from_a_forked_process(alone):
-    with beside(lambda: (os.getpid(), "text")) as found:
+    with run_in_fork(lambda: (os.getpid(), "text")) as found:
         pid, text = found()
     assert text == "text"
     assert pid != os.getpid()
@@ -33,7 +33,7 @@ def test_error_in_fork_is_raised_again_with_its_type(alone, kind):
     def refuse():
         raise kind("no such wrench")
 
-    with pytest.raises(kind, match="no such wrench"), beside(refuse) as found:
+    with pytest.raises(kind, match="no such wrench"), run_in_fork(refuse) as found:
         found()
 
 
@@ -45,7 +45,10 @@ def test_unpicklable_error_in_fork_is_reported(alone):
     def refuse():
         raise Local("a class of a function")
 
-    with pytest.raises(RuntimeError, match="Local: a class of a function"), beside(refuse) as found:
+    with (
+        pytest.raises(RuntimeError, match="Local: a class of a function"),
+        run_in_fork(refuse) as found,
+    ):
         found()
 
 
@@ -54,7 +57,7 @@ def test_killed_fork_is_reported(alone):
     def die():
         os.kill(os.getpid(), signal.SIGKILL)
 
-    with pytest.raises(RuntimeError, match="ended by the system"), beside(die) as found:
+    with pytest.raises(RuntimeError, match="ended by the system"), run_in_fork(die) as found:
         found()
 
 
@@ -65,13 +68,13 @@ def test_error_in_parent_ends_the_fork(alone):
     def wait():
         signal.pause()
 
-    def fail_beside():
-        with beside(wait):
+    def fail_in_fork():
+        with run_in_fork(wait):
             os.close(write)
             raise ArithmeticError
 
     with pytest.raises(ArithmeticError):
-        fail_beside()
+        fail_in_fork()
     # The other process closed its end of the pipe when it ended, so a read returns end of file.
     assert os.read(read, 1) == b""
     os.close(read)
@@ -82,7 +85,7 @@ def test_work_runs_in_this_process_if_another_thread_exists():
     other = threading.Thread(target=done.wait)
     other.start()
     try:
-        with beside(os.getpid) as found:
+        with run_in_fork(os.getpid) as found:
             assert found() == os.getpid()
     finally:
         done.set()

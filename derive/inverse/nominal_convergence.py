@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.robot import SerialRobot
-from ..model.tolerances import LED_BACK, LED_STEP
+from ..model.tolerances import MAX_REFINING_STEP, RECOVERED
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
@@ -62,12 +62,12 @@ class Sampled:
         return tuple(_polished(self.arm, self.T, start, self.given) for start, _ in self.branches)
 
     @property
-    def share_led(self) -> float:
+    def share_converged(self) -> float:
         """Fraction (0 to 1) of configurations recovered from the nominal solutions."""
-        led = np.zeros(len(self.q), dtype=bool)
+        converged = np.zeros(len(self.q), dtype=bool)
         for found, left in self.refined:
-            led |= (left < LED_BACK) & (_apart(found, self.q).max(-1) < LED_BACK)
-        return float(led.mean())
+            converged |= (left < RECOVERED) & (_apart(found, self.q).max(-1) < RECOVERED)
+        return float(converged.mean())
 
     @property
     def move(self) -> float:
@@ -78,16 +78,16 @@ class Sampled:
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]
         for (start, residual), (found, left) in zip(self.branches, self.refined, strict=True):
-            is_led = (residual < LED_BACK) & (left < LED_BACK)
-            moves.append(_apart(found, start)[is_led][:, turns].max(-1, initial=0.0))
+            is_refined = (residual < RECOVERED) & (left < RECOVERED)
+            moves.append(_apart(found, start)[is_refined][:, turns].max(-1, initial=0.0))
         moved = np.concatenate(moves)
         return float(np.median(moved)) if len(moved) else 0.0
 
     @property
-    def share_beside(self) -> float:
+    def share_nearby(self) -> float:
         """Fraction (0 to 1) of configurations that have a nominal solution nearby."""
         apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]
-        return float((np.min(apart, axis=0) < LED_STEP).mean())
+        return float((np.min(apart, axis=0) < MAX_REFINING_STEP).mean())
 
     @property
     def separations(self) -> tuple[float, ...]:
@@ -97,7 +97,7 @@ class Sampled:
         pose has two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
-        is_there = np.stack([residual < LED_BACK for _, residual in self.branches], 1)
+        is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)
         apart = _apart(q[:, :, None], q[:, None])
         pairs = is_there[:, :, None] & is_there[:, None] & ~np.eye(len(self.branches), dtype=bool)
         least = np.where(pairs[..., None], apart, np.inf).min((1, 2))
@@ -113,8 +113,8 @@ def share_near(
 
     Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
     inverse is needed. If the nominal inverse has a branch close to most configurations, the result
-    is at most slightly less than :attr:`Sampled.share_led`: distant branches rarely converge to the
-    sampled configuration.
+    is at most slightly less than :attr:`Sampled.share_converged`, because distant branches rarely
+    converge to the sampled configuration.
 
     Args:
         robot: The true arm.
@@ -127,8 +127,8 @@ def share_near(
     q, T = _configurations(arm)
     start, _ = _polished(NumericArm.of(nominal, exact), T, q, given)
     found, left = _polished(arm, T, start, given)
-    led = (left < LED_BACK) & (_apart(found, q).max(-1) < LED_BACK)
-    return float(led.mean())
+    converged = (left < RECOVERED) & (_apart(found, q).max(-1) < RECOVERED)
+    return float(converged.mean())
 
 
 def _configurations(arm: NumericArm) -> tuple[FloatArray, FloatArray]:
@@ -165,9 +165,11 @@ def _polished(
         here, J = arm.pose_jacobian(q)
         J[..., list(given)] = 0.0
         error = twist_between(here, T) * weights
-        inverse = np.linalg.pinv(J * weights[:, None], rcond=LED_BACK)
+        inverse = np.linalg.pinv(J * weights[:, None], rcond=RECOVERED)
         step = np.einsum("Nij,Nj->Ni", inverse, error)
-        q = q + step * LED_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), LED_STEP)
+        q = q + step * MAX_REFINING_STEP / np.maximum(
+            np.abs(step).max(-1, keepdims=True), MAX_REFINING_STEP
+        )
     here, _ = arm.pose_jacobian(q)
     return q, np.abs(twist_between(here, T) * weights).max(-1)
 
