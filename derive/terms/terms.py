@@ -83,8 +83,7 @@ class Terms:
         """Returns the derivative with respect to a symbol, treating named terms as constants."""
         key = expression, symbol
         if key not in self._partials:
-            parts = (_derivative(part, symbol) for part in sp.Add.make_args(expression))
-            self._partials[key] = self.let(sp.Add(*parts))
+            self._partials[key] = self.let(derivative(expression, symbol))
         return self._partials[key]
 
     def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
@@ -289,14 +288,21 @@ class Terms:
         return sign * self._names[positive]
 
 
-def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Returns the derivative of a summand, without SymPy's slower general method for products."""
-    if symbol not in addend.free_symbols:
+def derivative(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """Returns a derivative, without SymPy's slower general method for sums and products."""
+    return sp.Add(*(_of_product(addend, symbol) for addend in sp.Add.make_args(expression)))
+
+
+def _of_product(product: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    if symbol not in product.free_symbols:
         return sp.S.Zero
-    others = [factor for factor in sp.Mul.make_args(addend) if factor != symbol]
-    if any(symbol in factor.free_symbols for factor in others):
-        return sp.diff(addend, symbol)
-    return sp.Mul(*others)
+    factors = sp.Mul.make_args(product)
+    parts = []
+    for k, factor in enumerate(factors):
+        if symbol in factor.free_symbols:
+            rate = sp.S.One if factor == symbol else sp.diff(factor, symbol)
+            parts.append(sp.Mul(*factors[:k], rate, *factors[k + 1 :]))
+    return sp.Add(*parts)
 
 
 def _is_signed_symbol(expression: sp.Expr) -> bool:

@@ -6,6 +6,7 @@ import sympy as sp
 
 from ...loops.solution import Solution
 from ...model.sizes import addends
+from ...terms.terms import derivative
 from ..setting.layout import Equation, aligned
 from ..setting.notation import OTHER
 from ..setting.page import sentence, text
@@ -66,13 +67,12 @@ class Rates:
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """Returns the time derivative of an expression."""
-        total = sp.S.Zero
-        for symbol in sorted(expression.free_symbols, key=str):
-            if symbol in self.dotted:
-                total += sp.diff(expression, symbol) * self.dotted[symbol]
-            elif symbol in self.definitions:
-                total += sp.diff(expression, symbol) * self._of_definition(symbol)
-        return total
+        rates = {
+            symbol: self.dotted.get(symbol) or self._of_definition(symbol)
+            for symbol in sorted(expression.free_symbols, key=str)
+            if symbol in self.dotted or symbol in self.definitions
+        }
+        return sp.Add(*(derivative(expression, symbol) * rate for symbol, rate in rates.items()))
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
         """Returns the time derivative of a component, as a dotted name if it has a name."""
