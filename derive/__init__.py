@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .conversion.conversions import convert as convert
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
+    from .description.checking import Finding as Finding
+    from .description.checking import check as check
     from .description.conventions.suited import (
         with_suitable_conventions as with_suitable_conventions,
     )
@@ -72,6 +74,10 @@ _ROOMS = {
     "derivation": (
         "Derivation",
         "derive",
+    ),
+    "description.checking": (
+        "Finding",
+        "check",
     ),
     "description.conventions.suited": ("with_suitable_conventions",),
     "description.importers.ur_calibration": ("apply_calibration",),

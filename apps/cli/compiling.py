@@ -1,11 +1,11 @@
-"""The verbs of the compiler: `derive`, `explain`, `convert`, `export` and `new`."""
+"""The verbs of the compiler: `derive`, `explain`, `check`, `convert`, `export` and `new`."""
 
 from __future__ import annotations
 
 import os
 import time
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -17,10 +17,11 @@ from chasles import ChaslesError
 from chasles.contract import requires
 from chasles.library import shipped_folders
 
-from .console import err, out, say, stop
-from .options import Base, Exact, Robot, Robots, Tip, add, listed
+from .console import err, out, print_json, say, stop
+from .options import Base, Exact, Json, Robot, Robots, Tip, add, listed
 
 if TYPE_CHECKING:
+    from chasles.derive import Finding
     from chasles.derive.build import Job, Report
 
 LIMIT = 300.0
@@ -70,6 +71,7 @@ def add_to(app: typer.Typer) -> None:
     """Add the verbs to the command line."""
     add(app, derive, "chasles derive arm.urdf --to robots")
     add(app, explain, "chasles explain panda")
+    add(app, check, "chasles check my_arm.toml")
     add(app, convert, "chasles convert panda --to panda.dh.csv")
     add(app, export, "chasles export casadi_c panda --to out")
     add(app, new, "chasles new dh --to my_arm.toml")
@@ -183,6 +185,30 @@ def explain(
             stop(report.line)
         out.print(report.line, end="\n\n", markup=False)
         _warn(report)
+
+
+def check(
+    robots: Robots,
+    base: Base = None,
+    tip: Tip = None,
+    as_json: Json = False,
+) -> None:
+    """Report all errors of robot descriptions, and write nothing."""
+    with requires("chasles[derive]"):
+        from chasles.derive import check as findings_of  # noqa: PLC0415
+    found: list[Finding] = []
+    for file, arguments in _files(robots):
+        findings = findings_of(file, base=base, tip=tip, arguments=arguments)
+        found += findings
+        if not (as_json or any(finding.severity == "error" for finding in findings)):
+            say(f"{file}: no errors")
+        for finding in () if as_json else findings:
+            style = "" if finding.severity == "error" else "yellow"
+            err.print(str(finding), style=style, markup=False)
+    if as_json:
+        print_json([asdict(finding) for finding in found])
+    if any(finding.severity == "error" for finding in found):
+        raise typer.Exit(1)
 
 
 def convert(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
+from chasles.contract import output_file
+
 from ..description.cleaned_robot import cleaned
 from ..description.conventions import dh, mdh, poe
 from ..description.pose_error import pose_error, robot_size
@@ -73,7 +75,7 @@ class Conversion:
                 "poe" also in .csv, or in .tex for LaTeX with the package booktabs.
 
         Raises:
-            InputValueError: The suffix does not belong to the format.
+            InputValueError: The suffix belongs to another format, or the file cannot be written.
         """
         path, table = Path(path), TABLES.get(self.format)
         text_suffix = ".urdf" if self.format == "urdf" else ".toml"
@@ -86,7 +88,8 @@ class Conversion:
         if table and path.suffix != text_suffix:
             write = csv_table if path.suffix == ".csv" else latex_table
             text = write(with_values(self.robot), table)
-        path.write_text(text, encoding="utf-8")
+        with output_file(path) as file:
+            file.write_text(text, encoding="utf-8")
 
 
 def convert(robot: Described, to: Format) -> Conversion:

@@ -24,7 +24,8 @@ from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
 from .assumptions import assumption
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
-from .toml_file import Keys, dotted, hint, listed
+from .suggestions import hint
+from .toml_file import Keys, dotted, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
 CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
@@ -73,6 +74,10 @@ class MechanismFile(RobotFile):
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "parent")
     of_lines: ClassVar = {}
+
+    def described(self) -> Mechanism:
+        """The robot, of the type that the file describes."""
+        return self.mechanism()
 
     def mechanism(self) -> Mechanism:
         """The robot.

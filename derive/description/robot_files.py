@@ -170,19 +170,28 @@ def _of_toml(
     is_nominal: bool = False,
 ) -> Described:
     """Reads a robot from the text of a robot file; a nominal robot has no nominal robot itself."""
+    reader = reader_of(text, file, conventions)
+    if is_nominal and "nominal" in reader.table:
+        reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
+    described = reader.described()
+    robot = described if exact else cleaned_with_warning(described, file)
+    if isinstance(robot, Mechanism):
+        return _with_nominal(reader, robot, conventions) if "nominal" in reader.table else robot
+    is_auto = reader.table.get("convention") == AUTO
+    return with_suitable_conventions(robot) if is_auto else robot
+
+
+def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotFile:
+    """Returns the reader for the text of a robot file.
+
+    Raises:
+        DescriptionError: The text is not TOML, or the file that it extends cannot be read.
+    """
     written = TomlFile(file, text)
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
-    if is_nominal and "nominal" in source.table:
-        source.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
-    if has_loops(source.table):
-        described = MechanismFile(source.file, source.text, heir, conventions).mechanism()
-        robot = described if exact else cleaned_with_warning(described, file)
-        return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
-    arm = RobotFile(source.file, source.text, heir, conventions).robot()
-    cleaned = arm if exact else cleaned_with_warning(arm, file)
-    is_auto = source.table.get("convention") == AUTO
-    return with_suitable_conventions(cleaned) if is_auto else cleaned
+    reader = MechanismFile if has_loops(source.table) else RobotFile
+    return reader(source.file, source.text, heir, conventions)
 
 
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:

@@ -9,6 +9,7 @@ import sympy as sp
 from ..model.convention import Convention, FieldKind
 from ..model.errors import DescriptionError
 from ..model.kinds import JointKind
+from ..model.mechanism import Described
 from ..model.placements import Placement, Vector, from_xyz_rpy
 from ..model.robot import (
     Joint,
@@ -80,6 +81,10 @@ class RobotFile(TomlFile):
         super().__init__(file, text, heir)
         self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
+
+    def described(self) -> Described:
+        """The robot, of the type that the file describes."""
+        return self.robot()
 
     def robot(self) -> SerialRobot:
         """The robot.

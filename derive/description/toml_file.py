@@ -3,7 +3,6 @@
 :class:`TomlFile` handles values and lines but has no knowledge of robots.
 """
 
-import difflib
 import keyword
 import re
 import tomllib
@@ -22,6 +21,7 @@ from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at
 from .noise import radians_meant
 from .plausibility import LARGEST, statement_of
+from .suggestions import hint
 from .toml_lines import first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
@@ -51,21 +51,7 @@ NAMED = "a letter, then at most 62 letters, digits or _; not a Python keyword"
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
 COORDINATE = re.compile(r"qd{0,2}[0-9]*")
 MAX_CHARACTERS_SHOWN = 80
-SAME_MEANING: Mapping[str, tuple[str, ...]] = {
-    "type": ("kind",),
-    "kind": ("type",),
-    "revolute": ("pin",),
-    "hinge": ("pin", "revolute"),
-    "pin": ("revolute",),
-    "prismatic": ("slider",),
-    "linear": ("slider", "prismatic"),
-    "slider": ("prismatic",),
-    "spherical": ("ball",),
-    "fixed": ("weld",),
-    "weld": ("fixed",),
-    "floating": ("free",),
-}
-"""Field names of other formats and programs, and the corresponding names here."""
+_MISSING = "; it is missing"
 
 
 _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
@@ -376,7 +362,7 @@ class TomlFile:
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:
-            expected += "; it is missing"
+            expected += _MISSING
         writer = self._writer(keys)
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
@@ -443,12 +429,15 @@ def _kind_of_unit(unit: str) -> ParameterKind:
     return "length" if unit in LENGTHS else "angle" if unit in ANGLES else "ratio"
 
 
-def hint(word: str, known: Iterable[str]) -> str:
-    """Returns a suffix for error messages that suggests a similar known word, or empty."""
-    words = list(known)
-    close = [other for other in SAME_MEANING.get(word, ()) if other in words]
-    close = close or difflib.get_close_matches(word, words, n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""
+def is_missing(expected: str) -> bool:
+    """Whether an error is about a value that the file does not contain."""
+    return expected.endswith(_MISSING)
+
+
+def keys_of(field: str) -> Keys:
+    """Returns the path to a value from its dotted form, see :func:`dotted`."""
+    parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
+    return tuple(int(index) - 1 if index else name for index, name in parts)
 
 
 def listed(words: Iterable[str]) -> str:

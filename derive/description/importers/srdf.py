@@ -10,7 +10,8 @@ from typing import NoReturn
 
 from lxml import etree
 
-from ..toml_file import file_error, hint, listed
+from ..suggestions import hint
+from ..toml_file import file_error, listed
 from .kinematic_tree import KinematicTree
 from .robot_xml import parsed, read_xml
 from .xacro_file import expanded, is_xacro

@@ -1,0 +1,204 @@
+"""Reports all errors of a robot description, not only the first.
+
+The reader stops at an error. The check then repairs the value in memory, by the word that the error
+suggests or by a harmless value, and reads again. The reader therefore remains the only validator.
+"""
+
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from ..model.errors import DescriptionError
+from .conventions import CONVENTIONS
+from .file_text import text_of
+from .robot_files import read, reader_of
+from .serial_file import RobotFile
+from .shipped_files import located
+from .suggestions import suggestion
+from .toml_file import Keys, is_missing, keys_of
+
+MAX_ERRORS = 100
+"""Maximum number of errors per file."""
+_UNITS = {"length": "mm", "angle": "rad"}
+"""Units that accept numbers of any size, in place of an unknown unit."""
+_MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
+"""Values of required fields that a file omits."""
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A fault or a remark about a robot description.
+
+    Attributes:
+        severity: "error" if the robot cannot be derived; "warning" for numbers that are probably
+            wrong; "note" for assumed and snapped values.
+        where: File, line and field, as far as they are known.
+        message: The expected and the found value, or the remark.
+    """
+
+    severity: Severity
+    where: str
+    message: str
+
+    def __str__(self) -> str:
+        """Returns one line; an error has the form of an exception's message."""
+        kind = "" if self.severity == "error" else f"{self.severity}: "
+        return f"{self.where}: {kind}{self.message}"
+
+
+def check(
+    source: str | Path,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    group: str | None = None,
+    arguments: Sequence[str] = (),
+) -> tuple[Finding, ...]:
+    """Reports the errors, warnings and notes of a robot description.
+
+    In a robot file, all independent errors are found: after an error, the check continues with a
+    corrected value. It ends early if no correction is possible, for example at an unknown
+    convention. In other formats, the first error is found.
+
+    Args:
+        source: A file or a robot's name, see :func:`~chasles.derive.read`.
+        base: The link whose frame is the base frame, for files with a link tree.
+        tip: The link whose frame is the tool frame, for files with a link tree.
+        group: A group of an SRDF file next to the file, instead of base and tip.
+        arguments: Argument values of a xacro file, each as ``name:=value``.
+
+    Returns:
+        The findings: errors by line, or the warnings and notes of a valid robot. A last note states
+        that the check ended early.
+
+    Raises:
+        UnknownRobotError: The robot name is unknown.
+    """
+    file, _ = located(source)
+    try:
+        if file.suffix.lower() == ".toml":
+            errors = tuple(_errors(text_of(file), str(file)))
+            if errors:
+                return errors
+        with warnings.catch_warnings():
+            # The cleaning of the robot contains this warning.
+            warnings.simplefilter("ignore")
+            robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
+    except DescriptionError as error:
+        return (_finding(error, str(file)),)
+    warning = robot.cleaning.warning
+    notes = tuple(Finding("note", str(file), note) for note in robot.notes)
+    return ((Finding("warning", str(file), warning),) if warning else ()) + notes
+
+
+def _finding(error: DescriptionError, file: str = "") -> Finding:
+    line = "" if error.line is None else f":{error.line}"
+    where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
+    return Finding("error", where, str(error).removeprefix(f"{where}: "))
+
+
+def _errors(text: str, file: str) -> Iterator[Finding]:
+    """Yields the errors of a robot file by line; errors that follow from a repair are left out."""
+    repairs = _Repairs(file, text)
+    errors: list[DescriptionError] = []
+    is_complete = False
+    for _ in range(MAX_ERRORS):
+        reader = None
+        try:
+            reader = reader_of(repairs.text, file, CONVENTIONS)
+            repairs.apply(reader)
+            reader.described()
+        except DescriptionError as error:
+            if not repairs.caused(error):
+                errors.append(error)
+            if reader is None or not repairs.repair(reader, error):
+                break
+        else:
+            is_complete = True
+            break
+    yield from map(_finding, sorted(errors, key=lambda error: (error.file, error.line or 0)))
+    if not is_complete:
+        yield Finding("note", file, "the check ended early; correct these errors and check again")
+
+
+@dataclass
+class _Repairs:
+    """Corrections of a file in memory, after its errors.
+
+    Attributes:
+        file: Name of the file.
+        text: The text; misspelt words are replaced by the suggested words.
+        values: Values that replace those of the file; None removes a value.
+        removed: Names of removed parameters.
+        respelled: Paths of fields with a replaced word.
+    """
+
+    file: str
+    text: str
+    values: dict[Keys, object] = field(default_factory=dict)
+    removed: set[str] = field(default_factory=set)
+    respelled: set[Keys] = field(default_factory=set)
+
+    def apply(self, reader: RobotFile) -> None:
+        """Puts the corrected values into the table of a reader."""
+        for keys, value in self.values.items():
+            place = reader.at(keys[:-1])
+            if isinstance(place, dict) and value is None:
+                place.pop(keys[-1], None)
+            elif isinstance(place, dict):
+                place[keys[-1]] = value
+
+    def caused(self, error: DescriptionError) -> bool:
+        """Whether an error follows from a repair."""
+        names = set(re.findall(r"\w+", str(error.value)))
+        is_repaired = keys_of(error.field) in (self.values.keys() | self.respelled)
+        return is_repaired or bool(names & self.removed)
+
+    def repair(self, reader: RobotFile, error: DescriptionError) -> bool:
+        """Adds the correction for an error; returns whether there is one."""
+        keys = keys_of(error.field)
+        if not keys or error.file != self.file:
+            return False
+        word = suggestion(error.expected)
+        if word and keys not in self.respelled and self._has_respelled(error, word):
+            self.respelled.add(keys)
+            return True
+        if isinstance(keys[-1], int) and not isinstance(reader.at(keys), dict):
+            keys = keys[:-1]
+        value = self._value(keys, error)
+        if keys in self.values and value in (None, self.values[keys]):
+            # Without a harmless value of the field, its table is removed.
+            keys, value = keys[:-1], None
+            if keys in self.values:
+                return False
+        if not keys or isinstance(keys[-1], int) or keys[-1] == "convention":
+            return False
+        self.values[keys] = value
+        return True
+
+    def _value(self, keys: Keys, error: DescriptionError) -> object:
+        """Returns a harmless value for a field; None to remove it."""
+        last = keys[-1]
+        if is_missing(error.expected) or keys in self.values:
+            return f"unnamed{len(self.values)}" if last == "name" else _MISSING.get(str(last))
+        if keys[0] == "units":
+            return _UNITS.get(str(last))
+        if keys[0] == "parameters" and error.value == last:
+            self.removed.add(str(last))
+            return None
+        return 1 if keys[0] == "parameters" and last != "unit" else None
+
+    def _has_respelled(self, error: DescriptionError, word: str) -> bool:
+        """Replaces a misspelt word in its line; returns whether the text changed."""
+        lines = self.text.split("\n")
+        if error.line is None or not isinstance(error.value, str):
+            return False
+        line = lines[error.line - 1]
+        lines[error.line - 1] = re.sub(rf"\b{re.escape(error.value)}\b", word, line, count=1)
+        text, self.text = self.text, "\n".join(lines)
+        return self.text != text

@@ -1,0 +1,52 @@
+"""Suggests a known word in place of an unknown word of a description."""
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+
+SAME_MEANING: Mapping[str, tuple[str, ...]] = {
+    "type": ("kind",),
+    "kind": ("type",),
+    "revolute": ("pin",),
+    "hinge": ("pin", "revolute"),
+    "pin": ("revolute",),
+    "prismatic": ("slider",),
+    "linear": ("slider", "prismatic"),
+    "slider": ("prismatic",),
+    "spherical": ("ball",),
+    "fixed": ("weld",),
+    "weld": ("fixed",),
+    "floating": ("free",),
+    "rotational": ("revolute",),
+    "rotary": ("revolute",),
+    "continuous": ("revolute",),
+    "translational": ("prismatic",),
+    "screw": ("helical",),
+    "standard": ("dh",),
+    "distal": ("dh",),
+    "modified": ("mdh",),
+    "proximal": ("mdh",),
+    "craig": ("mdh",),
+    "screws": ("poe",),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), ("m",)),
+    **dict.fromkeys(("centimeters", "centimetres"), ("cm",)),
+    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), ("mm",)),
+    **dict.fromkeys(("in", "inches"), ("inch",)),
+    **dict.fromkeys(("degree", "degrees", "°"), ("deg",)),
+    **dict.fromkeys(("radian", "radians"), ("rad",)),
+}
+"""Words of other formats and programs, in lower case, and the corresponding words here."""
+
+
+def hint(word: str, known: Iterable[str]) -> str:
+    """Returns a suffix for error messages that suggests a similar known word, or empty."""
+    words, lower = list(known), word.lower()
+    close = [other for other in (lower, *SAME_MEANING.get(lower, ())) if other in words]
+    close = close or difflib.get_close_matches(word, words, n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def suggestion(expected: str) -> str:
+    """Returns the word that an error suggests by :func:`hint`, or empty."""
+    found = re.search(r"\(did you mean '(.+)'\?\)$", expected)
+    return found.group(1) if found else ""
