@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, NoReturn
 import mpmath as mp
 import sympy as sp
 
+from chasles.contract.extras import requires
+
 from ...model.errors import DescriptionError
 from ...model.exact import NotExact, read
 from ...model.mechanism import Described
@@ -137,7 +139,8 @@ class _File:
         return _without_large_offsets(self._rows(robot))
 
     def _of_yaml(self) -> tuple[LinkPose, ...]:
-        import yaml  # noqa: PLC0415
+        with requires("chasles[files]"):
+            import yaml  # noqa: PLC0415
 
         try:
             root = yaml.compose(self.text, Loader=yaml.SafeLoader)

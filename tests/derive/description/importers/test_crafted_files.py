@@ -1,8 +1,11 @@
 """Crafted files end with an error that names the file."""
 
+import sys
+
 import pytest
 
 import chasles
+from chasles import NotInstalledError
 from chasles.derive import ChaslesError, apply_calibration, read, read_text
 
 ALIASES = "".join(f"a{k + 1}: &a{k + 1} [{', '.join([f'*a{k}'] * 9)}]\n" for k in range(12))
@@ -75,3 +78,11 @@ def test_link_out_of_the_folder_is_not_followed(tmp_path):
 def test_long_text_is_refused():
     with pytest.raises(ChaslesError, match="at most 1000000 bytes"):
         read_text("#" * 1_000_001)
+
+
+def test_missing_yaml_is_reported_with_the_command(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    file = tmp_path / "arm.yaml"
+    file.write_text("kinematics: {}")
+    with pytest.raises(NotInstalledError, match=r"pip install 'chasles\[files\]'"):
+        apply_calibration(read("ur5e"), file)
