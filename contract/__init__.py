@@ -23,7 +23,7 @@ from .manifest import (
     Reference,
     Variable,
 )
-from .output_files import output_file
+from .output_files import output_file, remove_abandoned
 from .reading import manifest_entries, read_manifest
 from .roles import KINDS, ROLES, TASK_COMPONENTS, VECTORS, Role, TaskComponent
 
@@ -68,5 +68,6 @@ __all__ = [
     "output_file",
     "read_input",
     "read_manifest",
+    "remove_abandoned",
     "requires",
 ]

@@ -3,6 +3,7 @@
 import errno
 import os
 import secrets
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -68,7 +69,7 @@ def _check_name(path: str | os.PathLike[str]) -> None:
 def _replacing(target: Path) -> Iterator[Path]:
     if not target.parent.is_dir():
         raise OSError(errno.ENOENT, f"no folder {target.parent}")
-    _remove_abandoned(target.parent)
+    remove_abandoned(target.parent, f"{_PREFIX}*", _ABANDONED)
     temporary = target.with_name(f"{_PREFIX}{secrets.token_hex(8)}{target.suffix}")
     try:
         yield temporary
@@ -81,8 +82,15 @@ def _replacing(target: Path) -> Iterator[Path]:
             temporary.unlink()
 
 
-def _remove_abandoned(folder: Path) -> None:
-    for file in folder.glob(f"{_PREFIX}*"):
+def remove_abandoned(folder: Path, pattern: str, age: float) -> None:
+    """Removes temporary files and folders that killed processes left.
+
+    Args:
+        folder: The folder with the temporary files.
+        pattern: Pattern of their names.
+        age: Age [s] after which no process writes them any more.
+    """
+    for path in folder.glob(pattern):
         with suppress(OSError):
-            if time.time() - file.stat().st_mtime > _ABANDONED:
-                file.unlink()
+            if time.time() - path.stat().st_mtime > age:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..call import _call
-from ..contract import FunctionInfo, Manifest, ManifestError
+from ..contract import FunctionInfo, Manifest, ManifestError, remove_abandoned
 from ..errors import CacheError, MismatchError
 from .compiler import Compiler, describe_machine, find_compiler
 
@@ -30,6 +30,8 @@ _NEAREST = "chasles_nearest.h"
 """The generated file that selects the nearest solution of an inverse."""
 _MAX_NEAREST = 64
 """Largest number of slots for this selection."""
+ABANDONED = 86400.0
+"""Age [s] of temporary folders in the cache whose process was killed."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -235,6 +237,7 @@ def _is_sound(recipe: Recipe) -> bool:
 
 
 def _open(recipe: Recipe) -> _call.Library:
+    _check_owner(recipe.path.parent)
     advice = f"compile it again with `python -m chasles build {recipe.folder}`"
     try:
         content = recipe.path.read_bytes()
@@ -249,6 +252,16 @@ def _open(recipe: Recipe) -> _call.Library:
         raise MismatchError(f"{error}; {advice}") from None
 
 
+def _check_owner(cache: Path) -> None:
+    """Raise a CacheError for a folder in which another user could replace a library."""
+    facts = cache.stat()
+    if os.name == "posix" and (facts.st_uid not in (0, os.getuid()) or facts.st_mode & 0o022):
+        raise CacheError(
+            f"{cache}: another user may write here, so no library is loaded; run "
+            f"`chmod 700 {cache}`, or set CHASLES_CACHE to a folder of your own"
+        )
+
+
 def _compile(recipe: Recipe) -> None:
     # Imported here: loading a cached library does not need it.
     import tempfile  # noqa: PLC0415
@@ -256,6 +269,7 @@ def _compile(recipe: Recipe) -> None:
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
+        remove_abandoned(cache, ".*-*", ABANDONED)
         with tempfile.TemporaryDirectory(prefix=f".{recipe.name}-", dir=cache) as name:
             # The compiler reads copies of the hashed bytes. Their plain names cannot break an
             # #include, and no path enters the library.

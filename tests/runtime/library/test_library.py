@@ -308,3 +308,26 @@ def test_compiled_bytes_do_not_depend_on_folder(folder, cache, tmp_path, monkeyp
     assert one.name == two.name
     assert one.read_bytes() == two.read_bytes()
     assert os.fsencode(tmp_path) not in one.read_bytes()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_cache_that_others_may_write_is_refused(folder, cache):
+    robot = chasles.load(folder.path)
+    assert cache.stat().st_mode & 0o777 == 0o700
+    cache.chmod(0o770)
+    with pytest.raises(chasles.CacheError, match=f"chmod 700 {cache}"):
+        chasles.load(folder.path)
+    cache.chmod(0o700)
+    assert chasles.load(folder.path).name == robot.name
+
+
+def test_folders_of_killed_compilers_are_removed(folder, cache):
+    old, new = cache / ".tiny-old", cache / ".tiny-new"
+    for path in (old, new):
+        path.mkdir(parents=True)
+        (path / "tiny.c").touch()
+    os.utime(old, (0, 0))
+    cache.chmod(0o700)
+    build(read_manifest(folder.path))
+    assert new.is_dir()
+    assert not old.exists()
