@@ -78,7 +78,9 @@ def leg(rng, k, kind, foot, heading):
         else:
             text += joint(name, parent, "revolute", xyz, rpy, local)
         if letter == "U":
-            text += joint(f"fork{place}_{k}", name, "revolute", np.zeros(3), np.zeros(3), (1, 0, 0))
+            # The frame of the second axis is next to the centre of the universal joint.
+            aside, at = np.array([0.05, 0, 0]), at + R @ [0.05, 0, 0]
+            text += joint(f"fork{place}_{k}", name, "revolute", aside, np.zeros(3), (1, 0, 0))
             name = f"fork{place}_{k}"
         parent, rpy = name, np.zeros(3)
         xyz = drawn(1, 0, 1) + np.array([0, 0, 0.15 if "P" in kind else 0.3])
