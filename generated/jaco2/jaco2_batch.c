@@ -5,15 +5,19 @@
 
 #include "jaco2.h"
 
-/* Instruction sets to compile: every x86-64 set above the compiler flags. An exception is clang
- * without AVX flags: it passes wide vectors to libmvec in the wrong registers. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
+/* Instruction sets to compile: every x86-64 set above the compiler flags, and a choice at run time.
+ * CHASLES_NO_DISPATCH selects the set of the compiler flags, CHASLES_PLAIN plain C. clang has no
+ * choice: without AVX flags, it passes wide vectors to libmvec in the wrong registers. */
+#if defined(__clang__) && !defined(CHASLES_NO_DISPATCH)
+#define CHASLES_NO_DISPATCH 1
+#endif
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin) && !defined(CHASLES_PLAIN)
 #if __has_builtin(__builtin_shufflevector)
 #define CHASLES_LANES 1
-#if defined(__AVX512F__) || !defined(__clang__)
+#if defined(__AVX512F__) || !defined(CHASLES_NO_DISPATCH)
 #define CHASLES_SET_AVX512 1
 #endif
-#if !defined(__AVX512F__) && (defined(__AVX2__) || !defined(__clang__))
+#if !defined(__AVX512F__) && (defined(__AVX2__) || !defined(CHASLES_NO_DISPATCH))
 #define CHASLES_SET_AVX2 1
 #endif
 #ifndef __AVX2__
