@@ -5,7 +5,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 # Some machines set it; each process, and each worker of the tests, would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -64,6 +64,17 @@ site: .venv/site build/typing/chasles ## the documentation as a site in build/si
 reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce, their pages checked
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/report.py
 
+# The wheel contains kernels for all processors, so that the robots load without a compiler. zig links
+# against an old glibc.
+ZIG = $(CURDIR)/$(BIN)/python -m ziglang cc -target $$(uname -m)-linux-gnu.2.28
+wheel: .venv/wheel ## the wheel with compiled robots, in dist
+	@rm -rf build/wheel build/kernels build/unrepaired && mkdir -p build/wheel dist && git archive HEAD | tar -x -C build/wheel
+	@$(BIN)/chasles build --portable build/kernels
+	@for kernel in build/kernels/*/*.so; do cp $$kernel build/wheel/generated/$$(basename $$(dirname $$kernel)); done
+	@cd build/wheel && CC="$(ZIG)" LDSHARED="$(ZIG) -shared" $(CURDIR)/$(BIN)/python -m build --wheel --outdir ../unrepaired . >../wheel.log
+	@PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist build/unrepaired/*.whl
+	@$(BIN)/twine check dist/*.whl
+
 gallery: .venv/dev ## a page with sliders of every robot in build/gallery
 	@$(BIN)/python docs/gallery.py
 
@@ -86,6 +97,9 @@ SOURCES := pyproject.toml setup.py $(wildcard contract/*.h runtime/*/*.[ch] runt
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
+
+.venv/wheel: .venv/dev
+	@echo "installing the tools that build wheels into .venv" && $(INSTALL) '.[wheel]' && touch $@
 
 .venv/site: .venv/bin/python pyproject.toml
 	@echo "installing the builder of the site into .venv" && $(INSTALL) '.[docs]' && touch $@

@@ -71,7 +71,17 @@ setup(
             "emit/c/support/*/*.h",
         ],
         **{
-            name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi", "support/*.h"]
+            name: [
+                "*.c",
+                "*.h",
+                "*.json",
+                "*.pyi",
+                "*.tex",
+                "*/*.tex",
+                "*.casadi",
+                "*.so",
+                "support/*.h",
+            ]
             for name in packages_under("generated")
         },
     },

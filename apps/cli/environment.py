@@ -9,8 +9,10 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, metadata, version
 from pathlib import Path
 from typing import Annotated
@@ -25,10 +27,11 @@ from chasles.library import cache_folder, find_compiler, find_folder, options_of
 
 from .console import err, print_json, say
 from .options import Base, Exact, Json, Tip, add, names
+from .portable import write_portable
 
 _MEGABYTE = 1e6
 _PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
-_LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}\.so")
+_LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
 """The name at the start of a requirement, such as lxml in "lxml>=5"."""
 _EXTRAS = ("cli", "derive", "files", "calibration", "study", "draw", "film", "view")
@@ -54,14 +57,22 @@ def build(
     base: Base = None,
     tip: Tip = None,
     exact: Exact = False,
+    portable: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write folders that load on other machines of this platform, without a compiler.",
+        ),
+    ] = None,
 ) -> None:
-    """Compile robots into the cache."""
+    """Compile robots into the cache, or into portable folders."""
     words = options_of(exact, parametric=False, base=base, tip=tip)
     manifests = [read_manifest(find_folder(robot, words)) for robot in chosen or robots()]
     # Threads suffice: the compiler does the work, in processes of its own.
+    work = _build_one if portable is None else partial(_write_one, portable)
     with ThreadPoolExecutor(threads) as pool:
         failed = 0
-        for report in pool.map(_build_one, manifests):
+        for report in pool.map(work, manifests):
             if report.failed:
                 err.print(report.line, style="red", markup=False)
             else:
@@ -78,9 +89,17 @@ class _Report:
 
 
 def _build_one(manifest: Manifest) -> _Report:
+    return _timed(manifest, lambda: "compiled" if compile_robot(manifest) else "in the cache")
+
+
+def _write_one(folder: Path, manifest: Manifest) -> _Report:
+    return _timed(manifest, lambda: f"written to {write_portable(manifest, folder)}")
+
+
+def _timed(manifest: Manifest, work: Callable[[], str]) -> _Report:
     start = time.perf_counter()
     try:
-        result = "compiled" if compile_robot(manifest) else "in the cache"
+        result = work()
     except ChaslesError as error:
         return _Report(f"{manifest.name}: {error}", failed=True)
     seconds = time.perf_counter() - start

@@ -4,6 +4,9 @@
  *     const chasles_kernel chasles_kernels[]   ended by an entry whose name is NULL
  *     const char chasles_hash[]                the content hash for which it was compiled
  * All other symbols are hidden, so that those of two robots in one process do not clash.
+ *
+ * A portable library also exports chasles_kernels_v3 and chasles_kernels_v4, for processors of the
+ * levels x86-64-v3 (AVX2, FMA) and x86-64-v4 (AVX-512).
  */
 #ifndef CHASLES_KERNEL_H
 #define CHASLES_KERNEL_H
@@ -12,6 +15,10 @@
 
 /* The name of capsules that hold a `const chasles_kernel *`; each keeps its library loaded. */
 #define CHASLES_KERNEL_CAPSULE "chasles.kernel"
+
+#define CHASLES_JOIN_(name, level) name##_##level
+#define CHASLES_JOIN(name, level) CHASLES_JOIN_(name, level)
+#define CHASLES_AT(name) CHASLES_JOIN(name, CHASLES_LEVEL)
 
 #define CHASLES_EXPORT __attribute__((visibility("default")))
 

@@ -1,8 +1,11 @@
 """Compiled robot libraries: built once, cached, and checked when opened.
 
-The cache key is part of the file name. It is the SHA-256 of the C code, the glue code, the
-compiler, the flags and the processor (`make_recipe`). A library contains its key. It ends with the
-SHA-256 of the preceding bytes, so that a damaged library is rejected before the system maps it.
+The key is the SHA-256 of the C code, the glue code and the processor features. It is part of the
+file name, and a library contains it. A library ends with the SHA-256 of the preceding bytes, so
+that a damaged library is rejected before the system maps it.
+
+A kernel is a library for all processors of a platform (`chasles build --portable`). Kernels are in
+the folders of generated robots, not in the cache.
 
 Environment:
     CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache.
@@ -10,18 +13,20 @@ Environment:
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 import os
+import platform
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..call import _call
 from ..contract import FunctionInfo, Manifest, ManifestError, remove_abandoned
-from ..errors import CacheError, MismatchError
-from .compiler import Compiler, describe_machine, find_compiler
+from ..errors import CacheError, CompilerNotFoundError, MismatchError
+from .compiler import Compiler, describe_machine, find_compiler, is_compiler_chosen
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 GLUE_FILE = "chasles_glue.c"
@@ -54,46 +59,71 @@ class Recipe:
         name: The robot name.
         folder: The folder of the generated files.
         sources: The content of each file that the compiler reads, by name.
-        compiler: The compiler with its flags.
-        key: The cache key, SHA-256 of sources, compiler and processor.
-        path: The library file in the cache.
+        compiler: The compiler with its flags; None for a library that exists.
+        key: The SHA-256 of sources and processor features, which the library contains.
+        path: The library file. In the cache, its name also has a hash of compiler and flags.
     """
 
     name: str
     folder: Path
     sources: Mapping[str, bytes]
-    compiler: Compiler
+    compiler: Compiler | None
     key: str
     path: Path
 
 
 def make_recipe(manifest: Manifest) -> Recipe:
-    """Return the recipe for compiling a robot on this machine.
+    """Return how the library of a robot is found or compiled on this machine.
+
+    A kernel in the robot's folder needs no compiler. CC or CHASLES_CFLAGS requests compilation.
 
     Raises:
         MismatchError: If the C code or the header does not match the hash in the manifest.
         ManifestError: If header and manifest declare different sizes.
-        CompilerNotFoundError: If no compiler was found.
+        CompilerNotFoundError: If no compiler was found, and the cache has no library for a
+            processor with these features.
     """
-    name = manifest.name
-    sources = {file: manifest.read_source(file) for file in manifest.c_files}
-    check_header(manifest, sources[f"{name}.h"].decode(errors="replace"))
-    sources["_kernel.h"] = _KERNEL_HEADER.read_bytes()
-    sources[GLUE_FILE] = write_glue(manifest).encode()
-    compiler = find_compiler()
-    parts = [
-        *(text for item in sorted(sources.items()) for text in (item[0].encode(), item[1])),
-        compiler.identity.encode(),
-        "\0".join(compiler.flags).encode(),
-        describe_machine().encode(),
-    ]
+    sources = sources_of(manifest)
+    kernel = kernel_recipe(manifest, sources)
+    if kernel.path.exists() and not is_compiler_chosen():
+        return kernel
+    name, key = manifest.name, _key(sources, describe_machine())
+    try:
+        compiler = find_compiler()
+    except CompilerNotFoundError:
+        found = max(cache_folder().glob(f"{name}-{key[:32]}-*.so"), key=_written, default=None)
+        if found is None:
+            raise
+        return Recipe(name, manifest.folder, sources, None, key, found)
+    how = hashlib.sha256("\0".join((compiler.identity, *compiler.flags)).encode()).hexdigest()
+    path = cache_folder() / f"{name}-{key[:32]}-{how[:16]}.so"
+    return Recipe(name, manifest.folder, sources, compiler, key, path)
+
+
+def kernel_recipe(manifest: Manifest, sources: Mapping[str, bytes] | None = None) -> Recipe:
+    """Return the recipe of the kernel in a robot's folder, for all processors of this platform."""
+    sources = sources or sources_of(manifest)
+    key = _key(sources, f"{platform.system()} {platform.machine()}")
+    path = manifest.folder / f"{manifest.name}-{key[:32]}.so"
+    return Recipe(manifest.name, manifest.folder, sources, None, key, path)
+
+
+def sources_of(manifest: Manifest) -> dict[str, bytes]:
+    """Return the content of each file that the compiler reads, by name."""
+    files = {file: manifest.read_source(file) for file in manifest.c_files}
+    check_header(manifest, files[f"{manifest.name}.h"].decode(errors="replace"))
+    return {**files, "_kernel.h": _KERNEL_HEADER.read_bytes(), GLUE_FILE: write_glue(manifest)}
+
+
+def _key(sources: Mapping[str, bytes], machine: str) -> str:
+    parts = [text for item in sorted(sources.items()) for text in (item[0].encode(), item[1])]
     # Each part is hashed separately, so that different lists cannot have the same concatenation.
-    digests = b"".join(hashlib.sha256(part).digest() for part in parts)
-    key = hashlib.sha256(digests).hexdigest()
-    sources[GLUE_FILE] += f'const char chasles_hash[] = "{key}";\n'.encode()
-    return Recipe(
-        name, manifest.folder, sources, compiler, key, cache_folder() / f"{name}-{key[:32]}.so"
-    )
+    digests = (hashlib.sha256(part).digest() for part in (*parts, machine.encode()))
+    return hashlib.sha256(b"".join(digests)).hexdigest()
+
+
+def _written(path: Path) -> int:
+    return path.stat().st_mtime_ns
 
 
 def check_header(manifest: Manifest, header: str) -> None:
@@ -119,11 +149,17 @@ def _declared_size(parameter: str) -> int:
     return int(bound[1]) if bound else 1
 
 
-def write_glue(manifest: Manifest) -> str:
-    """Return the glue code: one wrapper for each function, and the table of all functions."""
+def write_glue(manifest: Manifest) -> bytes:
+    """Return the glue code: one wrapper for each function, and the table of all functions.
+
+    A portable kernel compiles it once for each CHASLES_LEVEL, a set of processor features.
+    """
     batched = manifest.batch_file in manifest.c_files
     lines = [
         '#include "_kernel.h"',
+        "#ifdef CHASLES_LEVEL",
+        "#define chasles_kernels CHASLES_AT(chasles_kernels)",
+        "#endif",
         f'#include "{manifest.name}.c"',
         *([f'#include "{manifest.batch_file}"'] if batched else []),
         "",
@@ -142,7 +178,7 @@ def write_glue(manifest: Manifest) -> str:
         names = f'"{function.name}", chasles_call_{index}, {rows}, {nearest}'
         lines += [f"    {{{names}, {counts}, chasles_sizes_{index}}},"]
     lines += ["    {0, 0, 0, 0, 0, 0, 0},", "};", ""]
-    return "\n".join(lines)
+    return "\n".join(lines).encode()
 
 
 def _sizes(function: FunctionInfo) -> list[int]:
@@ -200,12 +236,15 @@ def _selection(n: int, k: str) -> list[str]:
 
 
 def build(manifest: Manifest) -> bool:
-    """Compile the library of a robot unless the cache has an intact one; return if it compiled.
+    """Compile the library of a robot unless an intact one exists; return if it compiled.
 
     Raises:
         ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
+    if recipe.compiler is None:
+        _open(recipe)
+        return False
     if _is_sound(recipe):
         return False
     _compile(recipe)
@@ -214,10 +253,10 @@ def build(manifest: Manifest) -> bool:
 
 
 def open_library(manifest: Manifest) -> _call.Library:
-    """Return the library of a robot, after compilation if the cache has none.
+    """Return the library of a robot, after compilation if there is none.
 
     Raises:
-        MismatchError: If the library in the cache is damaged or has a different key.
+        MismatchError: If the library is damaged or has a different key.
         ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
@@ -237,15 +276,18 @@ def _is_sound(recipe: Recipe) -> bool:
 
 
 def _open(recipe: Recipe) -> _call.Library:
-    _check_owner(recipe.path.parent)
     advice = f"compile it again with `python -m chasles build {recipe.folder}`"
+    if recipe.path.parent == recipe.folder:
+        advice = "install or write the robot's folder again"
+    else:
+        _check_owner(recipe.path.parent)
     try:
         content = recipe.path.read_bytes()
     except OSError as error:
         raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from error
     body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
     if hashlib.sha256(body).digest() != digest:
-        raise MismatchError(f"{recipe.path}: damaged in the cache; {advice}")
+        raise MismatchError(f"{recipe.path}: damaged library; {advice}")
     try:
         return _call.open(recipe.path, recipe.key)
     except MismatchError as error:
@@ -263,6 +305,12 @@ def _check_owner(cache: Path) -> None:
 
 
 def _compile(recipe: Recipe) -> None:
+    assert recipe.compiler is not None
+    write_library(recipe, functools.partial(recipe.compiler.compile, [GLUE_FILE], "library.so"))
+
+
+def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
+    """Write the library of a robot; `compile_in` compiles `library.so` in a folder of sources."""
     # Imported here: loading a cached library does not need it.
     import tempfile  # noqa: PLC0415
 
@@ -276,7 +324,11 @@ def _compile(recipe: Recipe) -> None:
             folder = Path(name)
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
-            recipe.compiler.compile(GLUE_FILE, "library.so", folder)
+            with (folder / GLUE_FILE).open("a") as glue:
+                glue.write(
+                    f'#ifndef CHASLES_LEVEL\nconst char chasles_hash[] = "{recipe.key}";\n#endif\n'
+                )
+            compile_in(folder)
             library = folder / "library.so"
             _seal(library)
             # Atomic: other processes see the complete library or none.

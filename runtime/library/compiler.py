@@ -30,6 +30,8 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
+    # Only the instruction set of this processor, in half the time.
+    "-DCHASLES_NO_DISPATCH",
     "-fPIC",
     "-shared",
     "-fvisibility=hidden",
@@ -60,23 +62,30 @@ class Compiler:
     flags: tuple[str, ...]
     identity: str
 
-    def compile(self, source: str, target: str, folder: Path) -> None:
-        """Compile a source file to a shared library; both file names are relative to the folder.
+    def compile(self, sources: Sequence[str], target: str, folder: Path) -> None:
+        """Compile source files to a target, by default a shared library, in a folder.
 
         Raises a CompileError with the compiler output if compilation fails.
         """
-        # Imported here: loading a cached library does not need it.
-        import subprocess  # noqa: PLC0415
+        run([*self.command, *self.flags, *sources, "-o", target, "-lm"], folder)
 
-        command = [*self.command, *self.flags, source, "-o", target, "-lm"]
+
+def run(command: Sequence[str], folder: Path) -> None:
+    """Run a command in a folder; raise a CompileError with its output if it fails."""
+    # Imported here: loading a cached library does not need it.
+    import subprocess  # noqa: PLC0415
+
+    try:
         result = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", check=False
         )
-        if result.returncode != 0:
-            output = (result.stderr + result.stdout).strip()
-            raise CompileError(
-                f"{shlex.join(command)}: failed with status {result.returncode}\n{_start(output)}"
-            )
+    except FileNotFoundError as error:
+        raise CompilerNotFoundError(f"{command[0]}: not found; install it") from error
+    if result.returncode != 0:
+        output = (result.stderr + result.stdout).strip()
+        raise CompileError(
+            f"{shlex.join(command)}: failed with status {result.returncode}\n{_start(output)}"
+        )
 
 
 def _start(output: str) -> str:
@@ -106,6 +115,11 @@ def find_compiler() -> Compiler:
             f"CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
         )
     return Compiler(tuple(command), (*FLAGS, *extra), identity)
+
+
+def is_compiler_chosen() -> bool:
+    """Test whether the environment selects a compiler or flags."""
+    return bool(os.environ.get("CC") or os.environ.get("CHASLES_CFLAGS"))
 
 
 def _words(variable: str) -> list[str]:

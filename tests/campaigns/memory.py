@@ -52,7 +52,7 @@ CASES = 40 * 6 + 4
 def build(name, folder, *flags, compiler=GCC):
     """Compiles the test driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
-    (folder / "glue.c").write_text(write_glue(manifest))
+    (folder / "glue.c").write_bytes(write_glue(manifest))
     paths = [*INCLUDES, f"-I{manifest.folder}", SUPPORT]
     command = [compiler, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
     libraries = ["-lpthread", "-lmvec", "-lm"]
@@ -66,7 +66,7 @@ def build_solvers(name, folder, sanitizers):
     """Compiles the solver driver with the single-pose functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
-    (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
+    (folder / "glue.c").write_bytes(write_glue(replace(manifest, files=files)))
     flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
     paths = [f"-fsanitize={sanitizers}", *INCLUDES, f"-I{manifest.folder}", SUPPORT]
     command = [GCC, *flags, *paths, str(SOLVERS), *SOLVER_SOURCES, "glue.c", "-o", "solvers"]

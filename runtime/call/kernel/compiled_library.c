@@ -28,6 +28,21 @@ static const void *find_symbol(Library *self, const char *symbol)
     return found;
 }
 
+/* Returns the symbol of the kernels for this processor in a portable library. */
+static const char *kernels_of_processor(void)
+{
+#ifdef __x86_64__
+    const int v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                   __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+    const int v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512cd");
+    return v3 && v4 ? "chasles_kernels_v4" : v3 ? "chasles_kernels_v3" : "chasles_kernels";
+#else
+    return "chasles_kernels";
+#endif
+}
+
 /* Opens the library and checks its hash; -1 with an error set. */
 static int library_load(Library *self, const char *path, const char *expected_hash)
 {
@@ -46,7 +61,10 @@ static int library_load(Library *self, const char *path, const char *expected_ha
                      self->path, hash, expected_hash);
         return -1;
     }
-    self->kernels = find_symbol(self, "chasles_kernels");
+    self->kernels = dlsym(self->handle, kernels_of_processor());
+    if (!self->kernels) {
+        self->kernels = find_symbol(self, "chasles_kernels");
+    }
     return self->kernels ? 0 : -1;
 }
 

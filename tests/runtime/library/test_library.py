@@ -68,21 +68,21 @@ def test_new_equations_get_a_new_library(folder, cache):
     assert new.fk([0, 0])[0, 0] == 1
 
 
-def test_cache_key_depends_on_flags_and_compiler(folder, monkeypatch, tmp_path):
+def test_cached_file_depends_on_flags_and_compiler(folder, monkeypatch, tmp_path):
     manifest = read_manifest(folder.path)
-    keys = [make_recipe(manifest).key]
+    paths = [make_recipe(manifest).path]
     monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
-    keys.append(make_recipe(manifest).key)
+    paths.append(make_recipe(manifest).path)
     compiler = tmp_path / "mycc"
     compiler.write_text('#!/bin/sh\nexec cc "$@"\n')
     compiler.chmod(0o755)
     monkeypatch.setenv("CC", str(compiler))
-    keys.append(make_recipe(manifest).key)
+    paths.append(make_recipe(manifest).path)
     compiler.write_text('#!/bin/sh\nexec cc  "$@"\n')
-    keys.append(make_recipe(manifest).key)
+    paths.append(make_recipe(manifest).path)
     os.utime(compiler, ns=(0, 0))
-    keys.append(make_recipe(manifest).key)
-    assert len(set(keys)) == 5
+    paths.append(make_recipe(manifest).path)
+    assert len(set(paths)) == 5
     assert build(manifest)
 
 
@@ -101,7 +101,7 @@ def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
     }[spoil]
     library.unlink()  # The old file stays mapped in memory, so the test writes a new file.
     library.write_bytes(spoiled)
-    with pytest.raises(chasles.MismatchError, match=r"damaged .*chasles build .*tiny"):
+    with pytest.raises(chasles.MismatchError, match=r"damaged library; .*chasles build .*tiny"):
         chasles.load(folder.path)
     manifest = read_manifest(folder.path)
     assert build(manifest)

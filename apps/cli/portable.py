@@ -1,0 +1,71 @@
+"""Robots with kernels: compiled libraries for all processors of a platform.
+
+On x86-64, a kernel contains the scalar code three times: for every processor, for processors with
+AVX2 and for processors with AVX-512. The choice is made when the library is opened.
+"""
+
+from __future__ import annotations
+
+import platform
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+from chasles import CacheError
+from chasles.contract import Manifest
+from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_library
+
+_LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
+"""The levels of a processor architecture, and the value of the flag -march of each."""
+
+
+def write_portable(manifest: Manifest, folder: Path) -> Path:
+    """Write the folder of a robot with its kernel, and return the folder.
+
+    The folder loads on every machine of this platform, without a compiler.
+
+    Args:
+        manifest: The robot.
+        folder: The folder that will contain the robot's folder.
+
+    Raises:
+        CacheError: If the folder cannot be written.
+        ChaslesError: If compilation fails; the message states the reason.
+    """
+    target = folder / manifest.name
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        for file in ("manifest.json", *manifest.files):
+            (target / file).parent.mkdir(parents=True, exist_ok=True)
+            source = manifest.folder / file
+            shutil.copyfile(source if source.exists() else manifest.path_of(file), target / file)
+    except OSError as error:
+        raise CacheError(f"{target}: cannot be written ({error})") from error
+    write_kernel(manifest, target)
+    return target
+
+
+def write_kernel(manifest: Manifest, folder: Path) -> Path:
+    """Write the kernel of a robot into a folder, and return its path."""
+    recipe = kernel_recipe(manifest)
+    recipe = replace(recipe, path=folder / recipe.path.name)
+    if not recipe.path.exists():
+        write_library(recipe, _compile_levels)
+    return recipe.path
+
+
+def _compile_levels(folder: Path) -> None:
+    compiler = find_compiler()
+    flags = tuple(flag for flag in compiler.flags if flag not in ("-march=native", "-shared"))
+    objects = []
+    for level, march in _LEVELS.get(platform.machine(), {"": ""}).items():
+        # Generic tuning schedules wide vectors 40 % slower.
+        own = (f"-march={march}",) * bool(march)
+        own += (f"-DCHASLES_LEVEL={level}", "-mtune=haswell") * bool(level)
+        objects.append(f"level_{level}.o")
+        at_level = replace(compiler, flags=(*flags, *own, "-c"))
+        at_level.compile([GLUE_FILE], objects[-1], folder)
+        # The levels have functions of the same names.
+        run(["objcopy", "--localize-hidden", objects[-1]], folder)
+    # -s: without symbols of the debugger.
+    replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)
