@@ -39,8 +39,8 @@ def extension(name, patterns):
         sorted(str(path) for pattern in patterns for path in runtime.glob(pattern)),
         depends=sorted(map(str, [*runtime.glob("**/*.h"), *Path("contract").glob("*.h")])),
         include_dirs=["runtime", "contract", np.get_include()],
-        # Some Pythons were built with -O2, and nothing reads the errno of square roots. Hidden
-        # symbols let the compiler call from file to file without the linker's table.
+        # Some builds of Python compile extensions with -O2. Square roots need not set errno,
+        # because no code reads it. With hidden symbols, calls between files need no linker table.
         extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),

@@ -15,8 +15,8 @@ from chasles.se3 import project
 FloatArray = NDArray[np.float64]
 Rng = int | np.random.Generator | None
 
-_KEYS = 2**63
-"""Number of keys that are drawn from a random generator."""
+_SEEDS = 2**63
+"""Seeds drawn from a random generator are below this number."""
 
 
 def real(name: str, values: Any) -> FloatArray:
@@ -115,7 +115,7 @@ def key_of(name: str, rng: Rng) -> int:
     if rng is None:
         rng = np.random.default_rng()
     if isinstance(rng, np.random.Generator):
-        return int(rng.integers(_KEYS))
+        return int(rng.integers(_SEEDS))
     if isinstance(rng, bool) or not isinstance(rng, int | np.integer):
         raise InputTypeError(f"{name}: rng: expected an int, a Generator or None, got {rng!r}")
     if rng < 0:

@@ -140,7 +140,7 @@ def reach(
             within its limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a progress bar; None draws it on a terminal only.
+        progress: Whether to draw a progress bar; None: on a terminal only.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -179,7 +179,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a progress bar; None draws it on a terminal only.
+        progress: Whether to draw a progress bar; None: on a terminal only.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

@@ -160,7 +160,7 @@ def workspace(
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to draw a progress bar; None draws it on a terminal only.
+        progress: Whether to draw a progress bar; None: on a terminal only.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any

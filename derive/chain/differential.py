@@ -145,7 +145,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # z x lever, expressed in the axes that need the fewest products.
+    # The product z x lever is computed in the axes that need the fewest multiplications.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:

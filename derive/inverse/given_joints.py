@@ -51,7 +51,7 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """Returns the chain of the free joints and their target.
+    """Returns the chain of the free joints, and the target of this chain.
 
     Args:
         lines: The chain.

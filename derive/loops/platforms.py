@@ -93,8 +93,8 @@ def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
 def is_platform(mechanism: Mechanism) -> bool:
     """Whether only struts support the tool body; the main chain must be unactuated.
 
-    Each strut connects the tool body to the base or to an actuated body. Its length is constant or
-    actuated.
+    Each strut connects the tool body to the base or to an actuated body. The length of the strut is
+    constant or actuated.
     """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}

@@ -161,8 +161,8 @@ At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redun
 look independent.
 """
 REPEATED_AS_BUILT = 0.02
-"""The same limit for as-built robots, whose tilted axes make redundant equations look independent:
-ten times the value observed for axes 2 mrad out of parallel."""
+"""Limit of these singular values for as-built robots, whose tilted axes make redundant equations
+look independent. It is ten times the value observed for axes 2 mrad out of parallel."""
 WORTHWHILE_STEP = 0.9
 """A Newton step is shortened if more than this fraction of the residual remains."""
 SAMPLED_RANGE = 0.3
@@ -188,8 +188,9 @@ square of the step, and the rounding error of a double relative to the step, are
 WORTHWHILE_GAIN = 1e-5
 """Minimum relative decrease of the squared gap (no unit) per iteration while minimizing it."""
 CLOSING_GAIN = 3e-3
-"""The same minimum while closing loops (no unit). With a smaller decrease, three quarters of the
-squared gap would remain after eighty iterations, but closing needs fourteen orders of magnitude."""
+"""Minimum relative decrease of the squared gap (no unit) per iteration while closing loops. With a
+smaller decrease, three quarters of the squared gap would remain after eighty iterations, but
+closing needs fourteen orders of magnitude."""
 SAME_POINT = 1e-9
 """Distance below which two points of a drawing coincide (metre), also for directions (no unit).
 
@@ -358,8 +359,8 @@ FARTHEST_POINT = sp.Integer(10) ** 6
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""The same minimum for three angles. For a Jacobian of rank 1, rounding errors exceed smaller
-values."""
+"""Minimum squared ratio of singular values for undamped Newton steps on three angles. For a
+Jacobian of rank 1, rounding errors exceed smaller values."""
 NEARLY_REAL = sp.Rational(1, 10**7)
 """Most negative margin at which solutions are refined; below it, Newton's method finds different
 solutions."""

@@ -127,8 +127,8 @@ class Terms:
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Returns named cosine and sine of an angle; right angles in a sum are handled exactly.
 
-        For a sum with solved angles, both follow from the addition theorem, without calls of
-        trigonometric functions.
+        If an angle is a sum that contains solved angles, the addition theorem gives cosine and sine
+        without calls of trigonometric functions.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))

@@ -63,7 +63,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def dimensions(printed: dict[str, Printed]) -> list[Row]:
-    """Compares table 2.1 and the L of the text."""
+    """Compares table 2.1, and the length L that the text states."""
     values = {name: parameter.value for name, parameter in platform().parameters.items()}
     return [
         consistent(printed["S_A"], values["S_A"]),

@@ -74,7 +74,7 @@ class Printed:
         about: The tolerance [unit] implied by the paper's words; None means half a unit of the
             last printed digit.
         text: The paper's words.
-        digits: Decimals of ours in the table; None means one more than printed.
+        digits: Decimals of ours in the table; None means one decimal more than printed.
         is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
 

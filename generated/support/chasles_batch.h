@@ -13,10 +13,9 @@
 #define LANES_MAX_INPUTS 256  /* doubles in all inputs of a kernel */
 #define LANES_MAX_OUTPUTS 512 /* doubles in all outputs */
 #define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
-#define LANES_LINE 8           /* doubles in a cache line */
+#define LANES_LINE 8          /* doubles in a cache line */
 /* Work lanes: inputs, outputs, and staged outputs with one extra line each. */
-#define LANES_MAX_WORK \
-    (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
+#define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) bypass the caches, which could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 

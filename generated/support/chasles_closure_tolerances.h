@@ -11,7 +11,8 @@
  * theorem, a nearby solution exists and is unique if a certain number is below 1/2. The ratio is
  * about half of this number, estimated from two steps only. */
 #define CLOSURE_CONTRACTION 0.2
-/* The same for redundant equations, for which no determinant distinguishes the branches. */
+/* Ratio of successive steps for redundant equations, for which no determinant distinguishes the
+ * branches. */
 #define CLOSURE_CAREFUL 0.05
 /* First step size above which a start counts as too far away in any case. */
 #define CLOSURE_FARTHEST 0.5

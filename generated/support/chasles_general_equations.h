@@ -106,8 +106,8 @@ typedef struct {
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_CHAIN_MAX_GIVEN]; /* rad or m, of the fixed joints */
-    int own[6];                       /* indices of the six */
-    int slides[6];                    /* whether each of them is prismatic */
+    int own[6];                            /* indices of the six */
+    int slides[6];                         /* whether each of them is prismatic */
     int has_slides;
     int has_tool_joint; /* whether the sixth joint rotates the tool */
     double placed[7][12];

@@ -7,8 +7,8 @@
 
 /* Maximum first Newton correction after a path step: beyond it, another path may be as near. */
 #define CHASLES_PATH_NEAR 1e-4
-/* The same for the first and second repetition of lost paths and paths with equal ends.
- */
+/* Maximum first Newton correction when lost paths and paths with equal ends are repeated for the
+ * first and second time. */
 #define CHASLES_PATH_NEARER 1e-6
 #define CHASLES_PATH_NEAREST 1e-8
 /* Maximum second correction: of the order of the squared first correction. */
@@ -23,8 +23,8 @@
 #define CHASLES_PATH_ALMOST 1e-6
 /* Largest 1 - |<x, y>|^2 of equal ends: ends have errors of 1e-13. */
 #define CHASLES_ENDS_ARE_ONE 1e-16
-/* The same for an end and the conjugate of another end: near a singularity, fewer digits are
- * valid. */
+/* Largest 1 - |<x, y>|^2 of an end x and the conjugate y of another end: near a singularity, fewer
+ * digits are valid. */
 #define CHASLES_ENDS_ARE_PAIRED 1e-10
 /* Largest imaginary part of a candidate real pose: near a singularity, ends have errors of 1e-5. */
 #define CHASLES_NEARLY_REAL_POSE 1e-3
@@ -46,7 +46,8 @@
 
 /* Double joints: error of the polynomial relative to the largest summands of a sample. */
 #define CHASLES_JOINT_NOISE 1e-14
-/* The same for its largest coefficient: below it, the polynomial vanishes. */
+/* Largest coefficient of a polynomial that vanishes, relative to the largest summands of a sample.
+ */
 #define CHASLES_JOINT_VANISHED 1e-9
 /* Minimum distance of two ends, squared circle radius, and sine of the angle between two sides of
  * the joint triangle; smaller values are too degenerate for circles. */

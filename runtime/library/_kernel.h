@@ -26,8 +26,8 @@ typedef struct {
     const char *name;
     /* One pointer for each input and each output, to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
-    /* The same for n dense rows, which are so many doubles apart, by any step. NULL where the robot
-     * has no code for many poses at once. Outputs must not overlap inputs. */
+    /* Evaluates n rows; a step is the distance of adjacent rows in doubles. NULL if the robot has
+     * no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
     /* Of an inverse: writes the solutions nearest to seeds to dense rows of q, residual and margin,

@@ -103,7 +103,7 @@
  *
  *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   d the damping of s = 0.
  *
- * In joint_rates, d = e: the inverse is s / e^2, at most 1 / e, which bounds the rates. */
+ * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e: rates are bounded. */
 
 /* Default threshold e = d of joint_rates, dimensionless: bounds the rates at 25 times the twist. It
  * is 1/4 of the median smallest singular value of six-axis arms over random configurations. */

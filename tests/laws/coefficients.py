@@ -14,7 +14,7 @@ from chasles.derive.terms.lie import is_zero
 
 @dataclass(frozen=True)
 class _Coefficient:
-    """An even function of the angle: a closed form, and a Taylor series in the angle squared.
+    """An even function of the angle, as a closed form and as a Taylor series in the squared angle.
 
     Attributes:
         closed: The function for nonzero angles.

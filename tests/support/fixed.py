@@ -9,7 +9,7 @@ import chasles
 
 
 def fixed_values(robot: chasles.Robot, values: Sequence[Any]) -> dict[str, Any]:
-    """Name the values of the redundancy parameters, in their order; empty for other robots."""
+    """Return the values of the redundancy parameters, keyed by name; {} without such parameters."""
     return dict(zip((item.name for item in robot.redundancy), values, strict=True))
 
 

@@ -142,7 +142,7 @@ def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]
         sign: The sign that alternates between lanes.
 
     Returns:
-        The reordered program, and these angles.
+        The reordered program, and the moved angles.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

@@ -42,7 +42,7 @@ def source(
     Args:
         robot: The robot; its name is the prefix.
         functions: The functions, with documented arguments and results.
-        programs: Their programs.
+        programs: The programs of the functions.
         written: Functions in separate files, which this file includes.
         further: Names of files that this file includes last.
     """

@@ -98,8 +98,8 @@ def choices_of_loops(work: Work) -> frozenset[int]:
 def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
     """Returns the indices of loop branches that a robot as built never reaches.
 
-    At random configurations, the reference branch of such a loop gives start values that are
-    equally close to the coordinates.
+    At random configurations, the start values of such a branch are never closer to the coordinates
+    than the start values of the reference branch.
 
     Args:
         built: The robot as built.

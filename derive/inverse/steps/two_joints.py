@@ -45,7 +45,7 @@ def second_turn(
 ) -> None:
     """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations.
 
-    The first rotation changes neither the component along its axis nor the length.
+    The first rotation changes neither the length of a vector nor its component along the axis.
     """
     terms = work.terms
     length2 = dot(terms, offset, offset)

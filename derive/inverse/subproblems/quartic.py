@@ -30,10 +30,10 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
-three equations for two unknowns. The second equation is always used, with the first for alpha^2 >
-|p| and the third otherwise. So a relative error of t has the same effect as an equally large error
-of p, q and r relative to their maximum. If p is only rounding error, t = 0 is exact, as a fourfold
-root requires.
+three equations for the two unknowns m and n. The second equation is used together with the first if
+alpha^2 > |p|, else together with the third. So a relative error of t has the same effect as an
+equally large error of p, q and r relative to their maximum. If p is only rounding error, t = 0 is
+exact, as a fourfold root requires.
 
 Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.

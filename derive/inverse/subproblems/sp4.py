@@ -58,7 +58,8 @@ def on_line(
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
-        are_two: Whether the points are distinct; None to compare xi2 with a^2 + b^2.
+        are_two: Whether the points are distinct; None to decide by comparing xi2
+            with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -98,7 +99,8 @@ def near_line(
         sign: Selects one of the two points.
         xi2: ``a^2 + b^2 - e^2`` up to rounding error.
         scale: The magnitude of the terms whose difference is xi^2.
-        are_two: Whether the points are distinct; None to compare xi2 with the scale.
+        are_two: Whether the points are distinct; None to decide by comparing xi2
+            with the scale.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)

@@ -107,8 +107,8 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
     """Returns the residual plus the rounding of prismatic coordinates.
 
-    Almost parallel prismatic axes give coordinates of 1e15 m. Their rounding cancels in the
-    residual, but not in another evaluation of the pose.
+    Almost parallel prismatic axes give coordinates of 1e15 m. The rounding of these
+    coordinates cancels in the residual, but not in another evaluation of the pose.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual

@@ -156,7 +156,7 @@ def solutions_of_pose(
         name: The function from the main chain to all actuated coordinates.
         joints: The joints of the main chain.
         symbols: LaTeX of these joints.
-        theta: Their values.
+        theta: The values of these joints.
         pose: LaTeX of the tool's pose.
         coordinates: The actuated coordinates.
         actuators: LaTeX of these coordinates.

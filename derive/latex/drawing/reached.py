@@ -28,7 +28,7 @@ cell."""
 _MIN = 12.0
 """Minimum area of a boundary polygon (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""Tolerance of outline simplification (cells), and its growth factor until few corners remain."""
+"""Tolerance of outline simplification (cells), and the factor by which it grows per attempt."""
 _CORNERS = 76
 """Maximum number of corners of all boundary polygons together."""
 _TRIED = 60

@@ -26,7 +26,7 @@ VECTORS = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "n": r"\mathbf{n}", "l": r"\e
 
 
 class PrintedLegs:
-    """Three legs in printed symbols.
+    """The printed symbols of three legs.
 
     Attributes:
         page: The robot.

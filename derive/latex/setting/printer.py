@@ -186,7 +186,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_given(value: sp.Rational) -> bool:
-    """Whether a fraction has few digits, like values in files, unlike computed numbers."""
+    """Whether a fraction has so few digits that it comes from a file, not from a computation."""
     places = decimal_places(value)
     digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
     return bool(digits < 10**GIVEN_DIGITS)

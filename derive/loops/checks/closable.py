@@ -26,7 +26,7 @@ IsClosed = Callable[[Floats], bool]
 MANY, MANY_STEPS = 500, 64
 """Number of random configurations, and of grid values per coordinate, for a closed form."""
 FEW, FEW_STEPS = 60, 17
-"""The same two numbers for a mechanism whose closure test needs a numerical search."""
+"""Number of random configurations, and of grid values per coordinate, for a numerical search."""
 HALVINGS = 20
 LITTLE = 0.5
 """Fraction of configurations with closed loops below which the robot report states it."""

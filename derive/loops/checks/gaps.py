@@ -125,7 +125,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Returns the error for actuators that do not determine the motion of a mechanism, or None.
 
-    In numbers, loops with too many freedoms look the same as loops at a dead point.
+    A numerical test cannot distinguish loops with too many freedoms from loops at a dead point.
 
     Args:
         mechanism: The description.

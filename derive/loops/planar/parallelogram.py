@@ -1,7 +1,8 @@
 """A ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-Two figures have these sides, and neither needs a square root. In the parallelogram the arms stay
-parallel to the two vectors. The crossed figure is its mirror image about the base:
+Such a ring has two assembly modes, which are computed without a square root. In the
+parallelogram, the arms stay parallel to the two vectors. In the crossed mode, the arms are mirrored
+about the base:
 
     C* = D conj(C) / conj(D)
 """

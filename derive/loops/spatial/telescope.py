@@ -131,7 +131,7 @@ class TelescopeTravel(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, telescope: Telescope) -> bool:
-        """Solves for the slide; False if the ball or the foot is unknown."""
+        """Solves the prismatic joint; returns False if the ball or the foot is unknown."""
         if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
             return False
         terms, slide = legs.terms, telescope.slide

@@ -5,7 +5,7 @@
 #include <sys/mman.h>
 
 #define MAX_BYTES ((size_t)256 << 20) /* bytes of all kept blocks */
-#define MAX_BLOCKS 32                   /* blocks */
+#define MAX_BLOCKS 32                 /* blocks */
 #define HUGE_PAGE ((size_t)2 << 20)   /* bytes; the size of a block is a multiple */
 #define BLOCK_HEAD 64 /* bytes before the array, for the size of the block; arrays stay aligned */
 

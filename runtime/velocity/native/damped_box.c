@@ -9,7 +9,7 @@
 #include "numerics/_tolerances.h"
 
 #define MAX_AGE 64 /* maximum decompositions until U is reset, as rounding errors accumulate */
-#define ROUNDS 8    /* maximum iterations of the active set per variable */
+#define ROUNDS 8   /* maximum iterations of the active set per variable */
 
 int damped_box_new(DampedBox *box, int n, double border, double damping)
 {

@@ -106,7 +106,7 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """The files mix sums, functions of angles, pitches and mimic joints. Only names may differ."""
+    """The files mix sums, functions of angles, pitches and mimic joints. Only names differ."""
     metric, same = read_text(METRIC), read_text(MILLIMETRES)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other

@@ -256,7 +256,7 @@ def test_missing_command_lists_available_commands(capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: No such file or directory"),
+        (["calibrate", "none.csv", "--robot", "ur5e"], "none.csv: expected a table (No such file"),
         (["view", "tiny", "--html", "no/folder.html"], "no/folder.html: No such file"),
         (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "omit them with --html"),
     ],

@@ -125,8 +125,8 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # The poses are slightly beyond the stretched arm. Even closer to it, the result depends on
-    # rounding.
+    # The poses are slightly beyond the stretched arm. For poses closer to the reach, the
+    # result depends on rounding.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan

@@ -136,7 +136,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
 
 
 def test_newton_never_crosses_singularity(robot):
-    """Near a singularity, as at many targets here, Newton's method may reach a different branch."""
+    """Many targets are near a singularity, where Newton's method may reach a different branch."""
     if robot.name == "redundant":
         pytest.skip("the robot has no determinant")
     names = [v.name for v in robot.configuration_variables]

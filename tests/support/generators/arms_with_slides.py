@@ -16,7 +16,7 @@ HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" 
 def robot(
     kinds: str, directions: Sequence[Sequence[float]], seed: int, *, meeting: bool = False
 ) -> SerialRobot:
-    """Returns a robot of joints R and P; lengths may be round, adjacent axes may intersect."""
+    """Returns a robot with revolute (R) and prismatic (P) joints; adjacent axes may intersect."""
     draw = random.Random(seed)
 
     def point() -> list[float]:

@@ -54,7 +54,8 @@ void jacobian(const double *q, double *J)
 /* Solves the poses of configurations with the same fixed joint values. Returns all slots. */
 void solve(int count, const double *q, double *found, double *residual)
 {
-    double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_CHAIN_MAX_GIVEN];
+    double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS],
+        value[CHASLES_CHAIN_MAX_GIVEN];
     const int n = arm.joints;
     for (int i = 0; i < count; i++, q += n, found += CHASLES_SLOTS * n, residual += CHASLES_SLOTS) {
         for (int k = 0, given = 0; k < n; k++) {

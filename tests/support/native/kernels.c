@@ -19,7 +19,7 @@
 
 #include "library/_kernel.h"
 
-#define MAX 16                      /* inputs and outputs of a function */
+#define MAX 16                       /* inputs and outputs of a function */
 #define LONGEST 40                   /* longest of the short batches */
 #define LINE 8                       /* doubles in a cache line */
 #define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */

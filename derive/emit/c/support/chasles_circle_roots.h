@@ -103,8 +103,8 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                       /* whether there may be more roots */
-    int parts;                            /* examined so far */
+    int unresolved;                      /* whether there may be more roots */
+    int parts;                           /* examined so far */
     double angle[CHASLES_MAX_ROOTS];     /* of the suppressed joint */
     double imaginary[CHASLES_MAX_ROOTS]; /* 0 for a root, else half distance of a close pair */
 } chasles_circle_roots;

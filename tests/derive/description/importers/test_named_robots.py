@@ -1,4 +1,4 @@
-"""Robots loaded by robot_descriptions name, from folders with the layout of its cache."""
+"""Robots with names of robot_descriptions are loaded from folders like its cache."""
 
 import importlib
 

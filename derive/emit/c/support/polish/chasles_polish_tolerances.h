@@ -15,8 +15,8 @@
 /* m, rad: solutions with coordinates closer than this are equal. Computed copies of a double
  * solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
-/* The same for a slot whose residual stays above POLISH_SETTLED: its pose is at the boundary of the
- * reach, where a residual of 1e-9 means coordinate errors of about its square root. */
+/* m, rad: distance of equal solutions if the residual stays above POLISH_SETTLED. The pose is then
+ * at the boundary of the reach, where a residual of 1e-9 causes coordinate errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
 /* Largest entry of R R^T - 1 for a valid rotation R: about 1e-15 for poses in double precision,
  * 1e-7 in single precision. */
@@ -55,8 +55,8 @@
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
 /* Largest nominal residual of a start for a curve, which may lead within reach. */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
-/* Largest squared error (radian, or relative to the length) of a start on the true loop branch: ten
- * deviations. In a hundred starts within the limits, one deviation was the maximum. */
+/* Largest squared error (radian, or relative to the length) of a start on the true loop branch. The
+ * bound of ten deviations is safe: the maximum of a hundred starts was one deviation. */
 #define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
 /* m, rad: largest residual of a pose that the nominal arm reaches: rounding near a singularity. */
 #define POLISH_FOLD 1e-7
@@ -67,8 +67,8 @@
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
 /* Deviation (radian, or relative to the length) times first step (radian) over the cubed smallest
  * singular value. Below this value, a branch has only one solution: among 1469 poses with a second
- * solution (six arms, errors of 1 to 5 mm and mrad), none was below. The value is larger if no
- * three axes nearly intersect: then 3 of 300,000 poses of six arms were below. */
+ * solution (six arms, errors of 1 to 5 mm and mrad), none was below. If no three axes nearly
+ * intersect, the limit is larger, and 3 of 300,000 poses of six arms were below it. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
 /* Displacement of surrounding poses, in deviations: larger than the difference of the arms. */
 #define POLISH_AROUND 2.5
@@ -98,8 +98,8 @@
 /* Bend at a fold (1/rad), in deviations, that the deviation alone may cause: for a self-motion, the
  * nominal bend is zero. */
 #define POLISH_FLAT 8.0
-/* The same for folds without a solution; and squared slope relative to the lack terms: above it,
- * the nearest point is far from the fold, and the bend may differ. */
+/* Bend limit (1/rad), in deviations, at folds without a solution. Above the squared slope
+ * POLISH_TILTED, the nearest point is far from the fold, and the bend may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
 /* rad: largest distance from a fold to its solutions, and largest step orthogonal to it, at which
