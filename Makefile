@@ -5,7 +5,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 # Some machines set it; each process, and each worker of the tests, would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel lock gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -97,6 +97,12 @@ SOURCES := pyproject.toml setup.py $(wildcard contract/*.h runtime/*/*.[ch] runt
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
+
+# The packages that the continuous integration installs.
+EXTRAS := derive files calibration study cluster test crosscheck view dev docs
+lock: .venv/bin/python ## resolve the locked packages of .ci/requirements.txt anew
+	@$(BIN)/pip install --quiet uv && $(BIN)/uv pip compile pyproject.toml $(EXTRAS:%=--extra %) --generate-hashes --upgrade \
+	  --no-annotate --no-header --python-version 3.11 --python-platform x86_64-manylinux_2_28 -q -o .ci/requirements.txt
 
 .venv/wheel: .venv/dev
 	@echo "installing the tools that build wheels into .venv" && $(INSTALL) '.[wheel]' && touch $@
