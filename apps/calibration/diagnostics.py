@@ -102,10 +102,20 @@ def _still_joints(found: Calibration) -> Iterator[str]:
 
 
 def _beyond_tolerances(found: Calibration) -> Iterator[str]:
-    for name, change, size in zip(found.names, found.deviations, found.parameter_std, strict=True):
-        if size and abs(change) > OUTLYING * size:
+    known = np.flatnonzero(found.parameter_std)
+    changes = np.abs(found.deviations[known] / found.parameter_std[known])
+    if (changes <= OUTLYING).all() and (changes**2).sum() > scipy.special.chdtri(
+        len(known), CHANCE
+    ):
+        yield (
+            f"{len(known)} parameters together differ from nominal by "
+            f"{np.sqrt((changes**2).mean()):.3g} times their standard deviations; the measurements "
+            "may belong to another robot"
+        )
+    for k, change in zip(known, changes, strict=True):
+        if change > OUTLYING:
             yield (
-                f"{name} differs from nominal by {abs(change) / size:.3g} times its standard "
+                f"{found.names[k]} differs from nominal by {change:.3g} times its standard "
                 "deviation; the measurements may belong to another robot"
             )
 

@@ -1,6 +1,7 @@
 """Correct measurements get no warning, even if they are few, exact or scalar; wrong ones do."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from chasles import se3
 from chasles.calibration import Distances, PlaneContacts, identify
+from chasles.calibration.diagnostics import diagnose
 from chasles.calibration.fitting.noise import OUTLYING, Linearized, limit
 from tests.support.calibration_verdicts import verdict
 from tests.support.compiling import compiled
@@ -113,6 +115,21 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text
+
+
+def test_many_errors_of_three_tolerances_get_a_doubt(arm):
+    """On another robot, no offset may exceed its limit alone, but all offsets are large."""
+    draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
+    found = identify(
+        arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std
+    )
+
+    def doubts(size):
+        signs = np.resize([1, -1], len(found.deviations))
+        return diagnose(replace(found, deviations=size * signs * found.parameter_std))
+
+    assert any("3 times their standard deviations" in text for text in doubts(3.0))
+    assert not any("standard deviations" in text for text in doubts(1.0))
 
 
 @pytest.mark.parametrize("seed", [0, 1, 24, 34, 70])
