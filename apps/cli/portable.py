@@ -46,9 +46,11 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
 
 
 def write_kernel(manifest: Manifest, folder: Path) -> Path:
-    """Write the kernel of a robot into a folder, and return its path."""
+    """Write the kernel of a robot into a folder instead of older ones, and return its path."""
     recipe = kernel_recipe(manifest)
     recipe = replace(recipe, path=folder / recipe.path.name)
+    for old in set(folder.glob(f"{manifest.name}-*.so")) - {recipe.path}:
+        old.unlink()
     if not recipe.path.exists():
         write_library(recipe, _compile_levels)
     return recipe.path

@@ -78,7 +78,8 @@ def make_recipe(manifest: Manifest) -> Recipe:
     A kernel in the robot's folder needs no compiler. CC or CHASLES_CFLAGS requests compilation.
 
     Raises:
-        MismatchError: If the C code or the header does not match the hash in the manifest.
+        MismatchError: If the C code or the header does not match the hash in the manifest, or no
+            compiler was found and the kernel in the folder is for another version of chasles.
         ManifestError: If header and manifest declare different sizes.
         CompilerNotFoundError: If no compiler was found, and the cache has no library for a
             processor with these features.
@@ -91,7 +92,15 @@ def make_recipe(manifest: Manifest) -> Recipe:
     try:
         compiler = find_compiler()
     except CompilerNotFoundError:
-        found = max(cache_folder().glob(f"{name}-{key[:32]}-*.so"), key=_written, default=None)
+        found = max(
+            cache_folder().glob(f"{name}-{key[:32]}-*.so"), key=os.path.getmtime, default=None
+        )
+        if found is None and any(manifest.folder.glob(f"{name}-*.so")):
+            raise MismatchError(
+                f"{manifest.folder}: its kernel was built for another version of chasles or "
+                "another platform; install chasles and this robot in the same version, write the "
+                "folder again with `chasles build --portable`, or install a C compiler"
+            ) from None
         if found is None:
             raise
         return Recipe(name, manifest.folder, sources, None, key, found)
@@ -120,10 +129,6 @@ def _key(sources: Mapping[str, bytes], machine: str) -> str:
     # Each part is hashed separately, so that different lists cannot have the same concatenation.
     digests = (hashlib.sha256(part).digest() for part in (*parts, machine.encode()))
     return hashlib.sha256(b"".join(digests)).hexdigest()
-
-
-def _written(path: Path) -> int:
-    return path.stat().st_mtime_ns
 
 
 def check_header(manifest: Manifest, header: str) -> None:
@@ -242,14 +247,11 @@ def build(manifest: Manifest) -> bool:
         ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
-    if recipe.compiler is None:
-        _open(recipe)
-        return False
-    if _is_sound(recipe):
-        return False
-    _compile(recipe)
+    compiles = recipe.compiler is not None and not _is_sound(recipe)
+    if compiles:
+        _compile(recipe)
     _open(recipe)
-    return True
+    return compiles
 
 
 def open_library(manifest: Manifest) -> _call.Library:

@@ -12,11 +12,6 @@ static void library_dealloc(Library *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-static PyObject *library_repr(Library *self)
-{
-    return PyUnicode_FromFormat("<chasles library %R>", self->path);
-}
-
 /* Returns the address of the symbol, or NULL with an error that states the file. */
 static const void *find_symbol(Library *self, const char *symbol)
 {
@@ -103,5 +98,4 @@ PyTypeObject LibraryType = {
     .tp_basicsize = sizeof(Library),
     .tp_flags = Py_TPFLAGS_DEFAULT,
     .tp_dealloc = (destructor)library_dealloc,
-    .tp_repr = (reprfunc)library_repr,
 };

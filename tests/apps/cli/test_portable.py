@@ -1,9 +1,7 @@
 """`chasles build --portable`: folders that load without a compiler."""
 
-import os
 import re
 import shutil
-import subprocess
 import sys
 
 import numpy as np
@@ -14,6 +12,7 @@ from chasles.contract import read_manifest
 from chasles.library.cache import make_recipe
 from tests.support.command_line import run
 from tests.support.handwritten import tiny
+from tests.support.without_compiler import started
 
 WITHOUT_COMPILER = """
 import sys, numpy as np, chasles
@@ -43,14 +42,6 @@ def folder(tmp_path_factory):
     return base / "out" / "tiny"
 
 
-def started(code, *words, cache):
-    """Runs Python without a compiler on PATH."""
-    env = {k: v for k, v in os.environ.items() if k not in ("CC", "CHASLES_CFLAGS")}
-    env |= {"PATH": "/nonexistent", "CHASLES_CACHE": str(cache)}
-    command = [sys.executable, "-c", code, *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, env=env, check=False)
-
-
 def test_portable_folder_loads_without_compiler_or_cache(folder, tmp_path):
     moved = shutil.copytree(folder, tmp_path / "moved")
     done = started(WITHOUT_COMPILER, moved, cache=tmp_path / "cache")
@@ -60,14 +51,27 @@ def test_portable_folder_loads_without_compiler_or_cache(folder, tmp_path):
     assert not (tmp_path / "cache").exists()
 
 
-def test_kernel_of_other_sources_is_not_used(folder, tmp_path):
+def test_kernel_of_other_version_is_refused_with_advice(folder, tmp_path):
     other = shutil.copytree(folder, tmp_path / "tiny")
     again = written(tmp_path / "again" / "tiny", tiny.SOURCE.replace("sin", "cos"))
     for file in again.iterdir():
         shutil.copy(file, other / file.name)
     done = started(WITHOUT_COMPILER, other, cache=tmp_path / "cache")
     assert done.returncode != 0
-    assert "no C compiler" in done.stderr
+    refused = "its kernel was built for another version of chasles or another platform; install"
+    assert f"MismatchError: {other}: {refused}" in done.stderr
+    assert chasles.load(other).fk([0.0, 1.0])[0, 0] == 1  # compiled
+
+
+def test_portable_folder_is_written_again_with_one_kernel(folder, tmp_path, monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    out = tmp_path / "out"
+    (old,) = shutil.copytree(folder, out / "tiny").glob("*.so")
+    robot = written(tmp_path / "own" / "tiny", tiny.SOURCE.replace("sin", "cos"))
+    assert run("build", str(robot), "--portable", str(out)).exit_code == 0
+    (new,) = (out / "tiny").glob("*.so")
+    assert new.name != old.name
 
 
 def test_damaged_kernel_is_rejected(folder, tmp_path, monkeypatch):
