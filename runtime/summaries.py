@@ -11,7 +11,6 @@ _FEW = 8
 """Largest array size that is printed in full."""
 _LONG = 200
 """Largest field length, in characters, that is printed in full."""
-_AXES = "xyz"
 
 
 def short_repr(result: Any) -> str:
@@ -26,12 +25,6 @@ def summary_repr(result: Any, of: str, *facts: str, methods: str = "") -> str:
     parts = [fact for fact in (*facts, methods) if fact]
     name = type(result).__name__ + (f" of {of}" if of else "")
     return f"<{name}: {'; '.join(parts)}>"
-
-
-def ranges(extents: Any) -> str:
-    """Return a text for extents (2, k) [m]: x a to b, y c to d."""
-    spans = zip(_AXES, np.asarray(extents).T, strict=False)
-    return ", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, (low, high) in spans) + " m"
 
 
 def _short(value: Any) -> str:

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
-from chasles.summaries import ranges, summary_repr
+from chasles.summaries import summary_repr
 
 from .arguments import finite
 from .grid import Grid, SizeEstimate
 from .reach import reach
-from .results import StudyResult
+from .results import StudyResult, ranges
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -25,6 +25,7 @@ from chasles import InputValueError
 from chasles.contract import open_input, output_file
 
 T = TypeVar("T")
+_AXES = "xyz"
 Arrays = dict[str, np.ndarray[Any, Any]]
 _DAMAGED = (
     *(BadZipFile, EOFError, LZMAError, MemoryError, OSError, RuntimeError),
@@ -32,6 +33,12 @@ _DAMAGED = (
 )
 """Errors of NumPy and zipfile for damaged files. RuntimeError: the archive is encrypted, or its
 compression unknown. SyntaxError, TokenError: NumPy parses the header of an array as Python."""
+
+
+def ranges(extents: Any) -> str:
+    """Return a text for extents (2, k) [m]: x a to b, y c to d."""
+    spans = zip(_AXES, np.asarray(extents).T, strict=False)
+    return ", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, (low, high) in spans) + " m"
 
 
 class StudyResult:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
-from chasles.summaries import ranges, summary_repr
+from chasles.summaries import summary_repr
 
 from .arguments import Rng, finite, key_of, whole
 from .bounds import bounds_of
 from .grid import Grid, SizeEstimate, indices, size_of
-from .results import StudyResult
+from .results import StudyResult, ranges
 from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
-from chasles.summaries import ranges, summary_repr
+from chasles.summaries import summary_repr
 
-from ..results import StudyResult
+from ..results import StudyResult, ranges
 from ..tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, swept
