@@ -5,7 +5,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 # Some machines set it; each process, and each worker of the tests, would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel lock gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel robots-wheel lock gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -74,6 +74,15 @@ wheel: .venv/wheel ## the wheel with compiled robots, in dist
 	@cd build/wheel && CC="$(ZIG)" LDSHARED="$(ZIG) -shared" $(CURDIR)/$(BIN)/python -m build --wheel --outdir ../unrepaired . >../wheel.log
 	@PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist build/unrepaired/*.whl
 	@$(BIN)/twine check dist/*.whl
+
+# Derived robots and kernels that are up to date stay in build/shelf and build/robots.
+robots-wheel: .venv/wheel ## the wheel of chasles-robots: the shelf, derived and compiled, in dist
+	@mkdir -p build/robots dist && rm -rf build/robots/build && cp -r packages/robots/. build/robots
+	@$(BIN)/chasles derive derive/robots/shelf/*.toml --to build/shelf --detail none --languages c,python
+	@$(BIN)/chasles build build/shelf/*/ --portable build/robots/chasles_robots
+	@$(BIN)/python -m build --wheel --no-isolation --outdir build/unrepaired build/robots >build/robots-wheel.log
+	@PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist build/unrepaired/chasles_robots-*.whl
+	@$(BIN)/twine check dist/chasles_robots-*.whl
 
 gallery: .venv/dev ## a page with sliders of every robot in build/gallery
 	@$(BIN)/python docs/gallery.py

@@ -16,8 +16,9 @@ and [refines its solutions](how-to/calibrated-arms.md). Robots without an invers
 
 ## The shelf
 
-`chasles.load("ur10e")` derives an arm of the shelf on first use, in seconds, into the cache. Each
-file in `derive/robots/shelf` names the source of its numbers.
+`chasles.load("ur10e")` derives an arm of the shelf on first use, in seconds, into the cache. The
+package `chasles-robots` has these arms derived and compiled, for machines without a C compiler.
+Each file in `derive/robots/shelf` names the source of its numbers.
 
 {shelf}
 

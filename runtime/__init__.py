@@ -105,13 +105,13 @@ if TYPE_CHECKING:
 
 
 def robots() -> list[str]:
-    """The names of the generated robots that are installed with chasles."""
+    """The names of the installed generated robots, of chasles and of the package chasles-robots."""
     return list(shipped_folders())
 
 
 def shelf_robots() -> list[str]:
     """The names of the well-known arms that `load` derives on first use."""
-    return list(shelf())
+    return [name for name in shelf() if name not in shipped_folders()]
 
 
 def load(

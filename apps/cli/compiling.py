@@ -15,7 +15,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from chasles import ChaslesError
 from chasles.contract import requires
-from chasles.library import shipped_folders
 
 from .console import err, out, print_json, say, stop
 from .options import Base, Exact, Json, Robot, Robots, Tip, add, listed
@@ -329,7 +328,7 @@ def _write(due: list[Job], workers: int, sources: Path | None, *, shows_bar: boo
 
 
 def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
-    from chasles.derive.build import GENERATED  # noqa: PLC0415
+    from chasles.derive.build import GENERATED, ROBOTS  # noqa: PLC0415
 
     started = time.perf_counter()
     work = _work()
@@ -338,7 +337,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
     # A folder without a description shows only if all shipped robots are compared.
-    is_complete = set(shipped_folders()) <= {job.file.stem for job in due}
+    is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:
         stop(f"{folder}: no description for {', '.join(orphans)}")

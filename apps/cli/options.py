@@ -9,13 +9,12 @@ from typing import Annotated
 
 import typer
 
-from chasles import robots
-from chasles.library import shelf
+from chasles import robots, shelf_robots
 
 
 def names() -> list[str]:
     """Return the names of all installed robots, for completion."""
-    return sorted([*robots(), *shelf()])
+    return sorted([*robots(), *shelf_robots()])
 
 
 Robot = Annotated[

@@ -175,7 +175,7 @@ def pdf(
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
     """Return the article of a robot; an article that is not generated is derived."""
     generated = shipped_folders().get(robot)
-    if generated:
+    if generated and (generated / f"{robot}.tex").is_file():
         return generated / f"{robot}.tex"
     folder = Path(robot)
     if folder.is_dir():

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 import chasles
-from chasles import InputValueError, load, robots, se3
+from chasles import InputValueError, load, robots, se3, shelf_robots
 from chasles.contract import Argument, Manifest, read_manifest
 from chasles.library import find_folder, options_of, shelf, shipped_folders
 
@@ -242,7 +242,7 @@ def _say_loops(manifest: Manifest) -> None:
 def list_robots(as_json: Json = False) -> None:
     """List the robots that can be loaded by name."""
     generated = {name: read_manifest(folder).title for name, folder in shipped_folders().items()}
-    texts = {name: file.read_text(encoding="utf-8") for name, file in shelf().items()}
+    texts = {name: shelf()[name].read_text(encoding="utf-8") for name in shelf_robots()}
     derived = {name: str(tomllib.loads(text)["title"]) for name, text in texts.items()}
     if as_json:
         print_json({"generated": generated, "derived_on_first_use": derived})

@@ -21,6 +21,8 @@ from ..errors import CacheError, DerivationError
 from .cache import cache_folder
 
 _COMPILER = "chasles.derive"
+_GENERATED = ("chasles.generated", "chasles_robots")
+"""Packages of generated robots; chasles_robots is a separate distribution with the shelf."""
 SUFFIXES = (".toml", ".urdf", ".xacro", ".xml")
 """File suffixes of robot files, URDF, xacro and MJCF."""
 _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"
@@ -30,6 +32,12 @@ PARAMETRIC = "--parametric"
 """The compiler option for parametric functions."""
 _WARNING = "warning: "
 _FIXED = "--fixed"
+
+
+def generated_folders() -> list[Path]:
+    """Return the folders of the installed packages of generated robots."""
+    specs = map(find_spec, _GENERATED)
+    return [Path(at) for spec in specs if spec for at in spec.submodule_search_locations or ()]
 
 
 def shelf() -> dict[str, Path]:
@@ -91,10 +99,8 @@ def description_of(folder: Path) -> tuple[Path, tuple[str, ...]] | None:
         note = folder.parent / _DESCRIBED_BY
         path, *options = note.read_text(encoding="utf-8").splitlines() if note.is_file() else [""]
         return (Path(path), tuple(options)) if Path(path).is_file() else None
-    spec = find_spec("chasles.generated")
-    generated = [Path(at) for at in spec.submodule_search_locations or ()] if spec else []
-    found = shipped().get(folder.name) if folder.parent in generated else None
-    return (found, ()) if found else None
+    known = shipped() | shelf() if folder.parent in generated_folders() else {}
+    return (known[folder.name], ()) if folder.name in known else None
 
 
 def is_of_shelf(folder: Path) -> bool:

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..contract import UnknownRobotError
 from ..errors import InputValueError
-from .derived import PARAMETRIC, SUFFIXES, derived_folder, is_description, shelf, shipped
+from .derived import (
+    PARAMETRIC,
+    SUFFIXES,
+    derived_folder,
+    generated_folders,
+    is_description,
+    shelf,
+    shipped,
+)
 
 
 def shipped_folders() -> dict[str, Path]:
     """Return the folders of the installed generated robots, by name."""
-    spec = find_spec("chasles.generated")
-    roots = spec.submodule_search_locations if spec else None
-    manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
+    manifests = [file for root in generated_folders() for file in root.glob("*/manifest.json")]
     return {file.parent.name: file.parent for file in sorted(manifests)}
 
 
@@ -39,9 +44,10 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
     if robot in arms:
         return derived_folder(arms[robot], options)
     known = ", ".join(folders) or "none are installed"
+    derived = ", ".join(shelf()) or "none; pip install chasles-robots or 'chasles[derive]'"
     raise UnknownRobotError(
         f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; a folder is "
-        f"given as a path, './{robot}'; derived on first use: {', '.join(shelf())}"
+        f"given as a path, './{robot}'; derived on first use: {derived}"
     )
 
 

@@ -1,0 +1,1 @@
+"""Well-known arms for chasles, one package each."""
