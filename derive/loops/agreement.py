@@ -19,7 +19,7 @@ def allowed(solutions: Sequence[Solution]) -> sp.Basic:
     """Returns the condition under which all fully known loops close for at least one solution.
 
     Args:
-        solutions: Solutions from the main chain, on different branches.
+        solutions: The solutions computed from the main chain, on different branches.
     """
     return sp.Or(*map(_closes, solutions))
 
@@ -36,7 +36,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns the closers that have only known joints and were not closed by a step with a margin.
+    """Returns the closers whose joints are all known, but that no step with a margin closes.
 
     Cylinders are excluded, because a cylinder can have any length.
     """
@@ -51,7 +51,7 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(closer: Closure | Strut) -> set[str]:
-    """Returns the joint names of a solution step that solves all equations of this closer."""
+    """Returns the joint names of a step that solves all equations of this closer."""
     if isinstance(closer, Strut):
         return {closer.name, closer.swing_name, f"{closer.name}.end"}
     # A step closes the ball joint of a rod by means of the rod length only.
@@ -59,7 +59,7 @@ def _edges(closer: Closure | Strut) -> set[str]:
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of all joints in the equations of a loop, the strut swing included."""
+    """Returns the names of all joints in the equations of a loop, with the strut's swing."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.closer, Strut):
         names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()

@@ -31,7 +31,7 @@ ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Number of random configurations for the rank, which is lower only at singular ones."""
+"""Number of random configurations at which the rank is computed."""
 
 
 def closed_configuration(
@@ -107,8 +107,8 @@ class ClosedLoops:
         is_length: Mask of the entries that are lengths.
         z: Symbols of the entries.
         equations: The constraints, loop by loop.
-        entries: The residuals of all loops; for least-squares closure, the gradient of their sum of
-            squares.
+        entries: The residuals of all loops, or the gradient of their sum of squares for
+            least-squares closure.
         passive: Mask of the entries that are not actuated.
     """
 
@@ -123,7 +123,7 @@ class ClosedLoops:
 
         Args:
             mechanism: The description.
-            near: Values near the reference that replace described entries of z.
+            near: Values near the reference that replace the described values of z.
             in_least_squares: Whether overconstrained loops close only in the least-squares sense.
         """
         self.mechanism, self._near = mechanism, near or {}
@@ -162,8 +162,8 @@ class ClosedLoops:
     def reference(self) -> Vector:
         """The reference configuration as described, with gear ratios applied.
 
-        The default of a swing is the direction of its strut at the reference. From a distant start
-        configuration, Newton's method may end in a local minimum with an open loop.
+        The default of a swing is the direction of its strut at the reference. From a distant start,
+        Newton's method may end in a local minimum in which a loop is open.
         """
         given = dict(self.mechanism.reference)
         for c in self.mechanism.coordinates:
@@ -197,7 +197,7 @@ class ClosedLoops:
         }
 
     def evaluated(self, z: Vector) -> tuple[Vector, Vector, Vector]:
-        """Returns residuals, Jacobian (equations, len(z)) and facing terms at z."""
+        """Returns residuals, Jacobian (equations, len(z)) and the terms that detect flips, at z."""
         residual, J, facing = (np.asarray(value).ravel() for value in self._kernel(z))
         return residual, J.reshape(len(self.entries), len(self.z)), facing
 
@@ -240,8 +240,8 @@ class ClosedLoops:
     def _polished(self, z: Vector, free: Vector) -> Vector:
         """Refines a closed configuration up to rounding error.
 
-        With redundant equations, z may be wrong by 1e-6 at a residual of 1e-12. The redundant
-        equations look independent at such a z, so these steps drop them.
+        With redundant equations, z may be wrong by 1e-6 at a residual of 1e-12. At such a z, the
+        redundant equations look independent, so the refinement drops these equations.
         """
         for _ in range(POLISHING):
             residual, J, _ = self.evaluated(z)

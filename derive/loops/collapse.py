@@ -31,7 +31,7 @@ def collapsed(
     Args:
         terms: Names of all terms.
         groups: The chain.
-        relations: Vector sums that the loops make zero.
+        relations: The vector sums that are zero if the loops are closed.
         count: Number of moving joints in the chain.
 
     Returns:
@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Returns the group with one segment replaced, or the group unchanged."""
+    """Returns the chain segments, at most one of them replaced by a translation."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):
@@ -81,7 +81,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """Returns the sum of the station offsets, each rotated by its angle."""
+    """Returns the sum of the offsets between links, each rotated by its angle."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
@@ -107,7 +107,7 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """Returns the station after a segment, expressed in the axes of the station before it."""
+    """Returns the frame after a segment, in the axes of the frame before the segment."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)

@@ -63,8 +63,8 @@ class LoopEquations:
         residual: Named, independent terms that are zero if the loop is closed: differences of
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
-        facing: Named terms that are 1 if the loop is closed. If the residual is zero although a
-            frame is flipped, these terms are 0 or negative.
+        facing: Named terms that are 1 if the loop is closed and no frame is flipped. If the
+            residual is zero although a frame is flipped, these terms are 0 or negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
@@ -83,8 +83,8 @@ class LoopEquations:
     def factors(self) -> tuple[Factor, ...]:
         """The exponentials around the loop, from the meeting body back to itself.
 
-        Their product, with ``home`` inserted after the ``closer`` factors, is 1 if the loop is
-        closed.
+        If the loop is closed, the product of these exponentials, with ``home`` after the ``closer``
+        factors, is 1.
         """
         return self._around[0]
 
@@ -153,7 +153,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the residuals of some closers' loops, identically zero equations included.
+    """Returns the residuals of the loops of some closers, with identically zero residuals.
 
     Args:
         mechanism: The description.
@@ -195,8 +195,8 @@ def jacobian(
 ) -> tuple[tuple[sp.Expr, ...], ...]:
     """Returns the derivative of all residuals with respect to z, by rows: (equations, len(z)).
 
-    Each row has the unit of its equation per radian or metre. The matrix is rank deficient if the
-    mechanism is overconstrained or at a singularity.
+    Each row has the unit of its equation per radian or metre. The matrix is rank deficient at a
+    singularity, or if the mechanism is overconstrained.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)
 
@@ -306,7 +306,7 @@ class _Constraints:
 
 
 class _Planar:
-    """Equations of a planar loop, from sums of rotated vectors."""
+    """The loop equations of a planar loop, as sums of rotated vectors."""
 
     def __init__(
         self, terms: Terms, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
@@ -374,14 +374,14 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Returns cosine and sine of the angle from the closed orientation of b's axes."""
+        """Returns cosine and sine of the rotation of frame b from its closed orientation."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """Returns the signed distance of b's point from the guide, positive to the right."""
+        """Returns the signed distance of b's point from the guide line, positive to the right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)

@@ -25,10 +25,10 @@ class Factor:
     """One exponential of a loop.
 
     Attributes:
-        name: Name of the joint, swing or cylinder in z. A closer's own freedoms, which are not in
-            z, are named ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
-        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. It has
-            unit speed: (metre per radian, 1), or (1, 0) for a slider.
+        name: Name of the joint, swing or cylinder in z. The freedoms of the closure itself are not
+            in z and have names ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
+        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
+            twist has unit speed: (metre per radian, 1) for a revolute joint, (1, 0) for a slider.
         side: The branch of the exponential. Branch b is traversed backwards, with reversed screws.
     """
 
@@ -57,7 +57,7 @@ def around(
         T_a = _short(terms, T_a * placement_matrix(closer.a.placement))
         T_b = _short(terms, T_b * placement_matrix(closer.b.placement))
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a planar loop, a pin may also connect frames with opposite z axes.
+            # A pin of a planar loop may connect frames with opposite z axes.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
@@ -93,7 +93,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a constant with more operations than a designed value has."""
+    """Whether an entry is a constant with more operations than a design dimension has."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
@@ -123,12 +123,12 @@ def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:
 
 
 def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
-    """Returns the screw of the k-th axis of a frame."""
+    """Returns the unit screw of a frame's k-th axis."""
     return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns a frame's point with the planar axes of its body, in the body's frame."""
+    """Returns the point of a frame in its body's frame, from planar axes of the body."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -35,7 +35,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """Returns a joint and the joints after it; empty if a body has several child joints."""
+    """Returns a joint and the joints after it, as long as each body has a single child joint."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
@@ -126,7 +126,7 @@ class Counts:
 
     @property
     def loop_freedoms(self) -> int:
-        """Total freedom of the joints, each in the motion group of its loop."""
+        """Total freedom of the joints, each counted in the motion group of its loop."""
         closers = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.closers)
         return self._tree_joints() + closers
 

@@ -37,7 +37,7 @@ from .solution import (
 )
 
 MAX_BRANCHES = 128
-"""Maximum number of branches of a map: seven binary choices."""
+"""Maximum number of branches of a kinematic map: seven binary choices."""
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 
@@ -52,7 +52,7 @@ class Hybrid:
         arguments: The arguments of all functions, by name.
         left_open: The residual gaps of loops that close only in the least-squares sense; None if
             all loops close.
-        missing: How many branches each all-branch function omits, by function name.
+        missing: Number of branches that each all-branch function omits, keyed by function name.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms | None = None) -> None:
@@ -108,7 +108,7 @@ class Hybrid:
 
     @property
     def chain_is_known(self) -> bool:
-        """Whether the main-chain joints have a closed form, even if some loops have none."""
+        """Whether the loops determine the main-chain joints in closed form."""
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     @property
@@ -307,16 +307,16 @@ class Hybrid:
         return replace(function, outputs=results)
 
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
-        """Makes configuration-dependent entries NaN if the loops do not close.
+        """Makes expressions that depend on the configuration NaN if the loops do not close.
 
-        An entry that contains the square root of a solution step is NaN if that step has no
+        An expression that contains the square root of a solution step is NaN if the step has no
         solution. Other steps, such as those for a brace next to the chain, need an extra term that
         is 0 or NaN.
 
         Args:
             entries: The entries.
-            solutions: The solutions that contain these entries. It is enough that one solution
-                closes.
+            solutions: The solutions on which these expressions depend. The loops of a single
+                solution must close.
         """
         unguarded = [
             [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
@@ -342,7 +342,7 @@ class Hybrid:
         )
 
     def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """Returns the indices of the steps whose square roots do not appear in an entry."""
+        """Returns the indices of the steps whose square roots are missing from an expression."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)

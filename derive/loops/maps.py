@@ -20,7 +20,7 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """Values of joints, swings and cylinders, expressed in some coordinates by the loops.
+    """Values of joints, swings and cylinders as functions of some coordinates.
 
     Attributes:
         hybrid: The robot.
@@ -28,8 +28,8 @@ class Joints:
         named: Returns the values of joints, swings and cylinders by name.
         rates: The rates of these values.
         passive: Names of the passive joints.
-        interval: Text that states the angle interval and follows a comma; "" if the angles are
-            unbounded.
+        interval: Text that states the interval of the angles and follows a comma; "" if the angles
+            are unbounded.
         finished: Completes a function so that it returns NaN if the loops do not close.
     """
 
@@ -313,7 +313,7 @@ def _all(
 
 
 def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of a branch slot, or NaN if a condition fails."""
+    """Returns the values of one branch slot, which become NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -321,7 +321,7 @@ def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch slot; the margin is 1 for a step that the branch lacks.
+    """Returns the margins of a branch slot; a step that the branch lacks has margin 1.
 
     If several branches of passive joints share the slot, the first branch that closes is used.
     """
@@ -355,7 +355,7 @@ def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch sides that all solutions of a slot share, keyed by the step's joints."""
+    """Returns the branch choices that all solutions of a slot share, keyed by joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions

@@ -1,7 +1,7 @@
 """Mobility of a mechanism, from two counting formulas and from the constraint rank.
 
 Counting assumes that all constraints are independent. The rank of the constraint Jacobian at closed
-configurations needs no assumption. If the results disagree, the mechanism is overconstrained, or a
+configurations needs no assumption. If two counts disagree, the mechanism is overconstrained, or a
 member can rotate on its own.
 """
 
@@ -56,7 +56,7 @@ class Mobility:
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the constraint rank; idle rotations do not count."""
+        """Number of coordinates minus the constraint rank, without idle rotations of members."""
         return self.coordinates - self.rank
 
     @property

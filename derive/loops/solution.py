@@ -174,7 +174,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
-    """Returns the planar linkages that still have unknown joints."""
+    """Returns the planar linkages in which some joints are still unknown."""
     return [
         linkage
         for linkage in loops.planar
@@ -236,7 +236,8 @@ def _on_planar_branches(
     """Returns up to ``most`` solutions of the planar linkages, and whether these are all."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, not once per branch of other linkages.
+        # Linkages without a common joint are solved once, instead of once per branch of the other
+        # linkages.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -251,7 +252,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """Returns the solution extended by one linkage."""
+    """Returns a solution to which the joints of one more linkage are added."""
     return _with_open(
         replace(
             solution,
@@ -264,7 +265,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """Returns the solution extended by the spatial loops."""
+    """Returns a solution to which the joints of the spatial loops are added."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)

@@ -26,7 +26,7 @@ def check_actuation(loops: ClosedLoops) -> None:
 
     Raises:
         DescriptionError: Some freedoms have no actuator, or some actuators depend on each other.
-            The message lists these joints.
+            The message lists the joints without an actuator, or the dependent actuators.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]

@@ -26,7 +26,7 @@ Value = float | Floats
 OTHERS_FIRST = 1e3
 """Weight that keeps all other loops closed while the gap of one loop is minimized."""
 POLISHING = 4
-"""Number of Newton steps with a fixed Jacobian from a nearby configuration."""
+"""Number of Newton steps that refine the solution of a nearby configuration."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -96,7 +96,7 @@ class BodiesInNumbers:
         return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
-        """Returns the matrix (4, 4) of a placement at the current parameter values."""
+        """Returns the matrix (4, 4) of a frame placement at the current parameter values."""
         T = np.eye(4)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -224,7 +224,7 @@ class BodiesInNumbers:
     def _open(
         self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns a loop's gap components, distances (metre) and angles (radian), as last axis."""
+        """Returns how far a loop is open: distances (metre), then angles (radian), as last axis."""
         A, B = self._frames(poses, closer)
         d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -237,7 +237,7 @@ class BodiesInNumbers:
         R = turned @ B[..., :3, :3]
         if closer.kind == "pin":
             z = R[..., :, 2]
-            # In a planar loop, a pin may also connect frames with opposite z axes.
+            # A pin of a planar loop may connect frames with opposite z axes.
             opposed = (closer.name in self.normals) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
         if closer.kind == "slider":
@@ -245,14 +245,14 @@ class BodiesInNumbers:
         return d, _rotation_vector(R)
 
     def is_dead(self, values: Mapping[str, float]) -> bool:
-        """Whether the unknown joints of closed loops can move while the actuators are fixed."""
+        """Whether the passive joints of closed loops can move while the actuators are locked."""
         names = [closer.name for closer in self.mechanism.closers]
         residual, x = self._residual(dict(values), self.unknown, names, "")
         J = differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
-        """States which pin axes deviate from their loop's parallel axes; "" if no axis deviates."""
+        """States which pin axes of a planar loop are not parallel to its normal; "" if all are."""
         if closer.name in self.normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)
@@ -284,7 +284,7 @@ class BodiesInNumbers:
     def slopes(
         self, values: Mapping[str, float], free: Sequence[str], loops: Sequence[str]
     ) -> dict[str, Floats]:
-        """Returns the Jacobian of each loop's gap with respect to free joints and cylinders.
+        """Returns the Jacobian of each loop's gap with respect to the listed joints and cylinders.
 
         Args:
             values: Values of all joints and cylinders (radian or metre).
@@ -307,12 +307,13 @@ class BodiesInNumbers:
         loops: Iterable[str],
         last: str = "",
     ) -> dict[str, float]:
-        """Returns the values of free joints, cylinders and constants that minimize the gaps.
+        """Returns the joint, cylinder and constant values that minimize the loop gaps.
 
         Uses the Levenberg-Marquardt method, starting from the current values.
 
         Args:
-            values: Values of all joints and cylinders. Constants among ``free`` are added.
+            values: Values of all joints and cylinders. Values of constants are added if ``free``
+                names constants.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
             last: The loop whose gap is minimized while the other loops stay closed; "" weighs all
@@ -348,10 +349,11 @@ class BodiesInNumbers:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Returns the gaps as a function of the free values, and the current free values.
+        """Returns the loop gaps as a function of the variables, and the current variables.
 
         Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
-        many (m, n) with equal constants. It writes its argument to ``at`` and to the constants.
+        many (m, n) with equal constants. Each call writes its argument to ``at`` and to the
+        constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -381,7 +383,7 @@ class BodiesInNumbers:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Whether each free value is a constant, which all configurations of a batch share."""
+        """Returns a mask of the constants, which have equal values for a whole batch."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
@@ -471,7 +473,7 @@ def _rotation_vector(R: Floats) -> Floats:
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Scales a vector from length sin(angle) to length angle (radian).
+    """Scales a vector whose length is the sine of an angle to the length of the angle (radian).
 
     A zero vector is replaced by the first axis.
     """

@@ -24,12 +24,12 @@ Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
 """Tests whether the loops close at given actuated coordinates."""
 MANY, MANY_STEPS = 500, 64
-"""Number of random configurations, and of grid values per coordinate, for a closed form."""
+"""Number of random configurations, and of grid values, for loops with a closed form."""
 FEW, FEW_STEPS = 60, 17
-"""Number of random configurations, and of grid values per coordinate, for a numerical search."""
+"""Number of random configurations, and of grid values, for loops without a closed form."""
 HALVINGS = 20
 LITTLE = 0.5
-"""Fraction of configurations with closed loops below which the robot report states it."""
+"""Smallest fraction of configurations with closed loops that needs no remark."""
 
 
 def limits_of(h: Hybrid) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ class BySearch:
     """Closure test without a closed form: a numerical search from the reference."""
 
     def __init__(self, bodies: BodiesInNumbers, configuration: Mapping[str, float]) -> None:
-        """Stores a closed start configuration."""
+        """Stores a configuration with closed loops as the start of the search."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}
         self.names = [closer.name for closer in bodies.mechanism.closers]
@@ -87,7 +87,7 @@ def limits_in_words(
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. Coordinates without limits keep the
+        reference: The actuated coordinates of the reference. Coordinates without limits keep their
             reference value.
         is_closed: Tests whether the loops close at given actuated coordinates.
         samples: Number of random configurations in the box.
@@ -130,7 +130,7 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Returns the interval around a coordinate's reference in which the loops close, or None."""
+    """Returns the interval around the reference value in which the loops close, or None."""
 
     def closes(value: float) -> bool:
         q = reference.copy()

@@ -17,7 +17,7 @@ PLACES = 4001
 """Number of grid values of a coordinate at which a margin is evaluated."""
 HALVINGS = 60
 OTHERS = 8
-"""Number of values of each coordinate in the test whether a margin depends on it."""
+"""Number of values per coordinate in the test whether a margin depends on the coordinate."""
 CHANGED = 1e-9
 """Smallest change of a margin that counts as dependence on a coordinate."""
 

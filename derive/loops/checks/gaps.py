@@ -34,7 +34,7 @@ DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
 """First step of the search for a range's far end (radian, or relative to the size)."""
 ASIDE = 0.2
-"""Distance moved away from a dead point (radian, or relative to the mechanism size)."""
+"""Distance of a start from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 """Display unit and conversion factor for a length, and for an angle."""
 
@@ -309,7 +309,7 @@ def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """Returns the interval of a value in which the loops close, or None."""
+    """Returns the interval of a length or angle in which the loops close, or None."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
@@ -412,7 +412,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value, between a closing and an open value, at which the loop closes."""
+    """Returns the last value at which the loop closes, between a closing value and an open one."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)

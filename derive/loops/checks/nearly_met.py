@@ -25,7 +25,7 @@ TWO = 2
 
 
 def nearly_met(h: Hybrid) -> Iterator[str]:
-    """Yields sentences on narrowly missed closed forms; none if the loops have a closed form."""
+    """Yields sentences on closed forms that the loops narrowly miss, if there are any."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)

@@ -70,7 +70,7 @@ def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
     Args:
         bodies: The robot.
         c: The coordinate that moves the joint.
-        part: Position in the range, from -1 to 1; 0 is the reference.
+        part: Position in the range of the joint, from -1 to 1; 0 is the reference.
     """
     at = bodies.values[c.moves]
     if part == 0:

@@ -20,7 +20,7 @@ distant configuration.
 CLEARLY = 0.02
 """Distance from the reference, like :data:`NEAR`, that two-digit rounding cannot explain."""
 PART = 0.1
-"""Maximum fraction of the distance from the reference that remains after an exchange."""
+"""Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
@@ -73,7 +73,7 @@ def _seeming(names: tuple[str, ...]) -> str:
 
 
 def _groups(mechanism: Mechanism) -> Iterator[tuple[str, ...]]:
-    """Yields the names of rods that are exchanged together."""
+    """Yields groups of rods whose ends are exchanged together."""
     pairs: dict[frozenset[str], list[str]] = {}
     for strut in mechanism.struts:
         yield (strut.name,)
@@ -103,7 +103,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
-    """Returns the distance from the reference to the nearest closed configuration, or infinity."""
+    """Returns the distance from the reference to the nearest closed configuration, or inf."""
     bodies = BodiesInNumbers(mechanism, normals)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -43,8 +43,9 @@ class Start:
         w: (n_w,) variables of the equations.
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
-        determinant: Signed determinant of c_u. If c_u is not square, the product of R's diagonal in
-            its QR decomposition.
+        determinant: Signed determinant of c_u, the derivative of the equations with respect to the
+            unknown variables. If c_u is not square, the product of R's diagonal in its QR
+            decomposition.
         is_regular: Whether c_u has full rank, so that the reference is not at a dead point.
     """
 
@@ -65,8 +66,8 @@ class LoopClosure:
         is_length: Mask of the variables that are lengths.
         arguments: The arguments w and wd.
         w: Symbols of the variables.
-        of_actuators: The same equations with the actuated coordinates as inputs; None if these
-            equations already have the actuated coordinates as inputs.
+        of_actuators: The same equations with the actuated coordinates as inputs; None if the
+            equations already use the actuated coordinates as inputs.
         ratios: Change of each input variable per unit change of the coordinate that drives it.
         given: Indices of the input variables.
         unknown: Indices of the unknown variables.
@@ -186,7 +187,7 @@ class LoopClosure:
 
     @cached_property
     def of_chain(self) -> "LoopClosure | None":
-        """The same equations with the main-chain joints as inputs.
+        """The same loop equations with the main-chain joints as inputs.
 
         The result is None if these joints do not determine the other variables, or if the reference
         is a dead point of these equations.

@@ -25,9 +25,9 @@ from .closure_equations import LoopClosure
 SYSTEM = 400
 """Approximate number of operations per iteration step, for six unknowns."""
 STEPS = 8
-"""Approximate number of iteration steps from the reference to a pose."""
+"""Approximate number of iteration steps from the reference to the solution."""
 NEAR = 2
-"""Approximate number of iteration steps from a nearby configuration to a pose."""
+"""Approximate number of iteration steps from a nearby configuration to the solution."""
 FIRST = "at"
 """The solver entry point that closes the loops from the reference."""
 
@@ -101,7 +101,7 @@ class Iteration:
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns the rates for each coordinate that alone moves at unit speed."""
+        """Returns the joint rates for each coordinate that alone moves at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -114,7 +114,7 @@ class Iteration:
         return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates at coordinate rates qd."""
+        """Returns the joint rates at coordinate rates qd."""
         slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
@@ -126,7 +126,7 @@ class Iteration:
     def _moved(
         self, of: Argument, rates: Argument, given: Sequence[sp.Symbol]
     ) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the rate of each variable, for an input in proportion to the coordinate."""
+        """Returns the rate of each variable for input rates proportional to coordinate rates."""
         found: dict[sp.Symbol, sp.Expr] = dict(zip(of.symbols, rates.symbols, strict=True))
         for i, (j, ratio) in self._ratios.items():
             found[of.symbols[i]] = self.hybrid.terms.let(ratio * given[j])

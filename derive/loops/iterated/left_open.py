@@ -30,7 +30,7 @@ class LeftOpen:
         at: The configuration with the least sum of squared gaps, at the reference's actuated
             coordinates. It lists joints and cylinders by name (radian or metre).
         repeated: Number of redundant constraints.
-        gaps: Description of the residual gap of each closure or strut, widest gap first.
+        gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
         spare: Names of the closures and struts that can be omitted without adding a freedom.
     """
 
@@ -87,13 +87,13 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, including the closer; all joint errors add up."""
+    """Returns the number of joints in a loop with its closer; all joint errors add up."""
     one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
     return len(one ^ other) + 1
 
 
 def _rank(J: Floats, least: float) -> int:
-    """Returns the number of singular values above a fraction of the largest."""
+    """Returns the number of singular values above a fraction of the largest singular value."""
     values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
     return int(np.sum(values > least * max(values, default=0.0)))
 

@@ -33,7 +33,8 @@ class Tilt:
         angle: Angle (radian) between that axis and the mean of the other axes; 0 for a single axis.
         offset: Distance (metre) between the rod's ends along the mean axis, at zero configuration.
         span: Distance (metre) between the rod's ends, at zero configuration.
-        axes: Number of axes of the loop. With two axes, either may be the tilted one.
+        axes: Number of axes of the loop. If the loop has only two axes, either axis may be the
+            tilted one.
     """
 
     closer: str

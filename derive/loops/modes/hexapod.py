@@ -32,11 +32,11 @@ class Hexapod:
     """Six rods between actuated points and a platform that the main chain moves freely.
 
     Points are expressed along the main chain's first three joint axes. The origin is the center of
-    rotation of the last three joints at zero.
+    rotation of the last three main-chain joints at zero.
 
     Attributes:
-        a: Rod ends on the actuated side.
-        b: Rod ends on the platform at zero coordinates; constants.
+        a: The rod ends on the actuated bodies.
+        b: The rod ends on the platform at zero coordinates, as constants.
         lengths: Rod lengths.
         axes: For each of the last three joints, the index of the parallel axis among the first
             three.
@@ -208,13 +208,13 @@ def tables(
     own: SixRods,
     poses: Array,
 ) -> tuple[Table, ...]:
-    """Returns the fields of ``chasles_hexapod_platform`` that follow the called function.
+    """Returns the fields of the C structure ``chasles_hexapod_platform`` after the called function.
 
     Args:
         rods: The rods.
         axes: Index (0 to 2) of the axis of each platform angle.
         joints: The double joints.
-        own: Generic rods of the family.
+        own: Generic rods from the platform's own family.
         poses: (n, 8) all complex poses of these generic rods.
     """
     slots = np.zeros((MAX_POSES, SOMA), np.complex128)
@@ -245,7 +245,7 @@ def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds a value to three digits if more digits make no difference."""
+    """Rounds a number to three digits if the further digits are zero."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 

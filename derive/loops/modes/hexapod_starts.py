@@ -27,7 +27,7 @@ from .soma import SOMA, Array, SixRods, finite, quadrics, residuals
 
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Maximum number of successive closed paths without a new pose; these paths permute all poses."""
+"""Number of successive closed paths without a new pose after which the search ends."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
 """Number of decimal places of generic numbers."""
@@ -60,7 +60,7 @@ class RodFamily:
 
     def member(self, phase: int) -> SixRods:
         """Returns generic complex rods of the family."""
-        # The basis is unique only up to rotation, but its projector is unique.
+        # The decomposition is unique only up to a rotation, but its projector is unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
         # Rounding removes the last digits of the decomposition, which differ between machines.
         found = np.round(self.middle + away, GENERIC_DIGITS)

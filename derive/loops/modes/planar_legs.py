@@ -142,12 +142,12 @@ def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a point expressed in the axes of a body in the same cluster."""
+    """Returns a point in the axes of another body in the same rigid group."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a vector expressed in the axes of a body in the same cluster."""
+    """Returns a vector in the axes of another body in the same rigid group."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
@@ -180,7 +180,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg, one body between two joints."""
+        """Returns the equation of a leg, whose middle body lies between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]

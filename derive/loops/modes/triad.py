@@ -388,11 +388,11 @@ class _Triad:
         return x, y
 
     def _is_rod(self, i: int) -> bool:
-        """Whether the second (0) or third leg (1) is a rod."""
+        """Whether the second leg (0) or the third leg (1) is a rod."""
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """Returns a vector rotated by the platform's rotation."""
+        """Returns a vector after the platform's rotation."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:

@@ -19,7 +19,7 @@ CALLS = (
 
 
 def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
-    """Returns the function ``modes`` of three planar legs."""
+    """Returns the function ``modes`` of a platform on three planar legs."""
     if h.mechanism.closures:
         size = float(f"{longest_length(h.mechanism, h.terms):.3g}")
         return written_modes(h.arguments["q"], size, "legs")

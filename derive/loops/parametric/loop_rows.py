@@ -36,7 +36,7 @@ class Row:
         unit: m or 1.
         powers: The power of the equation's wrench for each motion of both branches, negated on
             branch a.
-        length: The length that the equation contains with a minus sign; usually 0.
+        length: A strut length that the residual contains with a minus sign; usually 0.
     """
 
     residual: sp.Expr
@@ -143,7 +143,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]))
 
     def _turn(self, of_a: Vector, of_b: Vector) -> Row:
-        """Returns the equation for the cosine between a direction of a and a direction of b."""
+        """Returns the equation for the cosine between directions of frames a and b."""
         couple = cross(self.terms, of_b, of_a)
         return self._row(dot(self.terms, of_a, of_b), "1", Wrench(ORIGIN, self.b.pose[1], couple))
 

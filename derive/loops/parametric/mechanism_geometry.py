@@ -5,9 +5,9 @@ Joints, end frames and drives have the same parameters as in a serial robot
 bodies' frames, and the length of a strut. For a cylinder, this length applies at coordinate zero.
 
 A passive joint has no offset parameter, because the loop determines the joint's value. Six
-consecutive passive joints without other attachments leave a body free, so the axes of these joints
-have no parameters. Planar loops only have in-plane parameters: joints in a loop with a closure have
-no tilt out of the plane, and ends have no coordinate normal to the plane.
+consecutive passive joints without other attachments leave a body free, so their axes have no
+parameters. Planar loops only have in-plane parameters: joints in a loop with a closure have no tilt
+out of the plane, and ends have no coordinate normal to the plane.
 """
 
 from collections.abc import Mapping, Sequence
@@ -176,7 +176,7 @@ class _Numbered:
     def _coordinate(
         self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Returns a coordinate of an end; it is constant along the normal of a planar loop."""
+        """Returns a coordinate of a closer's end, constant along the normal of a planar loop."""
         linkage = self.planar.get(closer.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):

@@ -42,7 +42,7 @@ class ElementaryMotion:
 
     Attributes:
         value: The angle or length of the motion, as a function of q, u and p.
-        axis: Its direction in the base frame.
+        axis: The direction of the motion in the base frame.
         point: A point of the rotation axis in the base frame; None for a translation.
     """
 
@@ -56,7 +56,7 @@ class Reached:
     """A frame, and the motions from the base to the frame.
 
     Attributes:
-        pose: Its axes and origin in the base frame.
+        pose: The axes and the origin of the frame, in the base frame.
         motions: The motions with variable values, in order from the base.
     """
 
@@ -118,7 +118,7 @@ def bodies(
     Args:
         mechanism: The description.
         terms: Receives the named terms.
-        base: Motions from the base frame to the base body.
+        base: The motions that lead from the base frame to the frame of the base body.
         steps: Motions from the parent body to each other body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}

@@ -41,7 +41,7 @@ SYSTEM = "loops_p"
 START = "configuration"
 """The function that returns the start configuration of Newton's iteration."""
 PARTS = "parts_p"
-"""The function that returns the frames and lengths of a robot file."""
+"""The function that returns the frames and lengths of a robot description file."""
 OPERATIONS = 4000
 """Approximate operation count of a function: three Newton steps with six unknowns."""
 
@@ -236,8 +236,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # Only the solver call reads q. The statements read w, which is NaN if the loops do not
-        # close.
+        # The solver call is the only statement that reads q. The statements read w, which is NaN if
+        # the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(

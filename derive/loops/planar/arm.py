@@ -25,7 +25,7 @@ class Arm:
 
 
 def arm(terms: Terms, total: PhasorSum) -> Arm:
-    """Combines a sum of rotated vectors into one vector."""
+    """Combines a sum of vectors that rotate by a common angle into one vector."""
     angle = total.common_angle()
     still = total.turned(-angle)
     x, y = still.coordinates(terms)

@@ -130,6 +130,6 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether all closed configurations of a branch fit redundant joints and have distinct pins."""
+    """Whether a branch closes redundant joints and keeps pins distinct in all configurations."""
     is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

@@ -34,11 +34,11 @@ from .planes import (
 from .reference import AtReference, Branch, wrapped
 
 Turned = tuple[sp.Expr, Complex]
-"""A rotation: an exact angle, and a constant unit rotor."""
+"""A rotation, stored as an exact angle and a constant unit complex number."""
 Cluster = dict[str, PlanarPose]
 """Rigidly connected bodies, each with its pose in the cluster's axes."""
 RING = 3
-"""Number of pairwise connected clusters that one step solves."""
+"""Number of clusters, each connected with the two others, that one step solves."""
 
 
 class PlanarStep(LoopStep):
@@ -56,8 +56,8 @@ class PlanarStep(LoopStep):
             False if the step applies to no clusters.
 
         Raises:
-            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
-                there.
+            DescriptionError: The loop does not close at the reference configuration, or its branch
+                is ambiguous at this configuration.
         """
 
 
@@ -141,7 +141,7 @@ class Clusters:
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether an edge connects two clusters."""
+        """Whether an edge connects two given clusters of bodies."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
@@ -149,11 +149,11 @@ class Clusters:
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts clusters: the root's cluster first, then by decreasing number of bodies."""
+        """Sorts clusters: first the root's cluster, then by decreasing number of bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three clusters that pins and a given number of slides connect."""
+        """Yields rings of three clusters connected by pins and a given number of slides."""
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
@@ -341,7 +341,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns reference values of joints that are stated, derived or assumed."""
+        """Returns the reference values of joints, whether stated, derived or assumed."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -379,7 +379,7 @@ class Clusters:
         determine the pose of these bodies.
 
         Args:
-            everywhere: The configurations; those with an open loop are ignored.
+            everywhere: The configurations; configurations with an open loop are ignored.
         """
         lengths = [[abs(at.vector(base)) / at.size for at in everywhere] for base in self.bases]
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)

@@ -1,4 +1,4 @@
-"""Dyads of pins: rings of three clusters, two of which rotate on the third."""
+"""Dyads of pins: three rigid groups in a ring, two of which rotate on the third."""
 
 import cmath
 import math
@@ -23,9 +23,9 @@ class Dyad:
     Attributes:
         clusters: The base, X and Y.
         pins: The pins base-X, X-Y and base-Y.
-        V: Vector on X, from its base pin to its pin on Y.
-        W: Vector on Y, from its base pin to its pin on X.
-        D: Vector on the base, from the pin of X to the pin of Y.
+        V: Vector on body X, from its pin on the base to its pin on body Y.
+        W: Vector on body Y, from its pin on the base to its pin on body X.
+        D: Vector on the base, from the pin of body X to the pin of body Y.
     """
 
     clusters: tuple[Cluster, Cluster, Cluster]
@@ -114,7 +114,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point at the reference.
 
-    If every ring is near a dead point, the first ring is returned; None if there is none.
+    If all rings are near a dead point, the function returns the first ring; None if there is none.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)

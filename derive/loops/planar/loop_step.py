@@ -83,7 +83,7 @@ class RateEquation:
         left: Pairs of unknown and weight. The weight of a single unknown is zero at a dead point.
         right: Pairs of quantity (or expression of quantities) and weight.
         projected: Two vectors: the left side is the scalar product of the first vector with the
-            derivative of the second. Empty if the left side is printed as a sum.
+            derivative of the second. Empty if the left side is printed as a sum of products.
     """
 
     left: Weighted
@@ -101,7 +101,7 @@ class StepEquations:
         scalars: Given scalars as named terms, which need no symbol of their own in print.
         unknowns: Travels and position components that the step solves, as named terms.
         results: Definitions in order; each uses only earlier quantities.
-        angles: The angles that the step solves.
+        angles: The angles for which the step solves.
         margin: The margin of the step; None if the step always closes.
         rates: Rates of the unknowns and the angles.
     """
@@ -125,13 +125,13 @@ class LoopStep(ABC):
         axes: The body in whose axes the equations are written.
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of this body to the axes of the vectors.
-        solved: The angles that the step solves, as named terms.
+        solved: The angles for which the step solves, as named terms.
         margin: Zero at a dead point, negative out of reach; None if the step always closes.
         root: The term, up to sign, that is NaN if the step does not close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.
-        branches: The name of each branch by its sign. The name states the position of the part that
-            the other branch mirrors.
+        branches: The name of each branch by its sign. The name states on which side of the
+            mechanism's mirror line the solved part lies.
         opening: Introductory words before the equations, if these are not written in the axes of a
             body.
         reason: A sentence that is printed instead of equations if the step has none.

@@ -67,7 +67,7 @@ class Parallelogram(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins that is a parallelogram, on either branch.
+        """Joins the first ring of three pins that forms a parallelogram, on either of its branches.
 
         Raises:
             DescriptionError: The parallelogram is stretched at the reference, so that both figures
@@ -121,7 +121,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the figure that the other branch has."""
+        """A sentence that compares the figure with the figure of the other branch."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."
@@ -173,7 +173,7 @@ def _figure(clusters: Clusters, sides: Sides) -> int:
 
 
 def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
-    """Returns the rotation of an arm to its mirror image.
+    """Returns the rotation that moves an arm to its mirror image about the base.
 
     With C = e^(i alpha) r V and V = v e^(i beta), e^(i psi) conj(C) = e^(i (psi - alpha - 2 beta))
     conj(r v) / v V.

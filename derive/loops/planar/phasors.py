@@ -74,11 +74,11 @@ class PhasorSum:
         return self + -other
 
     def times(self, factor: Complex) -> "PhasorSum":
-        """Returns the sum times a complex number."""
+        """Returns the sum of rotated vectors, multiplied by a complex number."""
         return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
-        """Returns the sum rotated by an angle."""
+        """Returns the sum of rotated vectors after a rotation by an angle."""
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
@@ -176,7 +176,7 @@ def _order(angle: sp.Expr) -> tuple[int, str]:
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """Returns an expression after its terms have been cancelled."""
+    """Returns an expression after cancellation of its terms."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:

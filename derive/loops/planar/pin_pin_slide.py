@@ -39,11 +39,11 @@ class CircleAndLine:
     """A point on a line at a given distance from a second point.
 
     Attributes:
-        offset: From one pin to the other at zero travel, in the line's axes.
+        offset: The vector from one pin to the other at zero travel, in the axes of the line.
         direction: Unit vector of the line.
-        r: The vector between the pins on the third body.
+        r: The vector between both pins on the third body.
         travel: Travel along the line (metre).
-        vector: From one pin to the other.
+        vector: The vector from one pin to the other.
         margin: cos^2 of the angle between line and vector: zero at a dead point, negative out of
             reach.
         root: Distance along the line from the foot of the perpendicular to the far pin; NaN out of
@@ -116,8 +116,8 @@ class TwoPinsAndSlide(PlanarStep):
 
     Attributes:
         line: The slide's line and the circle of the third body.
-        is_length: Whether the travel is a cylinder length between known points; such a length has
-            one value.
+        is_length: Whether the travel is the length of a cylinder between known points, which has a
+            single value.
     """
 
     line: CircleAndLine
@@ -238,7 +238,7 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """Returns the travel's sign at the reference: 1 if larger, -1 if smaller, 0 if ambiguous."""
+    """Returns the sign of the travel at the reference: 1 larger, -1 smaller, 0 ambiguous."""
     if clusters.branch is not None:
         return 0
     reference = clusters.reference

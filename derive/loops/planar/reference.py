@@ -24,22 +24,22 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """The signs of the steps on a branch: first requested signs, then signs of the reference.
+    """Branch signs: first the requested signs, then the signs of the reference.
 
     Attributes:
         asked: For the first steps with two branches: 1 for the reference's sign, -1 for the
             opposite.
         own: The sign at the reference, by the edges or struts that a step joins.
-        taken: The signs so far, encoded like ``asked``.
+        taken: The signs chosen so far, encoded like ``asked``.
     """
 
     def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
-        """Starts before the first step."""
+        """Creates a branch on which no sign is chosen yet."""
         self.asked, self.own = tuple(asked), own or {}
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """Returns the branches that flip one sign chosen after the first ``taken`` signs.
+        """Returns the branches that change one sign after the first ``taken`` signs.
 
         These branches share all signs before the flipped sign.
         """
@@ -75,7 +75,7 @@ class FreeSides(Branch):
     def __init__(
         self, own: Mapping[Joined, int], reference: "AtReference", sign: Callable[[], sp.Expr]
     ) -> None:
-        """Starts before the first step.
+        """Creates a branch on which no sign is chosen yet.
 
         Args:
             own: The signs at the reference.
@@ -161,7 +161,7 @@ class AtReference:
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the given values of joints near the reference, or assumed values."""
+        """Returns the stated or assumed values of joints near the reference."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:
@@ -219,8 +219,9 @@ class GenericPoint:
 
         Args:
             terms: Names of all terms.
-            symbols: Coordinates and parameters that receive a generic value. For a parameter, the
-                generic value is added to the default; unlisted parameters keep the default value.
+            symbols: Coordinates and parameters that receive a generic value. The value of a
+                parameter is its default plus a generic number; unlisted parameters keep
+                the default.
             phase: Two points with different phases have no value in common.
         """
         self.terms = terms
@@ -254,7 +255,7 @@ class GenericPoint:
 
 
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
-    """Returns a number in (0, 1) that is unique for its arguments.
+    """Returns a number between 0 and 1 that is unique for its arguments.
 
     The fractional parts of multiples of the golden ratio are all different. Because of the
     quadratic term, differences of two numbers depend on the phase.

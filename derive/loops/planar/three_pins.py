@@ -36,11 +36,11 @@ class TwoCircles:
     """Circles about the ends of D that intersect at C, which is relative to the first end of D.
 
     Attributes:
-        C: From the first end of D to the shared pin, in D's axes.
-        W: From the second end of D to the shared pin, in D's axes.
+        C: The vector from the first end of D to the shared pin, in the axes of D.
+        W: The vector from the second end of D to the shared pin, in the axes of D.
         D: The base.
-        v: The vector C on its own body.
-        w: The vector W on its own body.
+        v: The vector C in the axes of its own body.
+        w: The vector W in the axes of its own body.
         height: Twice the signed area of the triangle, positive if C is to the left of D.
         margin: sin^2 of the transmission angle: zero at a dead point, negative out of reach.
     """
@@ -70,8 +70,8 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm from the first end of D.
-        w: The arm from the second end of D.
+        v: The arm that starts at the first end of the vector D.
+        w: The arm that starts at the second end of the vector D.
         D: The base.
         sign: 1 if C is to the left of D, -1 to the right.
         gate: Makes the radicand negative if an arm length is invalid.
@@ -135,7 +135,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
     Args:
         triangle: The triangle.
         sign: The sign of h.
-        solved: The angle of A, and the angle of B if it is needed.
+        solved: The angle of A, and the angle of B if B also rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
     d, a, b = map(length_of, "DAB")

@@ -130,7 +130,7 @@ class PinAndSlide(PlanarStep):
     """The slide travel that moves a pin of a sliding body to the pin's position on the base.
 
     Attributes:
-        offset: From the pin at zero travel to its position on the base.
+        offset: The vector from the pin at zero travel to the pin's position on the base.
         direction: Unit vector of the slide.
         travel: Travel along the slide (metre).
     """

@@ -32,7 +32,7 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if these have the given kinds, or ()."""
+        """Returns the indices of the last unknown joints if these have given kinds, else ()."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.way[k].kind for k in places) == kinds else []
 
@@ -50,12 +50,13 @@ class BallEnd(NamedTuple):
 
 
 class Fork(NamedTuple):
-    """The intersection point of the axes of two revolute joints.
+    """The point at which the axes of two revolute joints intersect.
 
     Attributes:
         centre: A frame at the point, with the axes of the first joint at zero.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
-        height: Height of the second joint's origin above the point, along its axis (metre).
+        height: Height of the second joint's origin above the intersection point, along the second
+            axis (metre).
     """
 
     centre: Frame

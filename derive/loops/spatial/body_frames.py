@@ -42,7 +42,7 @@ def pose_along(
     Args:
         mechanism: The description that contains the joints.
         terms: Names of all terms.
-        way: The run of joints.
+        way: The consecutive joints, in order from the base.
         tool: The frame on the last body.
         values: Values of the moving joints by name (radian or metre).
         base: The placement before the first joint.

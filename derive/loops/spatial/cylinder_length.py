@@ -19,7 +19,7 @@ class CylinderLength(LegStep):
     """The distance between a cylinder's ends.
 
     Attributes:
-        d: From its first end to its far end.
+        d: The vector from the cylinder's first end to its far end.
         distance: The length of d (metre).
     """
 

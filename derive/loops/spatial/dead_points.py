@@ -23,8 +23,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        True also if the leg does not determine a single joint, or if no other leg determines this
-        joint.
+        The result is also true if the leg does not determine a single joint, or if no other leg
+        determines this joint.
     """
     moving = legs.moving(strut)
     rivals = [

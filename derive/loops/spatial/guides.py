@@ -61,7 +61,7 @@ class Guides(LoopStep):
 
 
 class _Guided:
-    """The unknown joints of a loop, and the loop's closure at the reference rotations."""
+    """The unknown joints of a loop, and its closure at the reference rotations."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms

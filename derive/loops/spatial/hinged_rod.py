@@ -37,7 +37,7 @@ class HingedRod:
         joint: The joint.
         target: The ball's frame on the other body.
         centre: A frame at the axis point nearest to the ball, with the joint's axes.
-        tip: From the axis to the ball at joint value zero, in the joint's axes.
+        tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
         rod: The ball-ended rod from the axis to the ball. None if the previous joint leaves the
             plane; the length is then not sufficient to close the loop.
     """
@@ -96,8 +96,8 @@ class HingePoints(LoopStep):
     """The angle of a hinge with a body that points to a known ball.
 
     Attributes:
-        direction: From the axis to the ball, in the joint's axes (metre).
-        tip: The same vector at joint value zero.
+        direction: The vector from the axis to the ball, in the joint's axes (metre).
+        tip: The same vector from the axis to the ball at joint value zero.
     """
 
     direction: Complex
@@ -131,6 +131,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the rotation of A to C."""
+        """Returns the equation of the rotation from the vector A to the vector C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

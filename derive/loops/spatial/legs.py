@@ -33,7 +33,7 @@ STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, Thre
 """The kinds of solution steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before a closure's ball that have their own steps, in the order of trial."""
+"""Kinds of joints before a closure's ball that have steps of their own, in the order of trial."""
 
 
 def assemble_in_space(

@@ -27,7 +27,7 @@ class SlidingLeg(LegStep):
     """The slider travel at which the distance between the leg's ends equals its length.
 
     Attributes:
-        offset: From the slider end at zero travel to the other end, in the joint's axes.
+        offset: The vector from the slider end at zero travel to the other end, in the joint's axes.
         travel: Travel along the joint's z axis (metre).
         square: The leg's squared length.
     """

@@ -22,7 +22,7 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves for the joint values that struts on balls determine."""
+    """A step that solves for the joints whose values follow from struts with ball ends."""
 
     @classmethod
     @abstractmethod
@@ -63,8 +63,8 @@ class Reach:
     Attributes:
         strut: The strut.
         joint: The only unknown joint.
-        tip: The strut's end on that body at joint value zero, in the joint's axes.
-        target: The strut's other end, in the joint's axes.
+        tip: The end of the strut on the moved body at joint value zero, in the joint's axes.
+        target: The other end of the strut, in the axes of the joint.
         square: The strut's squared length.
     """
 
@@ -170,7 +170,7 @@ class Legs:
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """Returns the branch sign for which a joint is nearest to its reference value.
+        """Returns the branch sign for which the solved joint is nearest to its reference value.
 
         Args:
             reach: The strut and its joint.
@@ -191,14 +191,14 @@ class Legs:
         """Returns the requested sign, or the sign with the smaller distance from the reference.
 
         Args:
-            distances: Distance by sign (radian, or relative to the mechanism size); NaN if the loop
-                does not close.
+            distances: Distance from the reference for each sign (radian, or relative to the
+                mechanism size); NaN if the loop does not close.
             name: Name of the loop, for the message.
             is_length: Whether the sign belongs to a leg's length.
 
         Raises:
-            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
-                there.
+            DescriptionError: The loop does not close at the reference configuration, or its branch
+                is ambiguous at this configuration.
         """
         if self.branch is not None:
             side = self.branch.length if is_length else self.branch.side

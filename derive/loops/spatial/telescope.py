@@ -46,8 +46,9 @@ class Telescope:
         foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide; the hinge axis is the z axis of the foot
             frame.
-        tip: From the foot to the ball at zero travel; for a hinge, normal to its axis.
-        direction: Direction of the slide in the same axes.
+        tip: The vector from the foot to the ball at zero travel; for a hinge, normal to the hinge
+            axis.
+        direction: Direction of the slide in the axes of the foot frame.
     """
 
     closure: Closure
@@ -112,7 +113,7 @@ class TelescopeTravel(LoopStep):
     """The travel that sets the distance from the foot to the ball.
 
     Attributes:
-        ball: From the foot to the ball (metre).
+        ball: The vector from the foot to the ball (metre).
         telescope: The slide, and the ball at zero travel.
         travel: Travel along the slide (metre).
     """

@@ -30,7 +30,7 @@ OPENING = "Let, with $z$ along the joint,"
 
 @dataclass(frozen=True, kw_only=True)
 class TurningLeg(LegStep):
-    """Two circles in the plane normal to the joint; the second is a section of the sphere.
+    """Two circles normal to the joint axis; the second circle is a section of the sphere.
 
     Attributes:
         circles: The circles in the joint's axes; w is the projection of the leg.
@@ -99,7 +99,7 @@ class TurningLeg(LegStep):
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end stays on the joint's axis, given the squared distance from the axis."""
+    """Whether an end lies on the joint axis, given its squared distance from the axis."""
     # A nonzero distance at the reference settles the question; only a zero needs the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 

@@ -1,10 +1,10 @@
-"""A rod between a universal joint and a ball: its length and its two angles.
+"""Solves a rod between a universal joint and a ball: its length, then both joint angles.
 
-The axes of the last two joints before a ball meet in a point, the joint's center. The ball has a
-constant distance from the center. A ball-ended leg between center and ball therefore determines a
-joint that moves either point. If both points are known, the rod's direction gives both angles on
-two branches. On the second branch, the fork is rotated by half a turn, and the rod has the
-supplementary angle.
+Before a ball, the axes of the last two joints intersect in a point, the center of the universal
+joint. The ball has a constant distance from the center. A ball-ended leg between center and ball
+therefore determines a joint that moves either point. If both points are known, the rod's direction
+gives both angles on two branches. On the second branch, the fork is rotated by half a turn, and the
+rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -55,7 +55,8 @@ class UniversalJoint:
         second: The joint that rotates the rod on the fork.
         target: The ball's frame on the other body.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
-        tip: From the center to the ball at zero of the second joint, in its axes (metre).
+        tip: The vector from the center to the ball at zero of the second joint, in that joint's
+            axes (metre).
         rod: The ball-ended rod from the center to the ball.
     """
 
@@ -72,7 +73,7 @@ class UniversalJoint:
         """Returns the universal joint before the ball of a closure, or None.
 
         A pin whose axis passes through the joint's center acts like a ball, as in a spherical
-        linkage. A different point on the pin axis then determines the direction of the pin.
+        linkage. A second point on the pin axis then determines the direction of the pin.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
@@ -123,7 +124,8 @@ class UniversalLeg(LoopStep):
 
     Attributes:
         joint: The universal joint.
-        direction: From the joint's center to the ball, in the first joint's axes (metre).
+        direction: The vector from the joint's center to the ball, in the first joint's axes
+            (metre).
     """
 
     joint: UniversalJoint
@@ -230,7 +232,7 @@ class _Aim:
         self.h = let(sp.sqrt(self.inside))
 
     def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
-        """Returns the rod's component normal to the second axis."""
+        """Returns the component of the rod normal to the second axis of the universal joint."""
         let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
         return (
             let(let(ax * self.n - sign * ay * self.h) / self.across),
