@@ -16,7 +16,7 @@ from .serial_inverse import MAX_FREE, Inverses, inverses
 from .structure import rank
 
 MAX_TRIED = 60
-"""Maximum number of joint sets tried for an error message (1 to 2 seconds)."""
+"""Maximum number of joint sets tested for an error message (1 to 2 seconds)."""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -109,9 +109,9 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields sets of ``count`` joints to fix that leave a solvable chain.
+    """Yields sets of ``count`` joints that leave a solvable chain if they are fixed.
 
-    Sets that share the most joints with ``chosen`` come first.
+    Sets that share the most joints with the requested set come first.
     """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))

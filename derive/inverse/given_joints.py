@@ -24,7 +24,7 @@ from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
-"""Maximum joint count for which prismatic joints inside the chain are tried as fixed joints."""
+"""Maximum number of joints in a chain whose inner prismatic joints are tried as fixed joints."""
 
 
 def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
@@ -86,7 +86,7 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """Returns the axes after a fixed joint, displaced by the motion of that joint."""
+    """Returns the axes after a fixed joint, displaced by this joint."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]

@@ -58,7 +58,7 @@ class Sampled:
 
     @cached_property
     def refined(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Each branch after Newton's method: coordinates (N, n) and pose errors (N,)."""
+        """The result of Newton's method on each branch: coordinates (N, n) and pose errors (N,)."""
         return tuple(_polished(self.arm, self.T, start, self.given) for start, _ in self.branches)
 
     @property
@@ -148,7 +148,7 @@ def _branches(
 
 
 def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
-    """Returns absolute joint differences modulo one turn, in the range from 0 to pi."""
+    """Returns absolute joint differences between 0 and pi, modulo full turns."""
     return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 

@@ -40,7 +40,7 @@ SAMPLES, MAX_DRAWN = 100, 600
 only one of five trials."""
 STEPS = 8
 CONVERGED = 1e-12
-"""Step below which a configuration has converged (radian, or relative to the robot length)."""
+"""Newton step below which a configuration counts as converged (radian, or relative length)."""
 
 
 @dataclass(frozen=True)
@@ -227,8 +227,8 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loop solutions are continued from the reference configuration; the loops may block the
-        # opposite rotation.
+        # Loop solutions are continued from the reference configuration; rotating the other way, the
+        # loops may block.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # If it has few degrees of freedom, the design cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
@@ -242,7 +242,7 @@ def convergence_of(
 
 
 def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
-    """Returns the number of turns per unit of each coordinate; 0 for non-revolute coordinates."""
+    """Returns the number of full turns per unit of each coordinate; 0 for prismatic joints."""
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
         for c in hybrid.mechanism.coordinates
@@ -250,7 +250,7 @@ def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
-    """Returns coordinate differences; revolute differences are at most half a turn."""
+    """Returns coordinate differences, reduced to at most half a turn for revolute joints."""
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 

@@ -19,7 +19,7 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate operation count per branch: three or four Newton steps."""
 FURTHER = 4
-"""Number of extra solution slots if no general solver runs; some 8-branch arms had 10 solutions."""
+"""Number of extra solution slots without a general solver; some 8-branch arms had 10 solutions."""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6

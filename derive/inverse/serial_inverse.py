@@ -153,7 +153,7 @@ def _by_structure(
 def _losing_least(
     robot: SerialRobot, lines: Lines, attempts: Iterable[Attempt]
 ) -> tuple[Attempt, Solved]:
-    """Returns the first structure whose ``ik`` misses the fewest right-angle poses."""
+    """Returns the first structure whose ``ik`` misses the smallest number of right-angle poses."""
     arm = NumericArm.of(robot, lines)
     best: tuple[int, Attempt, Solved] | None = None
     for attempt in islice(attempts, MAX_TRIED):
@@ -169,7 +169,7 @@ def _losing_least(
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
-    """Marks the tasks that miss right-angle poses, so that their C searches for more solutions.
+    """Marks tasks that miss right-angle poses, so that their C code searches for more.
 
     Tasks with a swivel angle are not marked: a search would not keep the angle constant.
     """

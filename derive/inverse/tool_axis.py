@@ -84,7 +84,7 @@ def _by_added_axis(
 ) -> tuple[Classification, dict[str, Solved]] | None:
     """Solves the pose task of five joints with a sixth joint at 0 added at either end.
 
-    Returns the first axis whose inverse misses the fewest right-angle poses.
+    Returns the first added axis whose inverse misses the smallest number of right-angle poses.
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None

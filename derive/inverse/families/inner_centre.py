@@ -58,7 +58,7 @@ def _two_of_three(
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # After the tool displacement, joint 5 rotates about its displaced axis.
+        # After the displacement of the tool, joint 5 rotates about its displaced axis.
         still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)
@@ -97,7 +97,7 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
 def _with_centre_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
-    """Returns the angle of joint 6; if it is arbitrary, selects the best angle for joints 2 to 4.
+    """Returns the angle of joint 6, or the best angle for joints 2 to 4 if it is arbitrary.
 
     Joints 2 to 4 limit the angle between axes 4 and 2, unless axis 3 is perpendicular to both axes.
     """

@@ -103,7 +103,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
 
 
 def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether three prismatic and two revolute joints direct the tool axis."""
+    """Whether three prismatic and two revolute joints orient the tool axis."""
     turning = [axis for axis in lines.axes if axis.turns]
     if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MAX):
         return False

@@ -126,7 +126,7 @@ def _nearer(
     angles: tuple[CosSin, CosSin],
     exists: Boolean,
 ) -> tuple[CosSin, CosSin]:
-    """Returns refined angles 1 and 5, if the refinement reduces the error of both equations.
+    """Returns refined angles 1 and 5 if the refinement reduces the error of both equations.
 
     If axis 6 is nearly parallel to axes 2 to 4, its component along them determines its direction
     only to 1e-8. The perpendicular component has full double precision: two unit vectors with the
@@ -172,7 +172,7 @@ def _nearer(
 def _aligned(
     terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
 ) -> tuple[CosSin, CosSin]:
-    """Returns the angles that make axis 6 parallel to axes 2 to 4, if both equations hold nearby.
+    """Returns the angles that make axis 6 parallel to axes 2 to 4, if such angles are nearby.
 
     Several solutions may coincide at such a pose; they are then accurate only to 1e-5. The sum of
     angles 2 to 4 is arbitrary.

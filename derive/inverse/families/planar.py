@@ -74,7 +74,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     if len(turning) == _MAX_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
-    # 4. The angles sum to the tool rotation.
+    # 4. The joint angles add up to the tool rotation.
     e = any_across(terms, first.h)
     total = work.step(
         turning,
@@ -83,7 +83,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
-        # 2, 3. A triangle; the prismatic joint changes the length of one side.
+        # 2, 3. Shoulder, elbow and wrist form a triangle, and the prismatic joint sets the length
+        # of one side.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
     elif len(turning) == _MIN_TURNS:

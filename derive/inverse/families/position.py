@@ -1,6 +1,6 @@
 """Three joints that position the tool: gantries, and arms without a wrist.
 
-The orientation of the tool depends on this position. For a target pose, one point of the tool
+The position of the tool determines its orientation. For a target pose, one point of the tool
 reaches its position, and the residual includes the orientation error. The point is the tool origin,
 or another tool point if some joint does not move the origin. Maximum number of solutions: 4.
 """

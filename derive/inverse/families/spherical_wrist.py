@@ -28,7 +28,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
-    # 1 to 3. The wrist does not move its center.
+    # 1 to 3. The wrist joints do not move the wrist center.
     arm = _arm(lines)
     centre = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
     W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))

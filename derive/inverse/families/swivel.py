@@ -101,14 +101,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.name_vector(letters, meaning, vector)
     normal = cross(terms, W, side)
 
-    # 3 to 5. The three shoulder angles.
+    # 3 to 5. The three shoulder angles follow from the orientation of the upper arm.
     three_turns(
         work,
         (a1, a2, a3),
         lambda v: combination(terms, [dot(terms, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
-    # 6 to 8. The remaining tool rotation.
+    # 6 to 8. The wrist produces the remaining tool rotation.
     wrist(work, lines, 4, target)
 
 

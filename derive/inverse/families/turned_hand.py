@@ -68,7 +68,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether joint 4 does not move the tool origin."""
+    """Whether joint 4 leaves the tool origin at its position."""
     hand, home = lines.axes[-1], home_of(robot, lines.terms)
     lever = numbers(lines.terms, home[:3, 3]) - hand.origin
     off = float(np.linalg.norm(np.cross(hand.direction, lever)))

@@ -69,7 +69,7 @@ def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:
-    """Returns the angle of joint 4 nearest to 0 for which upper arm and forearm reach the target.
+    """Returns the smallest angle of joint 4 at which upper arm and forearm reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance lies between the
     difference and the sum of the lengths of the other two sides. Of the possible elbow-wrist

@@ -17,9 +17,9 @@ class GeneralInverse:
     """The inverse of a general arm.
 
     Attributes:
-        title: Description of the arm and source of the method.
+        title: Description of the arm, and the source of the method.
         method: Description of the method.
-        choice: The joint orders in the equations, and the fixed joints.
+        choice: The joint orders used in the equations, and the fixed joints.
         function: The function ``ik``, which solves for the roots of a determinant.
         steps: Descriptions of the numbered steps.
         given: Names of the fixed joints.
@@ -64,7 +64,7 @@ def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
 
 
 def _joints(robot: SerialRobot) -> str:
-    """Returns the number of joints as a word, with the joint type."""
+    """Returns the number of joints in words, with the type of the joints."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"
@@ -91,7 +91,8 @@ class GeneralTables:
 
     Attributes:
         tables: The tables of the general solver; empty if the solver does not apply.
-        separation: How well the best split separates the solutions; see :attr:`.Choice.separation`.
+        separation: How well the best joint order separates the solutions; see
+            :attr:`.Choice.separation`.
     """
 
     tables: tuple[Table, ...] = ()
@@ -161,7 +162,7 @@ def _tool_axis(free: list[str]) -> tuple[str, ...]:
 
 
 def _squares(sliding: list[str]) -> str:
-    """Explains the monomials of prismatic joints; empty without prismatic joints."""
+    """Explains the monomials of prismatic joints; the text is empty without such joints."""
     if not sliding:
         return ""
     is_one = len(sliding) == 1
@@ -173,7 +174,7 @@ def _squares(sliding: list[str]) -> str:
 
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
-    """Describes the alternative splits."""
+    """Describes the alternative joint orders."""
     first, *others = (free[split.joints[2]] for split in choice.splits)
     names = [name for name in dict.fromkeys(others) if name != first]
     if not names:

@@ -30,10 +30,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Array of floats, or of expressions (object dtype)."""
+"""Array of floats or of symbolic expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of quantities, excluding the appended 1."""
+"""Number of line quantities, excluding the appended 1."""
 SIZE = COUNT + 1
 
 

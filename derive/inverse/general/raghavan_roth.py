@@ -52,8 +52,7 @@ class Split:
     Attributes:
         joints: Joint indices in the order pair, suppressed joint, two more joints, last joint.
         sense: 1 from base to tool, -1 from tool to base.
-        halved: Which of joints 4 and 5 has its half angle as the unknown: 0 for joint 4, 1 for
-            joint 5.
+        halved: Selects the joint whose half angle is unknown: 0 for joint 4, 1 for joint 5.
     """
 
     joints: tuple[int, ...]
@@ -62,7 +61,7 @@ class Split:
 
     @property
     def turning(self) -> frozenset[int]:
-        """The joints that must be revolute: the suppressed, half-angle and last joints."""
+        """Indices of the suppressed, half-angle and last joints, which must be revolute."""
         return frozenset(self.joints[k] for k in (2, 3 + self.halved, 5))
 
 
@@ -135,7 +134,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free, each with its own coordinate, and a split exists.
+    """Whether enough joints are free, each with a coordinate of its own, and a split exists.
 
     Args:
         robot: The description.

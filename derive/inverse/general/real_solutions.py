@@ -17,7 +17,7 @@ from .split_choice import length
 
 NEWTON = 30
 TURNS = 12
-"""Number of trial origins of the suppressed angle; the best-conditioned origin is used."""
+"""Number of trial origins of the suppressed angle; the origin with the best condition is used."""
 
 
 def real_solutions(
@@ -89,7 +89,7 @@ class _Six:
 
 
 def _starts(arm: _Six, split: Split, target: Array) -> Iterator[Array]:
-    """Yields the unrefined solutions of the equations of a split."""
+    """Yields the solutions of a split's equations before their refinement."""
     found = equations(arm.constants, split, target, arm.slides)
     M = suppressed(found, split.halved)
     for angle in _roots(M):
@@ -125,7 +125,7 @@ def _roots(M: Array) -> list[float]:
 
 
 def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
-    """Sets the angle of the last joint from the remaining orientation."""
+    """Sets the last joint to the angle that the remaining orientation requires."""
     constants, sliding = arm.constants, arm.slides
     before = forward(constants[: last + 1], q[:last].tolist(), sliding)[:3, :3]
     after = [k - last - 1 for k in sliding]

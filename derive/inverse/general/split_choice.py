@@ -41,7 +41,7 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which a split of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of configurations with fixed joints; number added per right angle of these joints."""
+"""Number of configurations with fixed joints, and additional configurations per right angle."""
 KEPT, MAX_KEPT = 3, 4
 """Number of retained splits; if a split fails at a pose, the next is tried. A fourth split is
 retained only if it is suitable at configurations where the other three are not."""
@@ -56,10 +56,10 @@ class Rating:
 
     Attributes:
         split: The split.
-        separations: Second smallest singular value of M divided by the largest, per configuration;
-            NaN if the degree of det M is not 8.
-        pairs: Smallest singular value of A divided by the largest, per configuration. The pair of
-            joints is solved with A.
+        separations: Second smallest singular value of M divided by the largest, for each
+            configuration; NaN if the degree of det M is not 8.
+        pairs: Smallest singular value of A divided by the largest, for each configuration. The pair
+            of joints is solved with A.
     """
 
     split: Split
@@ -99,7 +99,7 @@ class Choice:
 
     Attributes:
         given: Indices of the fixed joints, in ascending order.
-        ratings: The retained splits with their ratings, best first.
+        ratings: The splits to use and their ratings, best first.
     """
 
     given: tuple[int, ...]
@@ -113,12 +113,12 @@ class Choice:
 
     @property
     def separation(self) -> float:
-        """How well the best split separates solutions; see :attr:`Rating.key`."""
+        """How well the best split separates the solutions; see :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
     def splits(self) -> tuple[Split, ...]:
-        """The splits, with indices of the six free joints."""
+        """The splits with the indices of the six free joints."""
         return tuple(rating.split for rating in self.ratings)
 
 
@@ -126,7 +126,7 @@ def choose(robot: SerialRobot) -> Choice | None:
     """Returns the splits of an arm with at least six joints, or None without a suitable split.
 
     Some arms need their prismatic joint, because the other six joints alone are nearly singular.
-    Then any joint may be the fixed joint.
+    In this case, any joint may be the fixed joint.
 
     Args:
         robot: The description.
@@ -140,12 +140,13 @@ def choose(robot: SerialRobot) -> Choice | None:
 
 
 def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
-    """Returns the best result among several sets of fixed joints."""
+    """Returns the best rated choice among several sets of fixed joints."""
     if not ways:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
-    # Among equal results, the joint nearest to the tool is fixed: an operator sets it easily.
+    # Among equal results, the joint nearest to the tool is fixed, because an operator can set it
+    # easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
@@ -282,7 +283,7 @@ def _rated(
 
 
 def _value_at(angle: float, size: float, slides: bool) -> float:
-    """Returns a joint value; the same fraction of a turn or of the arm length."""
+    """Returns a joint value: the same fraction of a turn or of the arm length."""
     return angle / (2 * np.pi) * size if slides else angle
 
 
@@ -310,7 +311,7 @@ def length(constants: Sequence[Array]) -> float:
 def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
-    A is singular if the pair consists of two of three parallel axes: each solution of the other
+    A is singular if the pair of joints belongs to three parallel axes: each solution of the other
     joints then has two solutions of the pair. If both joints of the pair are prismatic, the
     equations contain no products of the squared displacements.
     """

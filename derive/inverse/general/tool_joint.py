@@ -54,7 +54,7 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # All solutions of a pose share angle 6, so joint 6 cannot separate them.
+        # All solutions of a pose have the same angle 6, so joint 6 cannot separate them.
         kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))

@@ -74,7 +74,7 @@ def _inverse(h: Hybrid, structure: Structure) -> SymbolicFunction:
 
 
 def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """Returns the indices of the sign choices that do not change the result."""
+    """Returns the indices of the sign choices that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
@@ -100,7 +100,7 @@ def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]
 
 
 def _is_held_at_its_end(mechanism: Mechanism) -> bool:
-    """Whether loops constrain only the last body of a main chain without actuated joints."""
+    """Whether the loops constrain only the last body of an unactuated main chain."""
     chain = {joint.name for joint in mechanism.main_chain.moving}
     ends = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
     ways = [chain & {joint.name for joint in mechanism.way(frame.body)} for frame in ends]

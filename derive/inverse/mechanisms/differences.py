@@ -131,7 +131,7 @@ def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the first row of each feature, counted in row triples."""
+    """Yields the first row number of each feature, in units of three rows."""
     first = 0
     for feature in features:
         yield first

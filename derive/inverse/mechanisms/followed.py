@@ -22,7 +22,7 @@ class Followed:
     """Solves the main chain and the tool pose at actuated coordinates by iteration."""
 
     def __init__(self, closure: LoopClosure) -> None:
-        """Compiles the loop equations and the tool pose of the main chain."""
+        """Compiles the loop equations and the tool pose as functions of the loop variables."""
         self.closure = closure
         h = closure.hybrid
         self.equations, self.pose = lower(

@@ -219,7 +219,7 @@ def _of_nominal(
 
 
 def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
-    """Whether the fixed joints depend only on their own actuated coordinates."""
+    """Whether each fixed joint depends only on its own actuated coordinate."""
     given = {hybrid.theta[k] for k in found.given}
     held = (hybrid.actuator(k) for k in solved.function.role.given)
     return all(_arguments(hybrid, entry) <= given for entry in held)
@@ -228,8 +228,8 @@ def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
 def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
     """Solves the joints of the main chain, then the actuators.
 
-    For a robot as built, the actuators use the built loops if these have a closed form. The built
-    loops may be beyond a dead point of the design, for example in a folded parallelogram.
+    For a robot as built, its own loops give the actuators if these loops have a closed form. The
+    built loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
     whole = _on_chain(hybrid, lines, found, Work(hybrid.terms))
     settled = settled_choices(hybrid, whole, found.given)
@@ -248,7 +248,7 @@ def _on_chain(
 ) -> Solved:
     """Solves the chain and the actuators without the settled sign choices.
 
-    Newton's method does not change coordinates of fixed joints, so the values as built are used.
+    Newton's method keeps the coordinates of fixed joints, so their values as built are used.
     """
     terms = hybrid.terms
     arguments, joints = _joints_of(hybrid, lines, found, work)
@@ -412,7 +412,7 @@ def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:
 
 
 def _matrix(home: tuple[Basis, Vector]) -> sp.Matrix:
-    """Returns a pose (axes and origin) as a homogeneous matrix."""
+    """Returns axes and origin of a pose as a homogeneous matrix."""
     axes, origin = home
     T = sp.eye(4)
     for j, column in enumerate((*axes, origin)):

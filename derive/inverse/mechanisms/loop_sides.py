@@ -124,7 +124,7 @@ def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> fro
 
 
 def _least(far: FloatArray) -> FloatArray:
-    """Returns the smallest distance (N,) over all slots (..., N)."""
+    """Returns the smallest distance (N,) among all slots (..., N)."""
     return np.asarray(far.reshape(-1, far.shape[-1]).min(0))
 
 
@@ -192,7 +192,7 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
 
 
 def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
-    """Converts coordinate differences (..., n) to joint differences, modulo one turn."""
+    """Converts coordinate differences (..., n) to joint differences, modulo full turns."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi

@@ -48,7 +48,7 @@ class Translating:
 
     Attributes:
         lines: The shortened chain; the indices of virtual joints follow all joint indices.
-        home: The tool pose (axes, origin) with all joints at zero.
+        home: The tool pose (axes and origin) with all joints at zero.
         slides: The virtual prismatic joints.
     """
 
@@ -118,7 +118,7 @@ def _axis(
 
 
 def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
-    """Returns a station vector with the prismatic joints of the station at zero."""
+    """Returns the offset of a link with the prismatic joints before it at zero."""
     moving = [values[slide.joint] for slide in station.slides]
     symbols = {symbol for value in moving for symbol in value.free_symbols}
     rest = dict.fromkeys(symbols, sp.Integer(0))
@@ -166,7 +166,7 @@ def actuators_of(
     equation for the crank.
 
     Args:
-        work: Contains the prismatic displacements; receives the solution step.
+        work: The derivation with the prismatic displacements; receives the solution step.
         moved: The shortened chain.
         q: The actuated coordinates.
 

@@ -73,7 +73,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # After the step, the angles no longer add up to the recorded sums.
+    # After the step, the angles no longer add up to the stored sums of parallel joints.
     work.sums.clear()
 
 

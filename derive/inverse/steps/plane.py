@@ -188,7 +188,7 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Sets joints that the task does not determine to 0."""
+    """Sets the joints that the task does not determine to 0."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 

@@ -17,7 +17,7 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     Args:
         work: Contains the joints before the wrist; records the steps.
         lines: The chain.
-        first: Index of the wrist's first joint.
+        first: Index of the first joint of the wrist.
         target: The required displacement of the chain.
     """
     axes = lines.axes[first : first + 3]

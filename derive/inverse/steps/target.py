@@ -56,7 +56,7 @@ class Target:
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Returns the target before a translation: ``G Trans(by)^-1``."""
+        """Returns the target that remains if a final translation is removed: ``G Trans(by)^-1``."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 

@@ -93,16 +93,16 @@ def _worst(case: Case, lines: Lines) -> Requirement:
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     a1, a2, a3 = lines.axes
-    # 1. Joints 2 and 3 do not move the center along their common direction.
+    # 1. Joints 2 and 3 do not move the center along the common direction of their axes.
     reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
     U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
-    # 2, 3. A triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     triangle(work, a2, a3, centre, U)
 
 
 def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Joints 1 and 2 do not move the center along their common direction.
+    # 1. Joints 1 and 2 do not move the center along the common direction of their axes.
     fore = subtracted(terms, centre, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
     q3 = work.step(
@@ -111,7 +111,7 @@ def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} do not move the centre along their axes",
         sp4(terms, a1.h, a3.h, fore, d, work.sign()),
     )
-    # 2, 3. A triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, fore))
     triangle(work, a1, a2, reached, subtracted(terms, W, a1.p))
 
@@ -129,7 +129,7 @@ def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
         f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
-    # 2, 3. Two rotations about one point.
+    # 2, 3. The two joints rotate the point about the intersection of their axes.
     _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
 
 
@@ -163,7 +163,7 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
         sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
         "with the centre on the first axis the angle is arbitrary and taken as 0",
     )
-    # 2, 3. Two rotations about one point.
+    # 2, 3. The two joints rotate the point about the intersection of their axes.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
 
 
@@ -195,7 +195,7 @@ def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
-    # 2, 3. Two rotations about one point.
+    # 2, 3. The two joints rotate the point about the intersection of their axes.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     _two_about_a_point(work, a1, a2, extended, V)
 
@@ -209,7 +209,7 @@ def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) ->
         f"{a1.name} and {a2.name} do not move the centre along their axes",
         slide_to_plane(terms, a1.h, a3.h, centre, dot(terms, a1.h, W)),
     )
-    # 2, 3. A triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     extended = combination(terms, (sp.Integer(1), length), (centre, a3.h))
     triangle(work, a1, a2, extended, subtracted(terms, W, a1.p))
 
@@ -281,7 +281,7 @@ def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) ->
         f"{a2.name} and {a3.name} do not move the centre along their axes",
         slide_to_plane(terms, a2.h, a1.h, centre, dot(terms, a2.h, W)),
     )
-    # 2, 3. A triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
     triangle(work, a2, a3, centre, A)
 
@@ -298,7 +298,7 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
-    # 2, 3. Two rotations about one point.
+    # 2, 3. The two joints rotate the point about the intersection of their axes.
     left = combination(terms, (sp.Integer(1), length), (V, minus_h))
     _two_about_a_point(work, a2, a3, reach, left)
 
@@ -315,7 +315,7 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
         f"{a1.name} and {a2.name} move the centre in a plane",
         sp4(terms, normal, a3.h, reach, d, work.sign()),
     )
-    # 2, 3. Two prismatic joints in their plane.
+    # 2, 3. Two prismatic joints move the center in the plane of their directions.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
     way = subtracted(terms, W, reached)
     two_slides(work, a1, a2, way)

@@ -92,8 +92,8 @@ class Work:
         remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
         signs: The sign symbols (1 or -1), in the order of the slots.
-        settled: Indices of redundant sign choices, which always use the sign 1.
-        choices: Number of sign choices so far.
+        settled: Indices of the redundant sign choices, whose sign is always 1.
+        choices: Number of sign choices made so far.
         sides: For signs of loop branches, the loop name and the branch names keyed by sign.
         steps: The steps in order.
         vectors: Named vectors to which the step descriptions refer.
@@ -170,7 +170,7 @@ class Work:
 
 
 def _settled(found: Found) -> Found:
-    """Returns the result of a step, without sign and margin if its choice is settled."""
+    """Returns the result of a step, without sign and margin if one sign suffices."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

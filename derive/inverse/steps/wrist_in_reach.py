@@ -64,7 +64,7 @@ def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """Returns ``best`` if the lever is parallel to the axis k, otherwise ``found``."""
+    """Returns ``best`` if the lever is parallel to the axis k; otherwise ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)

@@ -40,7 +40,7 @@ SOME_SLIDE = 0.6180339887
 SOME_TURN = 0.7548776662
 """Generic revolute value (radian)."""
 APART = 0.5698402910
-"""Offset between the generic values of different joints; avoids cancelling motions."""
+"""Offset between the generic values of different joints, so that their motions do not cancel."""
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class Lines:
 
     @property
     def added(self) -> tuple[Axis, ...]:
-        """The added axes, which are not joints of the arm."""
+        """The axes of added joints, which do not exist in the arm."""
         return tuple(axis for axis in self.axes if axis.name in (TOOL_AXIS, ADDED_AXIS))
 
     @cached_property

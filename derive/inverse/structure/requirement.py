@@ -20,9 +20,9 @@ class Requirement:
 
     Attributes:
         text: Description of the condition.
-        deviation: Deviation of the axes: the sine of an angle, or a distance relative to the arm
-            length. It is 0 if the condition holds, and infinite if no small change of the arm can
-            fulfil the condition.
+        deviation: How far the axes are from the condition: the sine of an angle, or a distance
+            relative to the arm length. It is 0 if the condition holds, and infinite if no small
+            change of the arm can fulfil the condition.
         is_length: Whether the deviation is a distance relative to the arm length.
         parallel: Axes that must be parallel; () for other conditions.
         meeting: Axes that must intersect; () for other conditions.

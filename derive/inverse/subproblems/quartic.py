@@ -31,9 +31,9 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 three equations for the two unknowns m and n. The second equation is used together with the first if
-alpha^2 > |p|, else together with the third. So a relative error of t has the same effect as an
-equally large error of p, q and r relative to their maximum. If p is only rounding error, t = 0 is
-exact, as a fourfold root requires.
+alpha^2 > |p|, else together with the third. A relative error of t therefore acts like a relative
+error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is exact, as
+a fourfold root requires.
 
 Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.
@@ -74,8 +74,8 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: In units of the polynomial; 0 for a double root. Negative for a complex root; the
-            turn is then the circle point nearest to a line of the pair.
+        margin: In units of the polynomial; 0 for a double root. Negative for a complex root;
+            the turn is then the circle point nearest to a line of the pair.
     """
 
     turn: CosSin
@@ -97,7 +97,7 @@ class Reference:
     """Reference for root labels if the circle of the polynomial may rotate or be mirrored.
 
     Attributes:
-        along: A direction in the plane of the circle; roots on this side have the sign 1.
+        along: A direction in the plane of the circle; roots on its side have the sign 1.
         orientation: Sense (1 or -1) of the angle phi.
     """
 
@@ -273,7 +273,7 @@ def _on_lines(
     offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
     v = let(label * side * beta)
-    # The polynomial is the product of both line equations and changes sign with them at a root.
+    # The polynomial changes sign at a root together with the product of both line equations.
     beyond = let(of_p * let(other + offset * let(1 - t)))
     sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
     other = let(sp.Abs(other))

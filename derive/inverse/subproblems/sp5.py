@@ -55,7 +55,7 @@ class ThreeAngles:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: Defined as in subproblem 6.
+        margin: Has the same definition as in subproblem 6.
     """
 
     first: CosSin

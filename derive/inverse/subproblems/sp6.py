@@ -60,8 +60,8 @@ class TwoAngles:
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: Positive for a real solution, 0 for a double solution. Negative without a real
-            solution; the angles are then near the least-squares solution.
+        margin: Positive for a real solution, 0 for a double solution. The margin is
+            negative without a real solution; the angles are then near the least-squares solution.
     """
 
     first: CosSin
@@ -108,7 +108,7 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # This direction rotates with the data, as the solutions do.
+    # This direction rotates together with the solutions if the data rotate.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(
@@ -147,7 +147,7 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # If the rows are dependent, another row replaces the shorter row.
+    # If the rows are dependent, a different row replaces the shorter row.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))

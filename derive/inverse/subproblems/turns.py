@@ -43,7 +43,8 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Co
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        sure: Whether the vector is never 0. Opposite vectors then share all terms except the sign.
+        sure: Whether the vector is never 0. Then opposite vectors share all terms except for the
+            sign.
     """
     if y == 0 and x == 1:
         return NO_TURN

@@ -4,11 +4,11 @@ Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, with one angle th
 equations, for a chain with fewer joints than task equations.
 
 Derivation: each equation is subproblem 4 with two angles; the solution is their common angle. The
-accuracy of these angles is ``rounding / sin(half their difference)``. For a double angle, the error
-grows to the square root of the rounding error; for a = b = 0, the equation does not determine the
-angle. So the equation with the larger angle difference, relative to its terms, is used; for double
-angles, the equation with the larger coefficients. The sign 1 of the second equation belongs to the
-angle nearer to the sign-1 angle of the first equation.
+rounding error of these angles is ``rounding / sin(half their difference)``. For a double angle, the
+error grows to the square root of the rounding error; for a = b = 0, the equation does not determine
+the angle. So the equation with the larger angle difference, relative to its terms, is used; for
+double angles, the equation with the larger coefficients. The sign 1 of the second equation belongs
+to the angle nearer to the sign-1 angle of the first equation.
 
 Degenerate: if both equations have a double solution, its accuracy is 1e-8. If all coefficients are
 0, the angle is arbitrary and set to 0.
@@ -105,7 +105,7 @@ def _apart2(terms: Terms, line: Line) -> sp.Expr:
 
 
 def _alone(terms: Terms, line: Line, sign: sp.Expr) -> FoundTurn:
-    """Solves subproblem 4 for a single equation."""
+    """Solves a single equation by subproblem 4."""
     xi2 = terms.let(line.a**2 + line.b**2 - line.e**2)
     found = on_line(terms, line.a, line.b, line.e, sign, xi2)
     return FoundTurn(found.turn, Linear(line.a, line.b, line.e), sign, found.margin)

@@ -64,7 +64,7 @@ def partial_pose(
         robot: The description.
         work: Contains the solved joints.
         task_input: The prescribed pose components.
-        residual: Returns the deviation of a tool pose from the prescribed components (metre or
+        residual: Returns the deviation of a tool pose from the prescribed pose components (metre or
             radian).
         identity: One-line identity satisfied by the function.
         components: Names of the pose components for the runtime, in the order of the input entries.

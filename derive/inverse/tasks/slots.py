@@ -229,5 +229,5 @@ def _labels(work: Work) -> tuple[str, ...]:
 
 
 def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
-    """Returns the name of a branch: from its loop, or from the sign."""
+    """Returns the name of a branch, from the names of its loop or from the sign."""
     return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

@@ -56,7 +56,7 @@ class Solved:
 
     @property
     def is_known(self) -> bool:
-        """Whether the role of the function specifies the prescribed pose components."""
+        """Whether the function's role specifies the prescribed pose components."""
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def searching(self) -> "Solved":

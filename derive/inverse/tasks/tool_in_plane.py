@@ -52,7 +52,7 @@ def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """Returns the distance of the tool origin from an axis, and the sine of the tilt angle."""
+    """Returns the distance of the tool origin from an axis, and the sine of its tilt."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])
