@@ -54,14 +54,14 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
 _DRAWING = "drawing"
 """Name of the figure's fragment."""
 _WORKSPACE = "workspace"
-"""Name of the workspace fragment."""
+"""Name of the fragment with the workspace figure."""
 _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
 """Pictures of a serial robot by the preceding fragment: name and heading of each picture."""
 _NEEDS_GEOMETRY = "parametric"
-"""Name of the fragment for parametric functions."""
+"""Name of the fragment with the parametric functions."""
 
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
@@ -249,7 +249,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """Returns a heading, and the fragment under this heading."""
+    """Returns a heading and the fragment that follows it."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 

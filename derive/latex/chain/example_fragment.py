@@ -31,13 +31,13 @@ SHARE = 0.4
 """Position of other coordinates, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
-"""Marks a value outside its limits."""
+"""Marks a value outside of its limits."""
 MAX_WIDE = 6
-"""Maximum number of coordinates for which a table shows two decimals."""
+"""Maximum number of coordinates for which a table has two decimals."""
 SOLVED = 1e-9
 """Largest residual (m, rad) of a valid solution, as stated in the article."""
 SLACK = 1e-9
-"""Tolerance (radian or metre) of a value at its limit."""
+"""Tolerance (radian or metre) within which a value counts as at its limit."""
 
 
 def worked_example(page: Page) -> str:
@@ -109,10 +109,10 @@ def example(
         fk: The forward kinematics.
         functions: Functions, including the inverse if it has a closed form.
         coordinates: The coordinates of the robot.
-        symbols: LaTeX of its coordinates.
+        symbols: LaTeX of the robot's coordinates.
         q: The values of the coordinates (radian, metre).
         known: Values of joints that an inverse may need in addition to the pose, by joint name.
-        called: LaTeX of these joints, if different from the joint name.
+        called: LaTeX of the joints whose values are known, if different from the joint name.
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
@@ -155,12 +155,12 @@ def solutions_of_pose(
         fk: The forward kinematics of the main chain.
         name: The function from the main chain to all actuated coordinates.
         joints: The joints of the main chain.
-        symbols: LaTeX of these joints.
-        theta: The values of these joints.
+        symbols: LaTeX of the main-chain joints.
+        theta: The values of the main-chain joints.
         pose: LaTeX of the tool's pose.
         coordinates: The actuated coordinates.
-        actuators: LaTeX of these coordinates.
-        found: The values of the coordinates in each slot.
+        actuators: LaTeX of the actuated coordinates.
+        found: The values of the coordinates in each solution slot.
     """
     columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
     columns += _columns(actuators, coordinates, [*found.values()])
@@ -187,7 +187,7 @@ def rounded(value: float, unit: str) -> float:
 
 
 def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, metre); a missing limit is infinite."""
+    """Returns the limits of a coordinate (radian, metre); infinite if not stated."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -196,7 +196,7 @@ def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
 
 
 def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
-    """Whether every input of an inverse except the pose has a value."""
+    """Whether every input of an inverse, except for the pose, has a value."""
     return all(argument.name in known for argument in inverse.inputs[1:])
 
 
@@ -214,7 +214,7 @@ def _solutions(
     called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
-    """Prints the table of all solutions, including the original configuration."""
+    """Prints the table of all solutions, which include the original configuration."""
     role = inverse.role
     inputs = [
         np.concatenate(

@@ -13,7 +13,7 @@ from ..setting.widths import LINE, width
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
 SHORT = 50.0
-"""Maximum width (pt) of an entry that the matrix of named entries shows in full."""
+"""Maximum width (pt) of an entry that is printed inside the pose matrix."""
 
 
 def forward_kinematics(page: Page) -> str:
@@ -54,7 +54,7 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """Prints the pose as a matrix of names; optionally shows short entries in full."""
+    """Prints the pose as a matrix of names, or with its short entries in full."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name

@@ -166,7 +166,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """Prints the cleaned values of the file, and the total change of the tool pose."""
+    """Prints the values that noise removal changed, and the total change of the tool pose."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -181,7 +181,7 @@ def cleaned(robot: SerialRobot) -> str:
 
 
 def noted(robot: SerialRobot | Mechanism) -> str:
-    """Prints the notes of the robot, except notes that repeat the table of cleaned values."""
+    """Prints the notes of the robot, except for notes that repeat the table of replaced values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
     # Names and digits cannot be hyphenated, so lines need wide spaces.

@@ -9,7 +9,7 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Maximum length of a run of symbols that is written in full."""
+"""Maximum length of a run of consecutive symbols that is written in full."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:

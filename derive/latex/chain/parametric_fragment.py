@@ -43,7 +43,7 @@ _BY_PART = {
 
 @dataclass(frozen=True)
 class _Segments:
-    """The product of transforms for the tool pose, divided at the joints.
+    """The product of transforms for the tool pose, split at the joints.
 
     Attributes:
         between: The constant motions before, between and after the joints.

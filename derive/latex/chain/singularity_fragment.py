@@ -15,7 +15,7 @@ from .tables import Column, tabular
 WHOLE = 6
 """Number of joints for which the Jacobian is a square matrix."""
 WIDEST = 0.8 * LINE
-"""Maximum width (pt) of a product on one line."""
+"""Maximum width (pt) of a product that is printed on one line."""
 PLACES = {"rad": 3, "m": 5}
 """Decimals of printed degrees and metres, for rounding errors of at most 1e-5 rad and m."""
 

@@ -26,9 +26,9 @@ BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
 """Text width of the article (pt), the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Separates a fraction from the rows above and below."""
+"""Height that separates a fraction from the rows above and below."""
 WIDEST = LINE / 2
-"""Minimum width (pt) of a cell that is set as a paragraph."""
+"""Minimum width (pt) of a cell that is printed as a paragraph."""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
 """Maximum number of side-by-side blocks of a narrow table, and minimum rows of a block."""
 MAX_ROWS = 36
@@ -94,7 +94,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """Returns the columns of a table, and the heading of the first column of a second part."""
+    """Returns the columns of a table, and the heading of the first column in a second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -131,7 +131,7 @@ def marked(cell: str, is_assumed: bool) -> str:
 
 
 def legend(cells: str) -> str:
-    """Explains the mark of assumed values if a text contains this mark."""
+    """Explains the mark of assumed values if the text contains the mark."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -367,7 +367,7 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Sorts angles by joint, plain sums before accented sums."""
+    """Returns the sort key of an angle: by joint, plain sums before accented sums."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

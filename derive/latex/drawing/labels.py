@@ -9,7 +9,7 @@ from typing import TypeVar
 from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, whole
 
 LINE, LETTER = 28, 15.5
-"""Height of a label and mean letter width, at footnote size."""
+"""Height of a label, and mean width of its letters, at footnote size."""
 _DIRECTIONS = [
     (whole(1000 * math.cos(k * math.pi / 12)), whole(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
@@ -24,7 +24,7 @@ _AWAY = 1.2
 _GAP = 6
 """Gap between a leader line and its label."""
 _CROSSED = 3
-"""Cost per length of a line that a label covers."""
+"""Cost per length of a drawn line that a label covers."""
 _LEVEL, _STEEP = 380, 380
 """Minimum components of a sideways and of an upward or downward label direction."""
 
@@ -164,7 +164,7 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # Letters read best next to a point or above it.
+    # Letters are easiest to read next to a point or above the point.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 
@@ -179,7 +179,7 @@ def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
 
 
 def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
-    """Returns the label's nearest point, its box, and the anchor at this point."""
+    """Returns the point where a label is nearest to its target, its box, and its anchor."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
     x = label.point[0] + whole(reach * dx / 1000)

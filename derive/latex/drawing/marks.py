@@ -12,7 +12,7 @@ from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 TINTS = 6
 """Number of tints, used cyclically for bodies."""
 THIN, THICK, RIM = 14, 22, 4
-"""Widths of a body, of a main-chain body, and of its outline."""
+"""Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
 SHAFT = 22
 """Half length of a hinge with its axis in the picture plane."""
@@ -23,7 +23,7 @@ STROKE = 70
 COLLAR = 36
 """Distance from a hinge to the arrow around its shaft."""
 BARREL = 0.55
-"""Barrel length as a fraction of a cylinder's length."""
+"""Length of a barrel relative to the length of its cylinder."""
 FORESHORTENED = 0.35
 """A direction counts as end-on if its projection is shorter than this fraction."""
 GUIDE, RAIL = 45, 110
@@ -154,7 +154,7 @@ class Marks:
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """Returns the direction of a shaft towards its body; upwards without a body."""
+        """Returns the direction of a shaft towards its body, or upwards if there is no body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
@@ -226,7 +226,7 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """Returns the side of a line with fewer body corners; 1 is left."""
+        """Returns the side of a line with fewer corners of bodies; 1 is left."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]
@@ -310,7 +310,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Only the nearer half of the circle is shown, beyond the hinge.
+        # Only the nearer half of the circle is drawn, beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)

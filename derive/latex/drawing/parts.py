@@ -23,7 +23,7 @@ class Solid:
         points: The corners of a line, or the points of the drawn hull.
         is_main: Whether the main chain contains these bodies.
         is_base: Whether the base is among these bodies.
-        is_line: Whether the bodies are drawn as a line through the points in order, not as a hull.
+        is_line: Whether the bodies are drawn as a line through the points, in order, or as a hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -43,8 +43,8 @@ class Hinge:
         axis: The direction of a pin, in the coordinate's positive sense.
         a: Index of the parent solid.
         b: Index of the child solid, -1 for a strut.
-        coordinate: Index of the entry of ``q`` that moves it.
-        is_main: Whether it is a joint of the main chain.
+        coordinate: Index of the entry of ``q`` that moves the joint.
+        is_main: Whether the joint belongs to the main chain.
     """
 
     name: str
@@ -70,8 +70,8 @@ class DrawnSlide:
         b: Index of the sliding solid.
         mouth: The end of a telescope's outer tube.
         travel: The positions of a slider at its limits.
-        coordinate: Index of the entry of ``q`` that moves it.
-        is_main: Whether it is a joint of the main chain.
+        coordinate: Index of the entry of ``q`` that moves the joint.
+        is_main: Whether the joint belongs to the main chain.
     """
 
     name: str

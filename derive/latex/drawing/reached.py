@@ -22,7 +22,7 @@ _MORE = 12_000
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
 """Maximum offset of these configurations relative to the coordinate ranges, in each round."""
 _LEVEL = 5.9
-"""The outline connects points around which this many of the nine nearest cells are reached. It
+"""The outline is the level line of this number: how many of nine adjacent cells are reached. It
 passes through the middle of the outermost cells: on average, the region covers half of such a
 cell."""
 _MIN = 12.0
@@ -42,7 +42,7 @@ class ToolRegion:
 
     Attributes:
         axes: Names of the coordinates to the right and up; r is the distance from the first axis.
-        loops: The boundary polygons; a polygon inside a larger polygon bounds a hole.
+        loops: The boundary polygons; a polygon inside another polygon bounds a hole.
         moving: Indices in q of the coordinates that determine the region.
         upright: Index of the coordinate that rotates the region about the first axis; -1 for a
             planar arm.
@@ -176,7 +176,7 @@ def box(
 
 
 def _turn(low: float | None, high: float | None) -> tuple[float, float]:
-    """Returns the ends of an angle range, at most one full turn."""
+    """Returns the ends of an angle range, reduced to at most one full turn."""
     if low is None and high is None:
         return -math.pi, math.pi
     if low is None:
@@ -282,7 +282,7 @@ def _outline(
 
 
 def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
-    """Returns the configurations with a finite point, and these points."""
+    """Returns the configurations at which the point is finite, and the points."""
     points = seen(q)
     is_there = np.isfinite(points).all(1)
     return q[is_there], points[is_there]

@@ -35,7 +35,7 @@ def reached_by_loops(
         functions: The functions of the robot, with ``fk`` and ``margin``.
 
     Returns:
-        The region; also None without a closed-form ``fk``.
+        The region; also None if ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [

@@ -19,7 +19,7 @@ from .reached_by_loops import reached_by_loops
 Ends = tuple[sp.Expr | None, sp.Expr | None]
 """Lowest and highest value of a coordinate, None if unbounded."""
 _LARGEST = 550.0
-"""Longer side of the region on paper (0.1 mm)."""
+"""Length of the region's longer side on paper (0.1 mm)."""
 _TICKS = 5
 """Maximum tick labels per axis."""
 _STEPS = (1, 2, 5)

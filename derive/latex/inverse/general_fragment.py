@@ -80,7 +80,7 @@ def _coordinates(page: Page) -> list[str]:
 
 
 def _given(page: Page, general: GeneralInverse) -> str:
-    """Returns the unknown joints as the subject of a sentence."""
+    """Returns the unknown joints as the subject of an article sentence."""
     given = general.choice.given
     slides = slides_of(page.robot)
     joints = "joints" if slides else "revolute joints"

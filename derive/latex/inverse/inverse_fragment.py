@@ -244,14 +244,14 @@ def _vectors(page: Page, task: PrintedTask) -> str:
 
 
 def _speaking(page: Page, task: PrintedTask, after: int) -> str:
-    """Prints the vectors in the following steps."""
+    """Prints the vectors that depend on the result of the preceding step."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
     clauses = [f"${vector.letter}$ is {page.words(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
-    """Prints a solution step with one unknown."""
+    """Prints a solution step for one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     unknown = f"${name}$"
@@ -326,7 +326,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Prints the coordinates that no step determines."""
+    """Prints the coordinates that no step determines, which are 0."""
     printer = _printer(page)
     parts = []
     if task.rest:
@@ -339,7 +339,7 @@ def _rest(page: Page, task: PrintedTask) -> str:
 
 
 def _slots(page: Page, task: PrintedTask) -> str:
-    """Prints the signs of each solution."""
+    """Prints the signs that select each solution."""
     count = task.solved.function.branches
     if count == 1:
         return "There is one solution."

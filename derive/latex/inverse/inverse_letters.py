@@ -32,7 +32,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, or the last letter if all are used, upright if Latin."""
+        """Returns the first free letter; if all are used, the last letter, upright if Latin."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]

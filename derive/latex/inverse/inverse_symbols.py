@@ -12,7 +12,7 @@ from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
 from .inverse_letters import InverseLetters
 
 BEHIND_VECTORS = 100
-"""Position of a step's coefficients in a product: after the vectors of a linkage step."""
+"""Position of a step's coefficients in a product: behind the vectors of a loop solution."""
 
 
 class InverseSymbols:

@@ -64,7 +64,7 @@ class InverseTerms:
                 self.known[term] = sign * self.trigonometric(function, angle)
 
     def define(self, name: sp.Symbol, value: sp.Expr) -> None:
-        """Stores the definition of a name."""
+        """Stores the definition of a symbol under its name."""
         self._taken.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
@@ -97,7 +97,7 @@ class InverseTerms:
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names the terms that an entry depends on, or stores their full form."""
+        """Names the terms below an entry, or stores their full form."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -168,7 +168,7 @@ class InverseTerms:
         self.inlined.pop(term, None)
 
     def taken(self) -> list[Definition]:
-        """Returns the definitions since the last call."""
+        """Returns the definitions that were added since the last call."""
         taken, self._taken = self._taken, []
         return taken
 

@@ -51,7 +51,7 @@ def merged(
     pairs: Sequence[ParallelPair],
     is_known: Callable[[sp.Symbol], bool],
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Rewrites terms that contain both rotations of a pair only together, in the sum's rotation.
+    """Rewrites terms that contain both rotations of a pair only together, as rotation by the sum.
 
     Args:
         definitions: The definition of each term.

@@ -45,7 +45,7 @@ class PrintedInverseStep:
     Attributes:
         step: The solution step that is printed.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients, each in terms of earlier ones.
+        definitions: Shared terms and coefficients, each expressed in earlier ones.
         unknown: The coordinate or coordinate sum that the step finds.
         name: The coordinate, or a name for the sum.
         sense: -1 if the unknown is opposite to the rotation about the step's axis.
@@ -191,14 +191,14 @@ class _Writer:
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # Named c_{23} and s_{23} at first use.
+            # c_{23} and s_{23} get their names when they are first used.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)
         self.terms.changed |= merged(terms.definitions, needed, pairs, known.__contains__)
 
     def _vector(self, vector: NamedVector) -> PrintedVector:
-        """Names the sums and quotients among a vector's components by the vector's letter."""
+        """Names the sums and quotients among a vector's components after the vector's letter."""
         letter = self.symbols.letters.free(vector.letters)
         shown = []
         for axis, component in zip("xyz", vector.vector, strict=True):
@@ -265,14 +265,14 @@ class _Writer:
         return equation.with_coefficients(shown)
 
     def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
-        """Whether a step's solution is short without coefficient names."""
+        """Whether the solution of a step is short even with its coefficients written in full."""
         if isinstance(equation, LineAndPlane):
             return True
         wide = sum(width(self.terms.printer.tex(value)) for value in values)
         return isinstance(equation, Direction) and wide < DIRECT
 
     def _coefficient(self, entry: sp.Expr, letter: str, number: int) -> sp.Expr:
-        """Returns a coefficient, by name unless short; a sum has this name from then on."""
+        """Returns a coefficient in full if it is short, otherwise the name of its sum."""
         value = self.terms.value(entry)
         if not value.is_Add and width(self.terms.printer.tex(value)) < SHORT:
             return value
@@ -285,7 +285,7 @@ class _Writer:
         return name
 
     def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
-        """Returns coordinates that follow from a sum and other coordinates."""
+        """Returns the coordinates that follow from a sum and the other coordinates of the sum."""
         found = []
         for remainder in self.work.remainders:
             step = next(step for step in steps if step.step.joints == remainder.joints)

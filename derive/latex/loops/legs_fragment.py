@@ -200,7 +200,7 @@ def _solved(printed: PrintedLegs) -> str:
 
 
 def _harmonics(printed: PrintedLegs) -> str:
-    """Prints the equation as a polynomial, and the poses at its zeros."""
+    """Prints the equation as a polynomial in the platform's angle, and the poses at its zeros."""
     found, tex = printed.equations, printed.tex
     phi, root, count = tex(printed.phi), printed.letters["root"], found.harmonics
     first = f"{printed.letters['cosine']}_0"

@@ -18,7 +18,7 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 
 def description(page: LoopPage) -> str:
-    """Prints coordinates, main chain, other joints, closures, struts, drives and parameters."""
+    """Prints coordinates, joints, closures, struts, drives and parameters of the robot."""
     shown = text(
         _coordinates(page),
         _followers(page),
@@ -51,7 +51,7 @@ def _coordinates(page: LoopPage) -> str:
 
 
 def _moved(page: LoopPage, c: Coordinate) -> str:
-    """Returns the symbol of the joint that a coordinate moves, with its ratio."""
+    """Returns the symbol of the joint that a coordinate moves, and the transmission ratio."""
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)

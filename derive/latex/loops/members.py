@@ -84,7 +84,7 @@ def members(mechanism: Mechanism) -> Members:
 
 
 class _Chosen:
-    """Returns names that are symbols; other names become indices of a free letter."""
+    """Returns those names that are symbols; all other names become indices of a free letter."""
 
     def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
         self.own: dict[str, str] = {}

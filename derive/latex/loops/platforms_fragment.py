@@ -49,7 +49,7 @@ class PrintedRod:
     Attributes:
         a: The rod's end on an actuated body or the base, in the base frame.
         b: The rod's end on the platform, in the base frame.
-        pin: The end on the platform, in the tool frame.
+        pin: The rod's end on the platform, in the tool frame.
         length: Its length.
     """
 
@@ -416,7 +416,7 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """Prints the equation as a polynomial, and the poses at its zeros."""
+    """Prints the equation as a polynomial in the platform's angle, and the poses at its zeros."""
     tex = printed.printed_terms.tex
     phi, root = tex(triad.phi), triad.letters["root"]
     first = f"{triad.letters['cosine']}_0"

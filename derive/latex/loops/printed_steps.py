@@ -99,7 +99,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """A printer that also prints scalar and vector products."""
+    """A printer that can also print scalar and vector products."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -220,7 +220,7 @@ class _Writer:
             self.shown[symbol] = self.printed_terms.of(term)
 
     def _name_position(self, letter: str, size: int) -> None:
-        """Returns a vector by name if equations use it as a whole."""
+        """Returns a vector by its name if equations use the vector as a whole."""
         whole = quantity(letter)
         if any(whole in value.free_symbols for _, value in self.equations.results):
             self.shown[whole] = self._symbol(whole)
@@ -267,7 +267,7 @@ class _Writer:
             self.results.append((self.shown[symbol], shown))
 
     def _points(self) -> dict[sp.Symbol, Vector]:
-        """Returns the vectors with unknown components."""
+        """Returns the vectors whose components are unknown."""
         found: dict[sp.Symbol, Vector] = {}
         for symbol in self.equations.unknowns:
             letter, axis = letter_and_axis(symbol)
@@ -298,7 +298,7 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """Returns the angle from A to C, without common factors of both arguments."""
+        """Returns the angle from vector A to vector C, without common factors of its arguments."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)
@@ -318,7 +318,7 @@ class _Writer:
         return PrintedRate(left, right, projected)
 
     def _in_words(self, words: str) -> str:
-        """Replaces the letters of quantities in a text by their symbols."""
+        """Replaces the letters of quantities in a text by the symbols of these quantities."""
         letters = {field for _, field, _, _ in Formatter().parse(words) if field}
         names = {letter: self._symbol(quantity(letter)) for letter in letters}
         return words.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})

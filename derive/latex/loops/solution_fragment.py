@@ -163,7 +163,7 @@ def _quotient(page: LoopPage, value: sp.Expr) -> str:
     """Formats a quotient in a sentence, on one line."""
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
-    # One decimal number reads better than a fraction of two.
+    # A single decimal number reads better than a fraction of two decimals.
     below = divisor / factor * below
     over = page.tex(above)
     if below == 1:

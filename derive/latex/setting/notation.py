@@ -22,13 +22,13 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named numbers in a number that is printed by its parts."""
+"""Maximum number of named constants in a number that is printed as their sum or product."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
 COMMAS_FROM = 10
 """Number of coordinates from which commas separate the indices of a sum."""
 LONG_RUN = 3
-"""Minimum number of consecutive indices that a range replaces."""
+"""Minimum number of consecutive indices that are printed as a range."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -272,7 +272,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number is composed of more than ``MAX_PARTS`` numbers."""
+    """Whether a number consists of more than ``MAX_PARTS`` numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()

@@ -77,7 +77,7 @@ def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
 
 
 def _varies(robot: SerialRobot) -> bool:
-    """Whether angles depend on parameters."""
+    """Whether some angles depend on parameters."""
     return any(turn.angle.free_symbols for turn in _turns(robot))
 
 

@@ -29,7 +29,7 @@ class PrintedCondition:
     """Factors that vanish together in singular configurations.
 
     Attributes:
-        factors: The factors in short symbols.
+        factors: The factors, printed in short symbols.
         words: Description of the axes in such a configuration; empty if no description fits.
     """
 
@@ -74,7 +74,7 @@ def printed_singularities(
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and not all(minor.factors for minor in minors):
-        # A constant minor never vanishes.
+        # A constant minor is never zero.
         return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
@@ -116,10 +116,10 @@ def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> Print
 
 
 def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
-    """Returns a condition with axis numbers of the complete arm.
+    """Returns a condition whose axis numbers are the numbers in the complete arm.
 
     Args:
-        condition: A condition with axis numbers among the moving axes.
+        condition: A condition whose axis numbers are the numbers among the moving axes.
         numbers: The number of each of these axes in the complete arm.
     """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)

@@ -29,7 +29,7 @@ class PrintedTerms:
     def __init__(
         self, terms: Terms, notation: Notation, known: Mapping[sp.Symbol, sp.Expr]
     ) -> None:
-        """Creates the names, at first those of the coordinates."""
+        """Creates the names, at first only the names of the coordinates."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
         self._written: dict[sp.Symbol, sp.Expr] = {}
@@ -72,7 +72,7 @@ class PrintedTerms:
         return written if width(self.tex(written)) <= WRITTEN else self._gathered(expression)
 
     def _gathered(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a sum with one constant symbol per product of moving lengths."""
+        """Returns a sum in which one constant multiplies each product of moving lengths."""
         moving = {s for s in expression.free_symbols if not self.terms.is_constant(s)}
         factors: dict[sp.Expr, list[sp.Expr]] = {}
         for addend in sp.Add.make_args(sp.expand(expression)):

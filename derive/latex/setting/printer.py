@@ -18,7 +18,7 @@ from .shorter import gathered
 SMALL = sp.Rational(1, 10**5)
 """Decimals below this magnitude are printed with a power of ten."""
 _BINARY = (2, 4, 8)
-"""Denominators for which a fraction also is a decimal with few digits."""
+"""Denominators for which a fraction also has a short decimal form."""
 _EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
@@ -71,7 +71,7 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
-        # A factor after a cosine's argument would look like part of the argument.
+        # After the argument of a cosine, a further factor would look like a part of the argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)

@@ -26,7 +26,7 @@ class ScrewDisplays:
         terms: Shared terms of the entries, each in terms of earlier ones.
         columns: One display for each screw axis.
         home: The home pose.
-        named: Entries that are too wide for the home pose or an axis, by name.
+        named: Named entries that are too wide to be printed inside the home pose or an axis.
     """
 
     terms: tuple[Equation, ...]
@@ -82,7 +82,7 @@ class _Constants:
         return named_matrix(name, rows)
 
     def _entry(self, name: str, entry: sp.Expr, room: float) -> str:
-        """Returns a fitting entry, exact or decimal; else its name."""
+        """Returns an entry that fits the available width, exact or decimal, else its name."""
         exact = self.printer.tex(entry)
         if width(exact) <= room:
             return exact

@@ -38,7 +38,7 @@ class Printed:
     """One function in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines, each in terms of earlier ones.
+        definitions: Shared terms that no earlier function defines, each expressed in earlier ones.
         entries: The function's entries in row-major order.
         names: The name of each entry; None for an entry without a name.
     """

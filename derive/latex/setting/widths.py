@@ -10,7 +10,7 @@ from string import ascii_lowercase, ascii_uppercase
 LINE = 345.0
 """Width of a line (pt)."""
 SCRIPT = 0.72
-"""Size of an index relative to its letter."""
+"""Size of an index relative to the size of its letter."""
 _LOWER = "5.3 4.3 4.4 5.6 4.7 4.9 5.0 5.8 3.4 4.1 5.3 3.0 8.8 6.0 5.0 5.6 5.3 4.6 4.7 3.9 5.7 5.3 7.2 5.7 5.3 4.7"  # noqa: E501
 _UPPER = "7.5 7.6 7.2 8.3 7.4 6.5 7.9 8.9 4.7 6.1 8.8 6.8 10.8 8.9 7.8 7.2 7.9 7.7 6.4 7.2 7.5 7.5 10.8 8.5 7.5 7.2"  # noqa: E501
 _LETTERS = {
@@ -40,7 +40,7 @@ def width(tex: str) -> float:
 
 
 class _Measure:
-    """Iterates over the tokens of one formula."""
+    """Reads one formula token by token."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position = tokens, 0
