@@ -1,7 +1,7 @@
 """Restores symmetric point arrangements that a file rounds.
 
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
-(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body are grouped if
+(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
 rotations by multiples of 15 degrees about a frame axis map them to each other. The point with the
 fewest decimal places is kept, and the other points become its exact copies. A rounded distance
 between two points of a body, such as a rod length in a parallelogram, becomes an exact root.
@@ -20,7 +20,7 @@ from ..model.tolerances import CHANCE, NOISE_GAP
 
 _STEP = math.pi / 12
 _RIGHT_ANGLE = 6
-"""Number of steps in a right angle."""
+"""Number of 15-degree steps in a right angle."""
 _AXES = (2, 0, 1)
 """Rotation axes of the copies; z first, because legs are usually arranged about z."""
 _LAST_PLACES = 1.5

@@ -61,9 +61,9 @@ def check(
 ) -> tuple[Finding, ...]:
     """Reports the errors, warnings and notes of a robot description.
 
-    In a robot file, all independent errors are found: after an error, the check continues with a
-    corrected value. It ends early if no correction is possible, for example at an unknown
-    convention. In other formats, the first error is found.
+    In a robot file, all independent errors are found, because the check continues with a corrected
+    value after each error. It ends early if no correction is possible, for example at an unknown
+    convention. In other formats, the check finds the first error only.
 
     Args:
         source: A file or a robot's name, see :func:`~chasles.derive.read`.
@@ -86,7 +86,7 @@ def check(
             if errors:
                 return errors
         with warnings.catch_warnings():
-            # The cleaning of the robot contains this warning.
+            # The robot's list of changed numbers repeats this warning, so it is suppressed.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:

@@ -3,8 +3,8 @@
 Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Noise is
 removed from lengths; rounded angles and directions become exact. Equal numbers become equal exact
 numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a body
-are also treated together (:mod:`~chasles.derive.description.arrangement`), as are the frames on a
-rotated base (:mod:`~.turned_base`).
+are also considered together (:mod:`~chasles.derive.description.arrangement`), as are the frames on
+a rotated base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -129,7 +129,7 @@ def _frame(work: ExactNumbers, closer: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """Returns the points on each body with joints, closures or struts."""
+    """Returns the points of each body at which joints, closures or struts are attached."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

@@ -74,7 +74,7 @@ class ExactNumbers:
         return _held(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """Returns a point without noise, or the matching exact point of an arrangement."""
+        """Returns a point without noise, or the exact point of an arrangement of points."""
         without = self.without_noise(vector)
         x, y, z = (
             self.noted(at, name, "length", found, taken)
@@ -104,7 +104,7 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """Returns a strut length without noise, or the matching exact point distance."""
+        """Returns a strut length without noise, or the exact distance of two points."""
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))

@@ -58,7 +58,7 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""Unconstrained joints of platforms, each as a series of one-DOF joints."""
+"""Types of the joints that serve as platforms, each as a series of one-DOF joints."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:

@@ -42,7 +42,7 @@ _PI_AS_WRITTEN = (
 )
 """Pi, then pi rounded and truncated to an increasing number of decimal places."""
 _QUARTER = 6
-"""Number of 15-degree steps in a right angle."""
+"""Number of 15-degree steps in a right angle of a rounded angle."""
 _FIRST_SINES = (
     *(0.0, (math.sqrt(6) - math.sqrt(2)) / 4, 0.5, math.sqrt(0.5)),
     *(math.sqrt(3) / 2, (math.sqrt(6) + math.sqrt(2)) / 4),

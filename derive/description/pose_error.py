@@ -90,7 +90,7 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds of translation and rotation between two link motions."""
+    """Returns bounds of the translation and rotation by which two link motions differ."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
@@ -119,7 +119,7 @@ def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the distance between the origins of two poses (metre)."""
+    """Returns the distance (metre) between the origins of two poses."""
     return mpmath.norm(one[:3, 3] - other[:3, 3])
 
 

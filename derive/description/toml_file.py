@@ -367,7 +367,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file that contains a value: this file or its heir."""
+        """Returns the file that states a value: this file or the file that extends it."""
         if self.heir is None or keys[2:] not in ((), ("value",)):
             return self
         return self.heir if keys == ("name",) or self.heir.at(keys[:2]) is not None else self
@@ -415,7 +415,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """Returns the kind of a parameter from its use in an expression."""
+    """Returns the kind of a parameter (length, angle or ratio) from its use in an expression."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -449,7 +449,7 @@ def shown_value(value: object) -> str:
     """Formats a value as in the file; long values are truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
-    except ValueError:  # Python refuses to print integers of thousands of digits.
+    except ValueError:  # Python refuses to print integers with thousands of digits.
         return "a very large integer"
     if isinstance(value, bool):
         text = text.lower()

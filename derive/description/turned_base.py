@@ -1,10 +1,10 @@
 """Restores exact angles on a rotated base; its file contains rounded angles for every base frame.
 
-If the whole robot is rotated, parallel and perpendicular axes have arbitrary rounded angles. So the
-base frames are expressed in axes rotated with one of the frames. Relative angles that are multiples
-of 15 degrees become exact. Any other number is replaced, within the rounding of angles and
-positions, by a number of a different body or by the shortest decimal. The rotation itself is kept
-as written.
+If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
+rounded numbers. So the base frames are expressed in axes rotated with one of the frames. Relative
+angles that are multiples of 15 degrees become exact. Within the rounding of angles and positions,
+any other number becomes a number of a different body or the shortest decimal. The rotation itself
+is kept as written.
 """
 
 import math
@@ -60,7 +60,7 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """Returns the axes in which the base frames have the most exact angles.
+    """Returns the axes in which the largest number of base frames have exact angles.
 
     Args:
         mechanism: A robot with the numbers of its file.

@@ -237,7 +237,7 @@ class UrdfFile:
         return lower, upper
 
     def _mimic(self, element: etree._Element) -> Mimic | None:
-        """Returns the mimic relation of a joint to a joint with its own coordinate."""
+        """Returns the mimic relation of a joint to a joint that has a coordinate of its own."""
         multiplier, offset = sp.Integer(1), sp.Integer(0)
         laws, leader = self._followed(element)
         for mimic in laws:

@@ -1,8 +1,8 @@
 """Displacement of a joint axis caused by changes of its convention parameters.
 
-A revolute axis is a line with four displacements: shifts along the line and rotations about the
-line change nothing. A prismatic axis is a direction with two tilts. A convention can represent
-every nearby axis if its parameters span these displacements.
+A revolute axis is a line with four displacements, because shifts along the line and rotations about
+it change nothing. A prismatic axis is a direction with two tilts. A convention can represent every
+nearby axis if its parameters span these displacements.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -212,7 +212,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether the last motion is a z rotation, apart from z shifts."""
+    """Whether the last motion is a rotation about z, apart from shifts along z."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

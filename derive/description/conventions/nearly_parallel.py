@@ -18,7 +18,7 @@ a, alpha, beta, theta = sp.symbols("a alpha beta theta", real=True)
 
 
 def _distal(line: AxisLine) -> Fitted | None:
-    """Assigns all four fields to the joint of the preceding link; d is not needed."""
+    """Assigns the fitted fields to the preceding link's joint; d is not needed."""
     found = tilts(line)
     return found and fitted({"theta": found.turn, **found.values})
 

@@ -69,9 +69,9 @@ class Neighbours:
         """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
 
         Rows are shifts along the common normal and its perpendicular, relative to the arm length,
-        and rotations about both. For a prismatic axis, only the rotations count. The position of a
-        preceding prismatic axis is arbitrary, so shifts perpendicular to this axis count as
-        parameters. None if the convention cannot represent the axis.
+        and rotations about both. For a prismatic axis, the rotations are the only displacements.
+        The position of a preceding prismatic axis is arbitrary, so shifts perpendicular to this
+        axis count as parameters. None if the convention cannot represent the axis.
         """
         found = self.fit(convention)
         if found is None:

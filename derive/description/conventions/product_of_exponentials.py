@@ -27,7 +27,7 @@ def _corrections(kind: JointKind) -> Placement:
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Fits any axis, with zero corrections."""
+    """Accepts every axis, with all corrections at zero."""
     return fitted({})
 
 

@@ -53,8 +53,8 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with each joint in a suitable convention.
 
     The tool pose, coordinates, limits and mimic relations do not change. Link frames follow the
-    conventions, and fixed joints are merged into the links. Multiples of 15 degrees and numbers of
-    fewer than 25 digits stay exact.
+    conventions, and fixed joints become parts of the links. Multiples of 15 degrees, and numbers of
+    fewer than 25 digits, stay exact.
 
     Args:
         robot: A serial robot with joints in any convention; named parameters are replaced by their

@@ -88,7 +88,7 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(way: Sequence[TreeJoint]) -> int:
-    """Returns the coordinate count of a chain after its last floating or planar joint."""
+    """Returns the number of coordinates of a chain after its last floating or planar joint."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
@@ -134,7 +134,7 @@ def _end_part(
 def _is_jaw(
     tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
 ) -> bool:
-    """Whether an end joint is one of several prismatic or coupled end joints."""
+    """Whether an end joint is one of several prismatic or coupled joints at the end of a hand."""
     ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
     return joint in ends and any(
         (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)
@@ -148,7 +148,7 @@ def _has_a_tool(tree: KinematicTree, joint: TreeJoint) -> bool:
 
 
 def _leader(joint: TreeJoint) -> str:
-    """Returns the name of the joint with the coordinate: the leader, or the joint itself."""
+    """Returns the leader of a mimic joint, or the name of the joint itself."""
     return joint.leader or joint.name
 
 

@@ -4,7 +4,8 @@ Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a fi
 Python function. In this module, Python only parses an expression. The evaluator below supports
 numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
 functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
-and ``str.format``. No symbol may lead to a rejected function: ``map`` calls whatever it receives.
+and ``str.format``. No accepted symbol may lead to a rejected function: ``map``, for example, calls
+any function it receives.
 """
 
 import ast
@@ -81,7 +82,7 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # The name of a function of Python is new in the module.
+            # Replacing a built-in function adds a new name to the module.
             if name in before:
                 setattr(module, name, before[name])
             else:

@@ -115,7 +115,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
     within = "" if inner == str(file) else f", included by {file}"
     hint = missing(reason, Path(inner))
     reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason[:MAX_REASON]).split()))
-    # A surrogate could not be printed.
+    # A surrogate character could not be printed.
     reason = reason.encode(errors="replace").decode()
     expected = f"xacro that can be expanded ({reason}{within}{hint})"
     return file_error(inner, int(line[1]) if line else None, "", None, expected)

@@ -28,7 +28,7 @@ MAX_CONNECTS = 2
 
 @dataclass(frozen=True)
 class _Held:
-    """A frame of an equality on a link: position (metre) and angles (radian)."""
+    """A frame that an equality connects, on its link: position (metre) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -212,7 +212,7 @@ class ModelLoops:
                 yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
 
     def _leads_by_hand(self, k: int) -> bool:
-        """Whether an equality attaches a body to a mocap body, which is not a loop."""
+        """Whether an equality attaches a body to a mocap body, so that it closes no loop."""
         ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
         bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
         return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)

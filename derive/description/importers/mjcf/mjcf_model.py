@@ -29,7 +29,7 @@ from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
-"""Attributes with text instead of numbers."""
+"""Attributes that contain text and not numbers."""
 UNNAMED = "MuJoCo Model"
 """Default model name of MuJoCo."""
 REMOVED = (
