@@ -12,7 +12,7 @@ from .tolerances import LARGE_CLEANING, NOISE
 CleanedUnit = Literal["m", "rad", "1"]
 _UPWARDS = Context(prec=2, rounding=ROUND_CEILING)
 _PLACES = 6
-"""Number of leading zeros beyond which small numbers are written with an exponent."""
+"""Number of leading zeros above which small numbers are written with an exponent."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def places(numbers: Iterable[CleanedNumber]) -> str:
 
 
 def rounded_up(bound: float) -> str:
-    """Rounds a bound up to two digits."""
+    """Rounds a bound to two digits, upwards."""
     return f"{float(_UPWARDS.create_decimal(repr(bound))):.2g}"
 
 

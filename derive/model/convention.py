@@ -112,10 +112,10 @@ class Convention:
         words: The convention's name in a sentence of the article. Without a ``transform``, a phrase
             for the fields, to which "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
-            without the joint's motion; empty if there is no such product.
+            without the joint's motion; empty if no such product exists.
         turning: Field to which a revolute joint adds its variable; empty if there is none.
         sliding: Field to which a prismatic joint adds its variable; empty if there is none.
-        second_part: First field in the second of two tables, if a single table is too wide.
+        second_part: First field of the second table, if a single table is too wide.
         numbers: Function that returns, for a joint's kind, the product of elementary motions in the
             values that a calibration corrects; None selects the link transform.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The
@@ -253,7 +253,7 @@ def _placed(
 
 
 def _filled(motions: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    """Substitutes values into elementary motions; motions that become zero are omitted."""
+    """Substitutes values into elementary motions, and omits motions that become zero."""
     filled: Placement = ()
     for motion in motions:
         if isinstance(motion, Rotation):

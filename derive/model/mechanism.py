@@ -2,8 +2,8 @@
 
 Each body has the name of the joint that carries it; the base is also a body. The joints form a
 tree. Every closure and every strut connects two bodies and thus closes a loop. The main chain is
-the path of joints from the base to the tool body. The main chain is a serial robot whose
-coordinates the loops determine.
+the path of joints from the base to the body that carries the tool. The main chain is a serial robot
+whose coordinates the loops determine.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -87,7 +87,8 @@ class Strut:
         ends: Whether the ends are pins or balls.
         swing: Name of the strut's passive angle, measured on the body at the first end.
         limits: Lowest and highest value of a cylinder's coordinate (metre).
-        assumed: Fields that the source of the description does not state: ``length`` or ``limits``.
+        assumed: Fields whose values the source of the description does not state: ``length`` or
+            ``limits``.
     """
 
     name: str
@@ -185,9 +186,10 @@ class Mechanism:
         base_frame: Name of the base frame, and of the base body.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        reference: Coordinate and joint values of the configuration that selects the branch. For a
-            cylinder, and for a joint whose limits exclude zero, the default is the middle of the
-            limits. For all other joints it is zero. Values of passive joints may be approximate.
+        reference: Coordinate and joint values of the configuration that selects the branch of each
+            loop. For a cylinder, and for a joint whose limits exclude zero, the default is the
+            middle of the limits. For all other joints it is zero. Values of passive joints may be
+            approximate.
         notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
@@ -342,7 +344,7 @@ class Mechanism:
 
     @property
     def swings(self) -> tuple[str, ...]:
-        """Names of the swing angles of all struts that have one."""
+        """Names of the swing angles of all struts that have a swing angle."""
         return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
@@ -433,7 +435,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
-    """Returns a member's kind and bodies, but no dimensions."""
+    """Returns a member's kind and its bodies, without dimensions."""
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):

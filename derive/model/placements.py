@@ -107,7 +107,7 @@ def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _is_short(axis: Vector) -> bool:
-    """Whether a rational direction is proportional to small integers."""
+    """Whether the components of a rational direction are proportional to small integers."""
     x, y, z = axis
     whole = [component * sp.ilcm(x.q, y.q, z.q) for component in axis]
     return bool(max(map(abs, whole)) <= SHORT_PROPORTION * sp.igcd(*whole))

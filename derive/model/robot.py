@@ -187,7 +187,7 @@ class Transmission:
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
-        DescriptionError: The waves are so large that q may not be monotonic as a function of r.
+        DescriptionError: The amplitudes of the waves are so large that q may not increase with r.
     """
 
     coordinate: str

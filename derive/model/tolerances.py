@@ -355,7 +355,7 @@ MIN_T = sp.Rational(1, 10**8)
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
 """Sine of the angle between rows that are linearly dependent up to rounding."""
 FARTHEST_POINT = sp.Integer(10) ** 6
-"""Bound of the point X of subproblem 6; beyond sqrt(2) there is no solution."""
+"""Upper bound for the point X of subproblem 6; no solution exists beyond sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
@@ -370,7 +370,7 @@ SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 Squared lengths determine an angle up to 1e-8.
 """
 PARABOLA_STEP = sp.Rational(1, 10**5)
-"""Maximum step (radian) on the second-order parabola, a hundred times that distance."""
+"""Maximum step (radian) on the second-order parabola, a hundred times the start distance."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
 """Error (radian, or relative to the arm's length) below which all conditions are solved together.
 
@@ -386,7 +386,7 @@ SINGLE_SOLUTION = 1e-12
 """Ratio of the second smallest to the largest singular value, below which the second smallest
 counts as 0.
 
-The six equations then do not determine a unique solution.
+The six equations do not determine a unique solution in this case.
 """
 POOR_SEPARATION = 1e-5
 """Separation of splits (:attr:`.Choice.separation`) below which different joints are fixed. The
@@ -395,7 +395,7 @@ for an arm with a prismatic joint along two axes."""
 ASKED_SEPARATION = 5e-3
 """Separation of splits (:attr:`.Choice.separation`) from which the general solver is practical.
 
-For an arm that nearly has a closed-form structure, the solver may then run at every pose. The
+The general solver may then run at every pose of an arm that nearly has a closed-form structure. The
 separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa it is at most 2e-3, and
 the solver takes five times as long.
 """
@@ -403,10 +403,10 @@ ASKED_MOVE = 0.05
 """Median joint change (radian) between nominal and true solutions above which the general solver is
 needed.
 
-Above this value, the solver runs at every pose if the separation is large enough. Near a wrist
-singularity, such an arm has solutions that are on no nominal branch. With a wrist offset of 13 mm
-(median 0.06), 1 of 9 right-angled configurations was missed. The median is 0.02 for an IRB 120 with
-errors of 3.6 mm and mrad, and smaller for all tested arms with up to 3 mm and mrad.
+Above this joint change, the general solver runs at every pose if it separates the solutions well.
+Near a wrist singularity, such an arm has solutions that are on no nominal branch. With a wrist
+offset of 13 mm (median 0.06), 1 of 9 right-angled configurations was missed. The median is 0.02 for
+an IRB 120 with errors of 3.6 mm and mrad, and smaller for all tested arms with up to 3 mm and mrad.
 """
 SEPARATE = 1e-2
 """Joint difference (radian) above which the roots distinguish two solutions.
