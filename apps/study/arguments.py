@@ -75,7 +75,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def poses(name: str, T: ArrayLike) -> FloatArray:
-    """Return rigid poses (..., 4, 4); nearly rigid poses are projected.
+    """Return rigid poses (..., 4, 4) after projecting nearly rigid poses to rigid poses.
 
     Raises:
         ShapeError: The last dimensions are not (4, 4).
@@ -106,7 +106,7 @@ def key_of(name: str, rng: Rng) -> int:
 
     Args:
         name: Name of the function, for error messages.
-        rng: The int itself, a generator from which the int is drawn, or None for fresh entropy.
+        rng: The int itself, a generator that supplies the int, or None for fresh entropy.
 
     Raises:
         InputTypeError: rng has an unsupported type.

@@ -57,7 +57,7 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a coordinate from a start, or the negative coordinate for sign -1."""
+    """Minimize a coordinate of the tool from a start; for sign -1, maximize it."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 

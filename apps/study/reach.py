@@ -319,7 +319,7 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # Codes of limits are larger than the code "out of reach".
+            # The codes of limits are larger than the code for poses that are out of reach.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
@@ -338,13 +338,13 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """Return the range of a coordinate [rad or m]; inf if no value can exceed a limit."""
+    """Return the width of a coordinate's range [rad or m]; inf if no value can exceed a limit."""
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 
 
 def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
-    """Return the distances of values from the range of a coordinate, modulo full turns."""
+    """Return the distances of joint values from the range of a coordinate, modulo full turns."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0))

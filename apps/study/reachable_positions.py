@@ -180,7 +180,7 @@ def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """Return the cells that differ from any of their 26 neighbors."""
+    """Return the cells whose result differs from the result of any of their 26 neighbors."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -136,7 +136,7 @@ def write_table(
 
 
 def _packed(value: Any, name: str, arrays: Arrays) -> Any:
-    """Return a value as JSON, and add its arrays to `arrays`, keyed by the name of the value."""
+    """Return a value as JSON, and store its arrays in `arrays`, keyed by the name of the value."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
         return {"array": name}

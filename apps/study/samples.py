@@ -34,7 +34,7 @@ BLOCK = 1 << 12
 _BITS = 52
 """Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0
-"""Seed word of the net, which makes its random digits independent of the pieces."""
+"""Seed of the net that makes its random digits independent of the pieces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Samples:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces; the last may have fewer points."""
+        """Number of pieces; the last piece may have fewer points."""
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:

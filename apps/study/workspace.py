@@ -236,7 +236,7 @@ def _sector(z: FloatArray) -> NDArray[np.uint64]:
     """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors; NaN gets sector 0.
+        z: (m, 3) unit vectors of the tool's z axis; NaN gets sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2

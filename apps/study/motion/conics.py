@@ -62,7 +62,7 @@ class ConicArc:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Return the poses at arc lengths (m,)."""
+        """Return the poses (m, 4, 4) on the arc at arc lengths (m,)."""
         p, by_t, by_tt = _point(self.controls, self._parameter(s))
         speed = np.linalg.norm(by_t, axis=1, keepdims=True)
         ahead = by_t / speed
@@ -147,7 +147,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     if square <= 0:  # the ends are on different branches of a hyperbola
         raise InputValueError(_NO_ARC)
     controls = np.array([start, np.sqrt(square) * pole, end])
-    # A point is k ((1 - t)^2, 2 t (1 - t), t^2) in the basis of the control points.
+    # In the basis of the control points, a point of the arc is k ((1 - t)^2, 2 t (1 - t), t^2).
     before, twice_between, _ = np.linalg.solve(controls.T, points.T)
     if twice_between[1] * before[1] < 0:
         controls[1] *= -1

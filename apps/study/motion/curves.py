@@ -51,7 +51,7 @@ class PoseCurve(Protocol):
     length: float
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses at lengths (m,)."""
+        """Poses of the tool at lengths (m,) on the curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class JointLine:
         q_start: (n,) values at s = 0.
         q_end: (n,) values at s = length.
         space: "coordinates": the actuated coordinates q; "chain": the joints of the main chain.
-        length: The range of s, 1 unless stated.
+        length: The range of s, by default 1.
     """
 
     q_start: FloatArray
@@ -209,7 +209,7 @@ class _Turning:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return rotations (m, 3, 3), and the angular velocity per unit of s (3,) in base axes."""
+        """Return rotations (m, 3, 3), and the angular velocity (3,) per unit of s, in base axes."""
         rate = self.turn / self.length if self.length else np.zeros(3)
         return self.R_0 @ so3.exp(s[:, None] * rate), self.R_0 @ rate
 
@@ -226,7 +226,7 @@ class Line:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses at lengths (m,)."""
+        """Poses of the tool at lengths (m,) on the curve."""
         R, turn = self.turning.at(s)
         along = self.step / self.length if self.length else np.zeros(3)
         V = np.broadcast_to(np.r_[along, turn], (len(s), 6))
@@ -246,7 +246,7 @@ class Arc:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses at lengths (m,)."""
+        """Poses of the tool at lengths (m,) on the curve."""
         angle = s / self.radius
         R, turn = self.turning.at(s)
         u, v = self.axes
@@ -340,7 +340,7 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
 
 
 def _way(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the displacement between positions [m]; 0 if it is a rounding error."""
+    """Return the displacement between two positions [m]; a rounding error counts as 0."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
@@ -364,7 +364,7 @@ class Spline:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> CurvePoses:
-        """Poses at lengths (m,)."""
+        """Poses of the tool at lengths (m,) on the curve."""
         p, v, a = (self.positions(s, order) for order in range(3))
         R = self.rotations(s).as_matrix()
         # SciPy returns the angular velocity in body axes. The derivative in base axes needs no

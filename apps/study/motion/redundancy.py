@@ -111,7 +111,7 @@ def _solved(
         theta[:, moving] += _pinv(J[..., moving], error)
         if met:
             return theta
-        # A final step squares the residual.
+        # After convergence, a final Newton step squares the residual.
         met = bool((np.abs(error) < ON_CURVE * robot.unit_length).all())
         if not np.isfinite(theta).all():
             break
@@ -182,7 +182,7 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the node weights (3, 5) of the value, the first and the second derivative."""
+    """Return the weights (3, 5) of the nodes for the value and both derivatives."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

@@ -6,8 +6,8 @@ The equations contain the directions x and z of the tool's first and third axes,
 (v, omega) and the derivative (a, alpha) of the twist:
 
     pitch: sin P = z_z,      P' cos P = (omega x z)_z,    P'' cos P - P'^2 sin P = z''_z
-    angle: A = atan2(x_y, x_x), A' = omega_z, A'' = alpha_z   (the tool's plane stays the base's)
-    z'' = alpha x z + omega x (omega x z)
+    angle: A = atan2(x_y, x_x), A' = omega_z, A'' = alpha_z (for a tool that stays in the base's x-y
+        plane) z'' = alpha x z + omega x (omega x z)
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def parameter_rates(
 def _along(
     angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first and second derivatives (m,) of an angle along rates (m, n), by differences."""
+    """Return first and second derivatives (m,) of an angle along rates (m, n), from differences."""
     size = np.linalg.norm(rate, axis=1)
     step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
     moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]

@@ -44,11 +44,11 @@ _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length; rounding errors of rates over smaller
 distances would look like accelerations."""
 _LOCAL = 1.01
-"""Maximum stretching factor that is applied without refining the grid."""
+"""Maximum stretching factor that is applied without a finer grid."""
 _HIDDEN = 1.0
 """Maximum height of a peak between two samples, relative to the difference of the samples."""
 _BEFORE = 1e-9
-"""Distance of a sample before a node, relative to the time between nodes."""
+"""Distance of the last sample before a node, relative to the time between nodes."""
 _NONE = 1e9
 """Acceleration limit for the path length of the tool, too large to be reached."""
 _MARGIN = 1e-5

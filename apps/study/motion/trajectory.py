@@ -159,7 +159,7 @@ class Trajectory(StudyResult):
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Concatenate trajectories; `stage` of the result is the index of the trajectory.
 
-    Where two trajectories meet, the last sample of the first is dropped.
+    The first sample of a trajectory replaces the last sample of the preceding trajectory.
 
     Raises:
         InputValueError: There is no trajectory, or the trajectories belong to different robots.

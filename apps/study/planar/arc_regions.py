@@ -219,7 +219,7 @@ def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float
 def _angles(
     region: ArcRegion, center: FloatArray, radii: FloatArray
 ) -> list[list[tuple[float, float]]]:
-    """Return the angle intervals in which each of several concentric circles lies in a region."""
+    """Return the angle intervals in which circles about one center lie in a region."""
     centers, own, starts, widths = region._rows
     angles, on_arcs = _crossings(center, radii[:, None], centers, own)
     with np.errstate(invalid="ignore"):
@@ -240,7 +240,7 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the angles (2, ..., k) of the intersections of a circle with k circles, on both.
+    """Return the intersections of a circle with k circles, as angles (2, ..., k) on both.
 
     NaN without an intersection. Tangent circles do not count, since rounding would decide whether
     they cross.
@@ -275,7 +275,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Return the angles over one turn at which other circles cross a circle or arcs end on it.
+    """Return the angles of one turn at which other circles cross a circle, or arcs end on it.
 
     Rounding decides whether tangent arcs cross, but one of the arcs ends at the tangent point.
     """

@@ -32,7 +32,7 @@ class MovingAxes:
         points: (m, 3) the point of each axis nearest to the base origin [m].
         turns: (m,) whether a joint is revolute; the other joints are prismatic.
         limits: (m, 2) limits of each joint relative to the configuration [rad or m].
-        place: (3,) the point [m].
+        place: (3,) position of the point [m].
     """
 
     names: tuple[str, ...]

@@ -108,7 +108,8 @@ class ExactWorkspace(StudyResult):
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
-        # At each angle of the first joint, x and y are linear in u: extremes are at extreme u.
+        # At each angle of the first joint, x and y are linear in u, so their extremes are at
+        # extreme u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
         ends = []
         for u in (u_0, u_1):

@@ -260,7 +260,7 @@ def _of_distance(
 
 
 def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """Return the center, from the two leading orders of a polynomial in x and y.
+    """Return the center of a leg's annulus, from the two leading orders of a polynomial in x and y.
 
     a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
     """

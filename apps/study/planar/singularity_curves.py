@@ -20,7 +20,7 @@ from .zero_curves import zero_curves
 FloatArray = NDArray[np.float64]
 
 _PAD = 0.05
-"""Margin around the region that all legs reach, relative to its size."""
+"""Margin around the region that all legs reach, relative to the size of the region."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ class _Leg:
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
-        """Return the circles that contain the border of the points in `always`."""
+        """Return the circles that contain the border of the points reached at every angle."""
         ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (
@@ -202,7 +202,7 @@ def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
 def _judged(
     legs: list[_Leg], middles: FloatArray, side: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return masks of the squares inside the region, and of the undecided squares."""
+    """Return masks of the squares inside the region and of the undecided squares."""
     half = side / math.sqrt(2)
     whole = _at_some_angle(legs, middles, -half)
     return whole, ~whole & _at_some_angle(legs, middles, half)

@@ -61,7 +61,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Test whether values have different signs; False for NaN."""
+    """Test whether two values have different signs; False for NaN."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # Open curves first, from one of their ends.
+    # The lines start with open curves, at one end of each.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         way = [start]
         while neighbors[way[-1]]:

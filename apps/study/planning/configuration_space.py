@@ -86,14 +86,14 @@ class ConfigurationSpace:
         return self.hulls.parts
 
     def is_free(self, q: FloatArray) -> BoolArray:
-        """Return whether nothing touches at configurations (m, n)."""
+        """Return whether configurations (m, n) are free of contacts."""
         z = self.hulls.configuration(q)
         found: BoolArray = np.asarray(np.isfinite(z).all(-1))
         found[found] = [(apart > 0).all() for apart in self._distances_at(z[found])]
         return np.asarray(found)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether nothing touches on the straight segment between two points (n,)."""
+        """Return whether the straight segment between two points (n,) is free of contacts."""
         least = _RESOLUTION * float(np.max(self.upper - self.lower))
         segments = [(a, b)]
         while segments:

@@ -141,7 +141,7 @@ class Hulls:
         steps = np.abs(joints.ratios) * w[joints.coordinates]
         turned = steps * joints.turns
         ways = self._carried * (turned[:, None] * levers + (steps * joints.slides)[:, None])
-        # Row j: the motion caused by the joints from j on; the last row is 0.
+        # Row j contains the motion caused by joint j and the joints after it; the last row is 0.
         beyond = np.zeros((len(steps) + 1, len(points)))
         beyond[:-1] = np.cumsum(ways[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
@@ -196,7 +196,7 @@ class Hulls:
 
     @cached_property
     def _placements(self) -> FloatArray:
-        """(hulls, 4, 4) poses of capsules and spheres on their bodies; identity for plates."""
+        """(hulls, 4, 4) poses of capsules and spheres on their bodies; the identity for plates."""
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
             if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line

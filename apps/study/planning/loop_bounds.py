@@ -310,12 +310,12 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """Return the orders m of e^(i m angle) in coefficient order, or the powers."""
+    """Return the orders m of e^(i m angle), or the powers, in the order of the coefficients."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 
 def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> FloatArray:
-    """Evaluate a polynomial (m,) at joints (m, k), in units of half a turn or of a length."""
+    """Evaluate a polynomial (m,) at joint values (m, k), in units of half a turn or of a length."""
     letters = string.ascii_lowercase[: C.ndim]
     bases = [
         np.exp(1j * np.pi * x[:, None] * _orders(True)) if turn else x[:, None] ** _orders(False)

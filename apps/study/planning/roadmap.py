@@ -114,7 +114,7 @@ class Roadmap:
                 return plan_along(points[path], checked)
 
     def _graph(self, points: FloatArray) -> Any:
-        """Return the unchecked roadmap graph with start and goal as the last two points."""
+        """Return the roadmap graph without edge checks; start and goal are its last two points."""
         with requires("chasles[study]"):
             import networkx as nx  # noqa: PLC0415
             from scipy.spatial import cKDTree  # noqa: PLC0415
