@@ -1,4 +1,4 @@
-"""Outcome of an identification on simulated measurements: clean, warnings or an error."""
+"""The outcome of an identification on simulated measurements: no message, warnings or an error."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,8 @@ class Verdict:
         accusations: The error, or warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
         is_too_few: Whether there are fewer values than variables.
-        unexplained: Facts unexpected for a correct robot: outlier rows, or more noise than stated.
+        unexplained: Findings that a correct robot should not cause: outlier rows, or more noise
+            than stated.
     """
 
     accusations: tuple[str, ...]

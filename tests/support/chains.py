@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """The numbers of one joint, used in both the compiler model and the Pinocchio model."""
+    """The numbers of one joint, from which the compiler and Pinocchio build their models."""
 
     kind: str
     xyz: tuple

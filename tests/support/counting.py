@@ -10,8 +10,8 @@ Result = TypeVar("Result")
 def calls_of(work: Callable[[], object]) -> int:
     """Returns the number of Python and C function calls made by ``work``.
 
-    Tests bound this count instead of the run time, because it does not depend on the processor or
-    on other processes. Exceptions of the call propagate.
+    Tests bound the number of calls instead of the run time, because it does not depend on the
+    processor or on other processes. Exceptions of the call propagate.
     """
     count = 0
 

@@ -33,7 +33,7 @@ SAMPLE = (
 """Shipped robots of every kind. Together they have all functions that any shipped robot has."""
 
 FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
-"""Robots of the main kinds; tests of all derived functions derive these, in a second each."""
+"""Robots of the main kinds; tests of all functions derive these robots, in a second each."""
 
 
 def description(name: str) -> Path:
@@ -75,7 +75,7 @@ def kernels(name: str) -> dict:
 
 
 def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
-    """Returns the flat outputs of a CasADi kernel, for all branches if it has branches."""
+    """Returns the flat outputs of a CasADi kernel on all of its branches."""
     if not function.signs:
         return [np.array(output).ravel() for output in kernel(*arguments)]
     found = [kernel(*arguments, signs) for signs in patterns(function)]

@@ -45,7 +45,7 @@ _INSTALLED: list[bool] = []
 @contextmanager
 def _watching(folder: Path, step: int | None) -> Iterator[list[str]]:
     if not _INSTALLED:
-        # Audit hooks cannot be removed, so one hook stays installed.
+        # Audit hooks cannot be removed, so a single hook stays installed.
         sys.addaudithook(_WATCH)
         _INSTALLED.append(True)
     _WATCH.folder, _WATCH.step, _WATCH.seen = str(folder.resolve()), step, []

@@ -212,7 +212,7 @@ def angles(text):
 
 
 class Known(dict):
-    """Symbol values; cosines and sines are evaluated on demand from their angle.
+    """Symbol values; cosines and sines are computed from their angle when they are first used.
 
     Attributes:
         angles: LaTeX of the angle and function, keyed by short symbol.

@@ -5,7 +5,7 @@ import numpy as np
 from chasles import Robot
 
 CLOSURE = 1e-12
-"""Tolerance of J qd - V relative to |V|: rounding error, scaled by the condition number of J."""
+"""Tolerance of J qd - V relative to |V|: the rounding error times the condition number of J."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
 """Minimum and maximum crank angles between which planar_3rrr is never singular, with couplers of
 130 mm and 170 mm."""
@@ -60,7 +60,7 @@ def twists(count, seed=1):
 
 
 def pure(robot, q, length=None):
-    """Returns the dimensionless Jacobian, and the row and coordinate scales."""
+    """Returns the dimensionless Jacobian, and the scales of its rows and coordinates."""
     length = robot.characteristic_length if length is None else length
     unit = np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, length)
     row = np.repeat([1 / length, 1.0], 3)

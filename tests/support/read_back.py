@@ -21,7 +21,7 @@ def without_formula(found, texts=None):
 
     Args:
         found: The derivation.
-        texts: The article fragments, if already generated.
+        texts: The article fragments, if they already exist.
     """
     inverse = found.inverse
     if inverse.general is not None:
@@ -40,7 +40,7 @@ def read_back(found, poses=POSES, texts=None):
     Args:
         found: The derivation.
         poses: Number of poses.
-        texts: The article fragments, if already generated.
+        texts: The article fragments, if they already exist.
     """
     inverse, robot = found.inverse.solved["ik"], found.robot
     printed = PrintedInverse(texts or fragments(found))

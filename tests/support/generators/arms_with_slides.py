@@ -7,7 +7,7 @@ from chasles.derive import SerialRobot, read_text
 
 DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
-"""Directions normal to y."""
+"""Directions normal to the y axis."""
 IN_PLANE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
 """Directions normal to the parallel axes, which are along y."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'

@@ -96,7 +96,7 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
 
 
 def _longer(off: dict[int, sp.Rational]) -> Value:
-    """Adds errors to lengths; a key is the index of a length in the sequence of all lengths."""
+    """Adds errors to lengths; each key is the index of a length among all lengths."""
     met = iter(range(10_000))
     return lambda value: value + off.get(next(met), 0)
 

@@ -187,7 +187,7 @@ class Derived(Case):
 
     @property
     def still(self) -> tuple[int, ...]:
-        """Joints that the inverse sets to 0."""
+        """Joints that the inverse keeps at 0."""
         q = self.inverses.functions[self.function].outputs[0]
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 

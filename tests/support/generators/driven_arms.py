@@ -31,12 +31,12 @@ ERROR = 5e-4
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
 """Tool offset from the axis of the last joint, so that this joint moves the tool."""
 CLEAR = 0.02
-"""Distance from dead points (radian, or relative to the size) that such errors may cause."""
+"""Distance from dead points (radian, or relative to the size) that length errors may bridge."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
 """Scale of the lengths. Arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Adds the drive of a body at its pin on another body."""
+"""Function that adds the drive of a body at its pin on another body."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:

@@ -100,7 +100,7 @@ class FieldCase(Case):
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
-        """Whether the value of an inverse input follows from a configuration."""
+        """Whether a configuration determines the value of an inverse input."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
 

@@ -26,7 +26,7 @@ MAX_TURNED, MAX_INSERTED = 3, 3
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint of a chain, with its numbers as written in the URDF file."""
+    """A joint of a chain, with the numbers written in the URDF file."""
 
     name: str
     kind: str
@@ -184,7 +184,7 @@ def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Replaces joint names by names that are invalid in C."""
+    """Replaces joint names by names that are not valid in C."""
     joints = enumerate(mutant.joints)
     names = [dice.choice(ODD_NAMES).format(f"j{k}") for k, _ in joints]
     pairs = zip(mutant.joints, names, strict=True)

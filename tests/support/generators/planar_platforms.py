@@ -65,8 +65,8 @@ class DrawnLeg:
         kinds: Joint types (R or P) from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
-        front: Frames from the base: the frame before each joint, up to the closure.
-        back: Frames from the platform: the frame before each joint, back to the closure.
+        front: Frames from the base: the frame before each joint, up to the closure joint.
+        back: Frames from the platform: the frame before each joint, back to the closure joint.
         values: Values of the joints near the reference (radian or metre).
     """
 

@@ -75,7 +75,7 @@ class Case:
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """Names of the inverse inputs besides the target."""
+        """Names of the inverse inputs in addition to the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
@@ -93,7 +93,7 @@ class Case:
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Returns the further inputs for which q (..., n) is among the solutions."""
+        """Returns the further inputs of the inverse for which q (..., n) is a solution."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -105,7 +105,7 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """Returns the index of a coordinate from its name or a symbol such as q7.
+        """Returns the index of a coordinate, given its name or a symbol such as q7.
 
         None for a main-chain joint that is moved by loops.
         """

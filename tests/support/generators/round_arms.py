@@ -3,7 +3,7 @@
 from tests.support.generators.drawn_arms import Value, drawn
 
 OBLIQUE = 0.5
-"""Fraction of angles that are not right angles. Oblique angles have the longest constants."""
+"""Fraction of angles that are not right angles. Oblique angles lead to the longest constants."""
 
 
 def round_arm(seed: int) -> str:

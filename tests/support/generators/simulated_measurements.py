@@ -49,7 +49,7 @@ class Simulated:
         measurements: The measurements.
         vary: Identified parameters.
         parameter_std: Standard deviations of the parameters, or None.
-        noise: Factor of the device's noise: 0 or 1.
+        noise: Factor that scales the device's noise: 0 or 1.
         p: The true geometry.
     """
 
@@ -134,7 +134,7 @@ def _link(robot, rng: np.random.Generator) -> int:
     nominal = np.array([item.value for item in robot.geometry])
     q = q[np.isfinite(robot.fk_p(q, nominal)).all((-1, -2))]
     J = robot.identification_jacobian(q, nominal)[:, :3]
-    # The errors of other parameters are combinations of base and tool errors.
+    # All other parameter errors are combinations of base and tool errors.
     own = np.array([item.part in ("base", "tool", "offset") for item in robot.geometry])
     taken = np.linalg.qr(J[..., own].reshape(-1, own.sum()))[0]
     left = J.reshape(-1, J.shape[-1])

@@ -1,6 +1,6 @@
 """Random arms with a specified axis structure, and their inverses in CasADi.
 
-A text lists the axes and the relations between them, from base to last axis:
+A text describes the axes and the relations between adjacent axes, from the base to the last axis:
 
     R  a revolute joint          r  revolute, meets both adjacent axes in one point
     P  a prismatic joint         p  prismatic, without a rotation behind it
@@ -112,7 +112,7 @@ class Found:
 
     @property
     def valid(self) -> np.ndarray:
-        """Whether each slot is a solution, (m, k)."""
+        """Whether each slot contains a solution, (m, k)."""
         return self.residual <= VALID
 
 

@@ -30,7 +30,7 @@ def _exact(degrees):
 
 
 def _inverse(terms, theta, cs, crank, direction, pin, rod):
-    """Returns mean crank direction, offset to both solutions, and margin of a leg."""
+    """Returns the mean crank direction, the offset to both solutions, and the margin of a leg."""
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))
     dx = terms.let(x + c * pin[0] - s * pin[1] - base * direction[0])

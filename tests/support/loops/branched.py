@@ -24,7 +24,7 @@ D1, A2, A3, D4, D5, D6 = (
 
 
 def pose(name="T"):
-    """Returns the argument T, (4, 4)."""
+    """Returns the argument T, a pose (4, 4)."""
     entries = tuple(sp.Symbol(f"{name}_{k}", real=True) for k in range(16))
     return Argument(name, entries, (4, 4), "1, m", "pose of the tip in the base")
 
@@ -45,7 +45,7 @@ def arm(name="ik"):
     let, T = terms.let, pose()
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
     shoulder, wrist, elbow = signs = sp.symbols("shoulder wrist elbow", real=True)
-    # Angle 1: the wrist center is D4 away from the arm plane.
+    # Angle 1 places the wrist center at the distance D4 from the arm plane.
     x, y = (let(p[i] - D6 * a[i]) for i in range(2))
     reach = let(x**2 + y**2)
     open_1 = let(reach - D4**2)
@@ -53,12 +53,12 @@ def arm(name="ik"):
     size_1 = let(sp.sqrt(let(D4**2 + side**2) * reach))
     s1, c1 = let(guarded(D4 * x + side * y, size_1)), let(guarded(side * x - D4 * y, size_1))
     n, o, a = ([let(c1 * v[0] + s1 * v[1]), v[2], let(s1 * v[0] - c1 * v[1])] for v in (n, o, a))
-    # Angles 5 and 6: from the components of the tip axes along the parallel axes.
+    # Angles 5 and 6 follow from the components of the tip axes along the parallel axes.
     size_5 = let(sp.sqrt(n[2] ** 2 + o[2] ** 2))
     s5, c5 = let(wrist * size_5), a[2]
     c6 = let(wrist * sp.Piecewise((n[2] / size_5, size_5 > sp.Rational(1, 10**9)), (1, True)))
     s6 = let(-wrist * guarded(o[2], size_5))
-    # The three parallel axes follow from a direction and a triangle.
+    # The angles about the three parallel axes follow from a direction and a triangle.
     s234 = let(-(s6 * n[0] + c6 * o[0]))
     c234 = let(s6 * n[1] + c6 * o[1])
     w = [
@@ -78,7 +78,7 @@ def arm(name="ik"):
     c4, s4 = let(c234 * c23 + s234 * s23), let(s234 * c23 - c234 * s23)
     angles = [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6)]
     q = tuple(sp.atan2(s, c, evaluate=False) for s, c in angles)
-    # Forward kinematics of the solution.
+    # Forward kinematics at the solution.
     end = [
         let(A2 * c2 + A3 * c23 + D5 * s234 + D6 * a[0]),
         let(D1 + A2 * s2 + A3 * s23 - D5 * c234 + D6 * a[1]),

@@ -5,8 +5,8 @@ import numpy as np
 from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
-# Loops are closed up to rounding error. The closed values must be within NEAR of the stated
-# reference (radian or metre).
+# Loops are closed up to rounding error. The closed joint values must be within NEAR (radian or
+# metre) of the stated reference.
 CLOSED = 1e-12
 NEAR = 0.15
 # Minimum singular value of well-conditioned loop equations.
@@ -62,7 +62,7 @@ class Model:
         }
         moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
         self.unknown = [name for name in moving if name not in self.moves]
-        # The reference may state a motor or the joint that it moves.
+        # The reference may state the value of a motor or of the joint that the motor moves.
         stated = dict(mechanism.reference)
         self.q = np.array(
             [
@@ -126,7 +126,7 @@ class Model:
         raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
 
     def held(self, q, u):
-        """Returns the smallest singular value of the loop Jacobian, which is 0 at a dead point."""
+        """Returns the smallest singular value of the loop Jacobian; it is 0 at a dead point."""
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):

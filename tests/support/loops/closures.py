@@ -21,8 +21,8 @@ ROUNDING = 1e-13
 class Model:
     """A numeric mechanism.
 
-    A configuration z (N, n_z) contains all moving joints in the order of the description. For each
-    strut, the coordinate of a cylinder and the swing angle of a strut on pins follow.
+    A configuration z (N, n_z) starts with all moving joints in the order of the description. Then
+    follow the struts: the coordinate of a cylinder, and the swing angle of a strut on pins.
     """
 
     def __init__(self, mechanism):
@@ -152,7 +152,8 @@ class Model:
         """Returns the zero direction and the 90-degree direction of a swing angle.
 
         The zero direction is the first axis of the start body (x, y or z) that lies in the plane.
-        The 90-degree direction is to its left about the first axis of the loop.
+        The 90-degree direction is to the left of the zero direction, about the first axis of the
+        loop.
         """
         if strut.ends == "ball":
             return None

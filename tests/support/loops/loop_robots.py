@@ -52,7 +52,7 @@ def random_rates(name, n, seed=1):
 
 
 def held(name, z):
-    """Whether configurations are far from dead points."""
+    """Whether configurations keep a distance from dead points."""
     m = model(name)
     if not m.mechanism.closers:
         return np.ones(len(z), dtype=bool)

@@ -22,7 +22,7 @@ def errors(q, modes, rod):
 def residuals(q, phi, rod):
     """Returns the residual of rod 3 at both intersections of circles 1 and 2, and their height^2.
 
-    Purely geometric: the platform origin lies on three circles.
+    The computation is purely geometric: the platform origin lies on three circles.
     """
     pose = np.stack([0 * phi, 0 * phi, phi], -1)
     centre = planar.ends(q)[:, None] - planar.pins(pose)

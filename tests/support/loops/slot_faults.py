@@ -13,7 +13,7 @@ SAME_POSE, SAME = 1e-7, 1e-6
 CLEAR = 1e-3
 """Minimum margin at which slots must recover a configuration.
 
-Closer to a dead point, accuracy is lost.
+Closer to a dead point, the configuration is inaccurate.
 """
 
 

@@ -65,7 +65,7 @@ class LeastGaps:
 def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
     """Returns the closure errors: metre, and rotation entries times the size.
 
-    A strut only keeps its length, because its pins need not be parallel.
+    The closure error of a strut contains only its length, because its pins need not be parallel.
     """
     size = float(f"{numbers.size:.3g}")
     found = []

@@ -211,7 +211,7 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """Returns the loops with equations, without cylinders of unknown length."""
+        """Returns the loops that have equations, that is, without cylinders of unknown length."""
         return [
             loop
             for loop in self.loops
@@ -273,7 +273,7 @@ class Multistart:
         rows: np.ndarray,
         x: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Runs Newton's method from x (n, unknown); lengths are relative to the size."""
+        """Runs Newton's method from x (n, unknown), with lengths relative to the mechanism size."""
         error = np.full(len(x), np.inf)
         left = np.arange(len(x))
         eye = np.eye(len(unknown))
@@ -315,7 +315,7 @@ class Multistart:
     def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Returns closure errors (n,) relative to the size, at values (n,) of all joints.
 
-        Infinite for nonpositive cylinder lengths.
+        The error is infinite if a cylinder length is not positive.
         """
         count = len(next(iter(values.values())))
         gaps = [np.abs(loop.residual(values, (), count)[0]).max(-1) for loop in self.loops]

@@ -97,7 +97,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Combines answers of different counts into arrays padded with NaN."""
+    """Combines results with different numbers of answers into arrays padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
@@ -116,7 +116,7 @@ def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """Returns shifts (n + 1, 3) from base to tip along the axes; axes of a group share a point."""
+    """Returns shifts (n + 1, 3) from base to tip along the axes; grouped axes share a point."""
     points = chain.points.copy()
     for group in map(list, groups):
         points[group] = meeting(chain.axes[group], points[group])[0]
