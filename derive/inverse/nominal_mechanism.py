@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
-from ..loops.maps import chain, from_actuators
+from ..loops.maps import CHAIN, from_actuators
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import MAX_REFINING_STEP, MEASURED_STRUCTURE, RECOVERED, SAMPLED_RANGE
@@ -273,7 +273,7 @@ def _numbers(
         followed = Followed(closure)
         return followed.posed, followed.theta
     pose = hybrid.tool_functions(["fk_jacobian_mixed"])["fk_jacobian_mixed"]
-    fk, theta = lower([pose, chain(from_actuators(hybrid))], "true")
+    fk, theta = lower([pose, CHAIN.function(from_actuators(hybrid))], "true")
 
     def posed(q: FloatArray) -> tuple[FloatArray, FloatArray]:
         T, J = fk(q.T)

@@ -1,6 +1,6 @@
 """Maps between actuators, main chain and passive joints of a robot with loops."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -41,22 +41,6 @@ class Joints:
     interval: str
     finished: Callable[[SymbolicFunction], SymbolicFunction]
 
-    @property
-    def chain(self) -> tuple[sp.Expr, ...]:
-        """The values of the main-chain joints."""
-        return self.named(joint.name for joint in self.hybrid.robot.moving)
-
-    @property
-    def actuators(self) -> tuple[sp.Expr, ...]:
-        """The actuated coordinates."""
-        h = self.hybrid
-        return h.driven(self.named(c.moves for c in h.mechanism.coordinates))
-
-    @property
-    def configuration(self) -> tuple[sp.Expr, ...]:
-        """The full configuration z."""
-        return self.named(variable.name for variable in self.hybrid.variables)
-
     def symbols(self, order: int) -> tuple[sp.Symbol, ...]:
         """Returns the coordinates, or their first or second time derivatives."""
         return self.hybrid.arguments[f"{self.coordinates}{'d' * order}"].symbols
@@ -86,155 +70,135 @@ def _in_closed_form(h: Hybrid, coordinates: str, solution: Solution) -> Joints:
     return Joints(h, coordinates, named, rates, h.mechanism.passive, WRAPPED, finished)
 
 
-def chain(of: Joints) -> SymbolicFunction:
-    """Builds the map from the actuators to the main chain."""
-    names = ", ".join(joint.name for joint in of.hybrid.robot.moving)
-    return of.function(
-        "chain",
-        f"Joints of the main chain{of.interval}.",
-        f"theta = ({names}), with every loop closed",
-        0,
-        _vector("theta", of.chain, of.hybrid.arguments["theta"].unit, "main chain"),
-        Role("map", codomain="chain"),
-    )
+@dataclass(frozen=True)
+class Map:
+    """A map to joint values, with the words of the map and of its derivatives.
+
+    Attributes:
+        name: Name of the map and of its codomain.
+        symbol: Name of the joint values.
+        names: Returns the names of the joints.
+        noun: Noun for the joints.
+        meaning: Meaning of the map's result.
+        summary: Summary of the map; ``{interval}`` is the angle interval.
+        identity: Identity of the map; ``{names}`` are the names of the joints.
+        moving: Summary and meaning of the time derivatives; ``{}`` is rates or accelerations.
+    """
+
+    name: str
+    symbol: str
+    names: Callable[[Joints], Iterable[str]]
+    noun: str
+    meaning: str
+    summary: str
+    identity: str
+    moving: tuple[str, str] = ("", "")
+
+    def values(self, of: Joints) -> tuple[sp.Expr, ...]:
+        """Returns the joint values; actuated joints as actuated coordinates."""
+        values = of.named(self.names(of))
+        return of.hybrid.driven(values) if self is ACTUATORS else values
+
+    def function(self, of: Joints) -> SymbolicFunction:
+        """Builds the map."""
+        summary = self.summary.format(interval=of.interval)
+        identity = self.identity.format(names=", ".join(self.names(of)))
+        result = self._result(of, 0, self.values(of), self.meaning)
+        return of.function(self.name, summary, identity, 0, result, Role("map", codomain=self.name))
+
+    def derivative(self, of: Joints) -> SymbolicFunction:
+        """Builds the Jacobian of the map."""
+        values, q = self.values(of), of.coordinates
+        columns = [unit.of_each(values) for unit in of.rates.units()]
+        shape = len(values), len(columns)
+        return of.function(
+            self._derivative_name(of),
+            f"Derivative of the {self.noun} with respect to the {_DOMAINS[q].noun}.",
+            f"{self._derivative_name(of)}[:, k] = d {self.name} / d {q}_k",
+            0,
+            Result(
+                f"{self.symbol}_D_{q}", matrix_entries(columns), shape, "1, m, 1/m", "derivative"
+            ),
+            Role("map derivative", codomain=self.name),
+        )
+
+    def rates(self, of: Joints) -> SymbolicFunction:
+        """Builds the map from rates to rates."""
+        q, slope = of.coordinates, self._derivative_name(of)
+        rates = of.rates.along(of.symbols(1)).of_each(self.values(of))
+        return self._time_derivative(of, 1, "rate", rates, f"{slope}({q}) {q}d")
+
+    def accelerations(self, of: Joints) -> SymbolicFunction:
+        """Builds the map from accelerations to accelerations."""
+        q, slope = of.coordinates, self._derivative_name(of)
+        first = of.rates.along(of.symbols(1)).of_each(self.values(of))
+        second = of.rates.twice(of.symbols(1), of.symbols(2)).of_each(first)
+        identity = f"{slope}({q}) {q}dd + d/dt {slope}({q}) {q}d"
+        return self._time_derivative(of, 2, "acceleration", second, identity)
+
+    def _time_derivative(
+        self, of: Joints, order: int, kind: str, values: Sequence[sp.Expr], product: str
+    ) -> SymbolicFunction:
+        summary, meaning = (words.format(f"{kind}s") for words in self.moving)
+        return of.function(
+            f"{self.name.removesuffix('s')}_{kind}s",
+            summary[0].upper() + summary[1:],
+            f"{self.symbol}{'d' * order} = {product}",
+            order,
+            self._result(of, order, values, meaning),
+            Role(f"map {kind}", codomain=self.name),
+        )
+
+    def _derivative_name(self, of: Joints) -> str:
+        return f"{self.name}_D_{'chain' if of.coordinates == 'theta' else of.coordinates}"
+
+    def _result(self, of: Joints, order: int, values: Sequence[sp.Expr], meaning: str) -> Result:
+        name = f"{self.symbol}{'d' * order}"
+        is_domain = self.symbol in _DOMAINS
+        unit = of.hybrid.arguments[name].unit if is_domain else "rad or m"
+        return _vector(name, values, unit, meaning)
 
 
-def chain_D_q(of: Joints) -> SymbolicFunction:
-    """Builds the Jacobian of the map from actuators to main chain."""
-    return of.function(
-        "chain_D_q",
-        "Derivative of the main-chain joints with respect to the actuated coordinates.",
-        "chain_D_q[:, k] = d chain / d q_k",
-        0,
-        _derivative("theta_D_q", of.chain, of.rates),
-        Role("map derivative", codomain="chain"),
-    )
-
-
-def passive(of: Joints) -> SymbolicFunction:
-    """Builds the map from the actuators to the passive joints."""
-    return of.function(
-        "passive",
-        f"Passive joints that are not in the main chain{of.interval}.",
-        f"passive = ({', '.join(of.passive)}), with every loop closed",
-        0,
-        _vector("passive", of.named(of.passive), "rad or m", "passive joints"),
-        Role("map", codomain="passive"),
-    )
-
-
-def passive_D_q(of: Joints) -> SymbolicFunction:
-    """Builds the Jacobian of the map from actuators to passive joints."""
-    return of.function(
-        "passive_D_q",
-        "Derivative of the passive joints with respect to the actuated coordinates.",
-        "passive_D_q[:, k] = d passive / d q_k",
-        0,
-        _derivative("passive_D_q", of.named(of.passive), of.rates),
-        Role("map derivative", codomain="passive"),
-    )
-
-
-def chain_rates(of: Joints) -> SymbolicFunction:
-    """Builds the map from actuator rates to main-chain rates."""
-    rates = of.rates.along(of.symbols(1)).of_each(of.chain)
-    unit = of.hybrid.arguments["thetad"].unit
-    return of.function(
-        "chain_rates",
-        "Joint rates of the main chain.",
-        "thetad = chain_D_q(q) qd",
-        1,
-        _vector("thetad", rates, unit, "rates of the main chain"),
-        Role("map rate", codomain="chain"),
-    )
-
-
-def chain_accelerations(of: Joints) -> SymbolicFunction:
-    """Builds the map from actuator accelerations to main-chain accelerations."""
-    unit = of.hybrid.arguments["thetadd"].unit
-    return of.function(
-        "chain_accelerations",
-        "Joint accelerations of the main chain.",
-        "thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd",
-        2,
-        _vector("thetadd", _second(of, of.chain), unit, "accelerations of the main chain"),
-        Role("map acceleration", codomain="chain"),
-    )
-
-
-def actuators(of: Joints) -> SymbolicFunction:
-    """Builds the map from the main chain to the actuators."""
-    return of.function(
-        "actuators",
-        "Actuated coordinates from the joints of the main chain.",
-        "actuators(chain(q)) = q",
-        0,
-        _vector("q", of.actuators, of.hybrid.arguments["q"].unit, "actuated coordinates"),
-        Role("map", codomain="actuators"),
-    )
-
-
-def actuators_D_chain(of: Joints) -> SymbolicFunction:
-    """Builds the Jacobian of the map from main chain to actuators."""
-    return of.function(
-        "actuators_D_chain",
-        "Derivative of the actuated coordinates with respect to the main-chain joints.",
-        "actuators_D_chain[:, k] = d actuators / d theta_k",
-        0,
-        _derivative("q_D_theta", of.actuators, of.rates),
-        Role("map derivative", codomain="actuators"),
-    )
-
-
-def actuator_rates(of: Joints) -> SymbolicFunction:
-    """Builds the map from main-chain rates to actuator rates."""
-    rates = of.rates.along(of.symbols(1)).of_each(of.actuators)
-    return of.function(
-        "actuator_rates",
-        "Rates of the actuated coordinates.",
-        "qd = actuators_D_chain(theta) thetad",
-        1,
-        _vector("qd", rates, of.hybrid.arguments["qd"].unit, "actuator rates"),
-        Role("map rate", codomain="actuators"),
-    )
-
-
-def actuator_accelerations(of: Joints) -> SymbolicFunction:
-    """Builds the map from main-chain accelerations to actuator accelerations."""
-    unit = of.hybrid.arguments["qdd"].unit
-    return of.function(
-        "actuator_accelerations",
-        "Accelerations of the actuated coordinates.",
-        "qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
-        2,
-        _vector("qdd", _second(of, of.actuators), unit, "actuator accelerations"),
-        Role("map acceleration", codomain="actuators"),
-    )
-
-
-def configuration(of: Joints) -> SymbolicFunction:
-    """Builds the map from the actuators to the full configuration."""
-    names = ", ".join(variable.name for variable in of.hybrid.variables)
-    return of.function(
-        "configuration",
-        f"All joints, swings and cylinder lengths{of.interval}.",
-        f"z = ({names}), constraint(z) = 0",
-        0,
-        _vector("z", of.configuration, "rad or m", "full configuration"),
-        Role("map", codomain="configuration"),
-    )
-
-
-def configuration_D_q(of: Joints) -> SymbolicFunction:
-    """Builds the Jacobian of the map from actuators to full configuration."""
-    return of.function(
-        "configuration_D_q",
-        "Derivative of the full configuration with respect to the actuated coordinates.",
-        "configuration_D_q[:, k] = d configuration / d q_k",
-        0,
-        _derivative("z_D_q", of.configuration, of.rates),
-        Role("map derivative", codomain="configuration"),
-    )
+CHAIN = Map(
+    "chain",
+    "theta",
+    lambda of: [joint.name for joint in of.hybrid.robot.moving],
+    "main-chain joints",
+    "main chain",
+    "Joints of the main chain{interval}.",
+    "theta = ({names}), with every loop closed",
+    ("joint {} of the main chain.", "{} of the main chain"),
+)
+PASSIVE = Map(
+    "passive",
+    "passive",
+    lambda of: of.passive,
+    "passive joints",
+    "passive joints",
+    "Passive joints that are not in the main chain{interval}.",
+    "passive = ({names}), with every loop closed",
+)
+CONFIGURATION = Map(
+    "configuration",
+    "z",
+    lambda of: [variable.name for variable in of.hybrid.variables],
+    "full configuration",
+    "full configuration",
+    "All joints, swings and cylinder lengths{interval}.",
+    "z = ({names}), constraint(z) = 0",
+)
+ACTUATORS = Map(
+    "actuators",
+    "q",
+    lambda of: [c.moves for c in of.hybrid.mechanism.coordinates],
+    "actuated coordinates",
+    "actuated coordinates",
+    "Actuated coordinates from the joints of the main chain.",
+    "actuators(chain(q)) = q",
+    ("{} of the actuated coordinates.", "actuator {}"),
+)
+_DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
+"""The map to the coordinates of a domain, by their name."""
 
 
 def margin(h: Hybrid) -> SymbolicFunction:
@@ -367,19 +331,6 @@ def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
     }
 
 
-def _second(of: Joints, values: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Returns the second time derivatives of values."""
-    rates, accelerations = of.symbols(1), of.symbols(2)
-    first = of.rates.along(rates).of_each(values)
-    return of.rates.twice(rates, accelerations).of_each(first)
-
-
-def _derivative(name: str, values: Sequence[sp.Expr], rates: LoopRates) -> Result:
-    columns = [unit.of_each(values) for unit in rates.units()]
-    shape = len(values), len(columns)
-    return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
-
-
 def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> SymbolicFunction:
     values = [value for _, value in solution.margins]
     function = h.function(
@@ -399,23 +350,36 @@ def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Re
 
 def forward_makers(of: Joints) -> dict[str, Maker]:
     """Returns the builders of the maps from the actuators, in output order."""
-    passive_maps = (passive, passive_D_q) if of.passive else ()
-    rates = (chain_rates, chain_accelerations)
-    return _makers((chain, chain_D_q, *rates, *passive_maps, configuration), of)
+    found = {
+        "chain": CHAIN.function,
+        "chain_D_q": CHAIN.derivative,
+        "chain_rates": CHAIN.rates,
+        "chain_accelerations": CHAIN.accelerations,
+    }
+    if of.passive:
+        found |= {"passive": PASSIVE.function, "passive_D_q": PASSIVE.derivative}
+    return _makers(found | {"configuration": CONFIGURATION.function}, of)
 
 
 def backward_makers(of: Joints) -> dict[str, Maker]:
     """Returns the builders of the maps from the main chain, in output order."""
-    rates = (actuator_rates, actuator_accelerations)
-    return _makers((actuators, actuators_D_chain, *rates), of)
+    found = {
+        "actuators": ACTUATORS.function,
+        "actuators_D_chain": ACTUATORS.derivative,
+        "actuator_rates": ACTUATORS.rates,
+        "actuator_accelerations": ACTUATORS.accelerations,
+    }
+    return _makers(found, of)
 
 
-def _makers(maps: Iterable[Callable[[Joints], SymbolicFunction]], of: Joints) -> dict[str, Maker]:
-    return {made.__name__: partial(_made, made, of) for made in maps}
+def _makers(
+    builders: Mapping[str, Callable[[Joints], SymbolicFunction]], of: Joints
+) -> dict[str, Maker]:
+    return {name: partial(_made, build, of) for name, build in builders.items()}
 
 
-def _made(made: Callable[[Joints], SymbolicFunction], of: Joints, _: Hybrid) -> SymbolicFunction:
-    return made(of)
+def _made(build: Callable[[Joints], SymbolicFunction], of: Joints, _: Hybrid) -> SymbolicFunction:
+    return build(of)
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:

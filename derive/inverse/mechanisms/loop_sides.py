@@ -14,7 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...loops.hybrid import Hybrid
-from ...loops.maps import chain, from_actuators
+from ...loops.maps import CHAIN, from_actuators
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solution import Solution, with_free_sides
 from ...model.tolerances import MAX_REFINING_STEP, RECOVERED
@@ -154,7 +154,9 @@ def idle_choices(
 
 def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
     """Returns random coordinates (N, n), their poses (16, N), and fixed joint values (1, N)."""
-    fk, theta = lower([hybrid.tool_functions(["fk"])["fk"], chain(from_actuators(hybrid))], "true")
+    fk, theta = lower(
+        [hybrid.tool_functions(["fk"])["fk"], CHAIN.function(from_actuators(hybrid))], "true"
+    )
     for part in PARTS:
         known = _configurations(hybrid, part)
         T = np.array(fk(known.T)).reshape(16, -1)

@@ -19,7 +19,7 @@ from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.tangents import Tangent
 from ..constraints import swing_angles
 from ..hybrid import Hybrid
-from ..maps import Joints, Maker, backward_makers, configuration_D_q, forward_makers
+from ..maps import CONFIGURATION, Joints, Maker, backward_makers, forward_makers
 from .closure_equations import LoopClosure
 
 SYSTEM = 400
@@ -215,7 +215,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
         known: Names of the maps with a closed form.
     """
     found = forward_makers(iteration.joints)
-    found["configuration_D_q"] = lambda _: configuration_D_q(iteration.joints)
+    found["configuration_D_q"] = lambda _: CONFIGURATION.derivative(iteration.joints)
     found["margin"] = lambda _: iteration.margin(
         "margin",
         "Square of the determinant of the loops' equations, 1 at the reference.",
@@ -242,7 +242,7 @@ def _near(iteration: Iteration, name: str) -> SymbolicFunction:
     h = iteration.hybrid
     z = h.arguments["z"]
     seed = replace(z, name="seed", meaning="nearby configuration; strut swings are ignored")
-    found = Result("z", iteration.joints.configuration, z.shape, z.unit, z.meaning)
+    found = Result("z", CONFIGURATION.values(iteration.joints), z.shape, z.unit, z.meaning)
     text = "from a nearby configuration by at most eight Newton steps"
     if name == "fk_near":
         pose = iteration.tool_functions(["fk"])["fk"].outputs
