@@ -23,9 +23,10 @@ from .manifest import (
     Reference,
     Variable,
 )
-from .output_files import output_file, remove_abandoned
+from .output_files import make_folder, output_file, write_files
 from .reading import manifest_entries, read_manifest
 from .roles import KINDS, ROLES, TASK_COMPONENTS, VECTORS, Role, TaskComponent
+from .temporary_folders import temporary_folder
 
 __all__ = [
     "FORMAT",
@@ -63,11 +64,13 @@ __all__ = [
     "TaskComponent",
     "UnknownRobotError",
     "Variable",
+    "make_folder",
     "manifest_entries",
     "open_input",
     "output_file",
     "read_input",
     "read_manifest",
-    "remove_abandoned",
     "requires",
+    "temporary_folder",
+    "write_files",
 ]

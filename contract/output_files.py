@@ -2,18 +2,12 @@
 
 import errno
 import os
-import secrets
-import shutil
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from .errors import InputValueError
-
-_PREFIX = ".chasles-"
-_ABANDONED = 3600.0
-"""Age [s] of a temporary file whose process was killed."""
+from .temporary_folders import temporary_folder
 
 
 def make_folder(path: Path) -> None:
@@ -32,7 +26,7 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yields a temporary file with the suffix of a path; at the end, the file moves to the path.
+    """Yields a temporary file with the name of a path; at the end, the file moves to the path.
 
     After an error, the path has its former content. A device or a pipe is written directly.
 
@@ -60,6 +54,23 @@ def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise InputValueError(f"{name}: cannot be written ({reason})") from error
 
 
+def write_files(contents: Mapping[Path, bytes]) -> None:
+    """Writes several files; the last file moves to its path after all others.
+
+    If a file cannot be written, for example because the disk is full, all paths keep their content.
+
+    Args:
+        contents: The content by path.
+
+    Raises:
+        InputValueError: A file cannot be written.
+    """
+    with ExitStack() as stack:
+        # The stack ends in reverse order.
+        for path, content in reversed(list(contents.items())):
+            stack.enter_context(output_file(path)).write_bytes(content)
+
+
 def _check_name(path: str | os.PathLike[str]) -> None:
     if "\0" in os.fspath(path):
         raise InputValueError(f"{os.fspath(path)!r}: expected a path without a null character")
@@ -69,28 +80,9 @@ def _check_name(path: str | os.PathLike[str]) -> None:
 def _replacing(target: Path) -> Iterator[Path]:
     if not target.parent.is_dir():
         raise OSError(errno.ENOENT, f"no folder {target.parent}")
-    remove_abandoned(target.parent, f"{_PREFIX}*", _ABANDONED)
-    temporary = target.with_name(f"{_PREFIX}{secrets.token_hex(8)}{target.suffix}")
-    try:
+    with temporary_folder(target.parent) as folder:
+        temporary = folder / target.name
         yield temporary
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
         temporary.replace(target)
-    finally:
-        # After the move, this name no longer exists.
-        with suppress(OSError):
-            temporary.unlink()
-
-
-def remove_abandoned(folder: Path, pattern: str, age: float) -> None:
-    """Removes temporary files and folders that killed processes left.
-
-    Args:
-        folder: The folder with the temporary files.
-        pattern: Pattern of their names.
-        age: Age [s] after which no process writes them any more.
-    """
-    for path in folder.glob(pattern):
-        with suppress(OSError):
-            if time.time() - path.stat().st_mtime > age:
-                shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -14,7 +14,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from chasles import ChaslesError
-from chasles.contract import requires
+from chasles.contract import make_folder, output_file, requires
 
 from .console import err, out, print_json, say, stop
 from .options import Base, Exact, Json, Robot, Robots, Tip, add, listed
@@ -282,11 +282,10 @@ def new(
     from chasles.derive import template  # noqa: PLC0415
 
     file = to or Path(f"{kind}.toml")
-    try:
-        with file.open("x", encoding="utf-8") as opened:
-            opened.write(template(kind))
-    except FileExistsError:
+    if file.exists():
         stop(f"{file}: already exists")
+    with output_file(file) as target:
+        target.write_text(template(kind), encoding="utf-8")
     say(f"written: {file}; continue with: chasles explain {file}")
 
 
@@ -315,7 +314,7 @@ def _write(due: list[Job], workers: int, sources: Path | None, *, shows_bar: boo
     work = _work()
     _stop_at_problems(due, "nothing was written")
     folder = due[0].to
-    _make(folder)
+    make_folder(folder)
     if sources is not None:
         write_sources(due[0], sources)
     _announce(due)
@@ -370,13 +369,6 @@ def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
     if to is None and own:
         stop(f"{own[0]}: --to FOLDER is required, except for unmodified shipped robots")
     return to or GENERATED
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        stop(f"{folder}: expected a folder that can be written to ({error.strerror})")
 
 
 def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:

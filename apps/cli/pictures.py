@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 import subprocess
 import tempfile
@@ -12,7 +13,7 @@ import typer
 
 import chasles
 from chasles import InputValueError, NotInstalledError, load
-from chasles.contract import output_file
+from chasles.contract import output_file, write_files
 from chasles.library import is_description, shipped_folders
 
 from .console import say, stop
@@ -20,6 +21,7 @@ from .options import Base, Exact, Picture, Robot, Tip, add, listed
 from .values import coordinates
 
 _LATEX = ("pdflatex", "-interaction=nonstopmode", "-halt-on-error")
+_PICTURES = (".svg", ".pdf", ".png", ".npz")
 _LINES = 20
 """Number of the last lines of a LaTeX log in an error message."""
 
@@ -124,6 +126,8 @@ def workspace(
 
     if threads != "all" and not threads.isdecimal():
         raise InputValueError(f"--threads: expected a number or all, got {threads!r}")
+    if to and to.suffix not in _PICTURES:
+        raise InputValueError(f"--to: expected a file {' or '.join(_PICTURES)}, got {to.name!r}")
     arm = load(robot, base=base, tip=tip, exact=exact)
     found = study.workspace(
         arm,
@@ -139,8 +143,9 @@ def workspace(
     if file.suffix == ".npz":
         found.save(file)
     else:
-        with output_file(file) as target:
-            found.plot().figure.savefig(target, dpi=200, bbox_inches="tight")
+        stream = io.BytesIO()
+        found.plot().figure.savefig(stream, dpi=200, bbox_inches="tight", format=file.suffix[1:])
+        write_files({file: stream.getvalue()})
     say(f"written: {file}")
 
 
@@ -168,7 +173,8 @@ def pdf(
             log = done.stdout.decode(errors="replace").splitlines()[-_LINES:]
             stop("\n".join([f"{article.name}: pdflatex failed", *log]))
         file = to or Path(f"{article.stem}.pdf")
-        shutil.copyfile(Path(build) / f"{article.stem}.pdf", file)
+        with output_file(file) as target:
+            shutil.copyfile(Path(build) / f"{article.stem}.pdf", target)
     say(f"written: {file}")
 
 

@@ -7,14 +7,14 @@ AVX2 and for processors with AVX-512. The choice is made when the library is ope
 from __future__ import annotations
 
 import platform
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
 from chasles import CacheError
-from chasles.contract import Manifest
+from chasles.contract import Manifest, write_files
 from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_library
 
+_MANIFEST = "manifest.json"
 _LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
 """The levels of a processor architecture, and the value of the flag -march of each."""
 
@@ -35,14 +35,20 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
     target = folder / manifest.name
     try:
         target.mkdir(parents=True, exist_ok=True)
-        for file in ("manifest.json", *manifest.files):
-            (target / file).parent.mkdir(parents=True, exist_ok=True)
-            source = manifest.folder / file
-            shutil.copyfile(source if source.exists() else manifest.path_of(file), target / file)
+        write_kernel(manifest, target)
+        # The manifest last: without it, nothing loads the folder.
+        files = {target / file: _source(manifest, file) for file in (*manifest.files, _MANIFEST)}
+        for path in files:
+            path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CacheError(f"{target}: cannot be written ({error})") from error
-    write_kernel(manifest, target)
+    write_files(files)
     return target
+
+
+def _source(manifest: Manifest, file: str) -> bytes:
+    own = manifest.folder / file
+    return (own if own.exists() else manifest.path_of(file)).read_bytes()
 
 
 def write_kernel(manifest: Manifest, folder: Path) -> Path:

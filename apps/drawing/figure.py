@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
 from chasles.arrays import real_array
-from chasles.contract import output_file, requires
+from chasles.contract import requires, write_files
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -126,8 +127,9 @@ def draw(
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
             expected = "expected a file that ends in .pdf, .svg or .png"
             raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")
-        with output_file(file) as target:
-            figure.savefig(target, dpi=300)
+        stream = io.BytesIO()
+        figure.savefig(stream, dpi=300, format=suffix[1:])
+        write_files({Path(file): stream.getvalue()})
     return figure
 
 

@@ -13,7 +13,7 @@ from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 
-from chasles.contract import requires
+from chasles.contract import output_file, requires
 
 from ..description.file_text import read_bytes
 from ..description.shipped_files import nominal_file
@@ -90,7 +90,8 @@ def is_up_to_date(job: Job) -> bool:
 def stamp(job: Job, folder: Path) -> None:
     """Writes the stamp of a job into a folder."""
     text = f"{_recipe(job)}\n{_contents(folder)}\n"
-    (folder / STAMP).write_text(text, encoding="ascii")
+    with output_file(folder / STAMP) as target:
+        target.write_text(text, encoding="ascii")
 
 
 def _recipe(job: Job) -> str:
@@ -159,7 +160,8 @@ def write_sources(job: Job, to: Path) -> None:
         f"{hashlib.sha256(read_bytes(file)).hexdigest()} {os.path.relpath(file, folder)}\n"
         for file in source_files(job)
     ]
-    to.write_text("".join(lines), encoding="utf-8")
+    with output_file(to) as target:
+        target.write_text("".join(lines), encoding="utf-8")
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:

@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chasles.contract import SUPPORT, output_file
-from chasles.contract.output_files import make_folder
+from chasles.contract import SUPPORT, make_folder, write_files
 
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
@@ -133,7 +132,7 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Writes files into a folder atomically, the manifest last.
+    """Writes all files or none into a folder, the manifest last.
 
     Args:
         texts: The texts of the generated files by path.
@@ -142,16 +141,22 @@ def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list
             share.
     """
     paths = paths_of(texts, folder, shares=shares)
-    for name in sorted(_listed(folder) | texts.keys()):
-        if paths.get(name) != folder / name:
-            (folder / name).unlink(missing_ok=True)
     ordered = sorted(texts, key=lambda name: name == MANIFEST)
     for name in ordered:
-        path = paths[name]
-        make_folder(path.parent)
-        with output_file(path) as target:
-            target.write_bytes(texts[name].encode())
+        make_folder(paths[name].parent)
+    former = sorted(_listed(folder) | texts.keys())
+    write_files({paths[name]: texts[name].encode() for name in ordered})
+    for name in former:
+        if paths.get(name) != folder / name:
+            _remove(folder / name)
     return [paths[name] for name in ordered]
+
+
+def _remove(file: Path) -> None:
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputValueError(f"{file}: cannot be removed ({error.strerror})") from error
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:

@@ -140,6 +140,9 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
             return work(job)
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
+    except OSError as error:
+        # No process can start, or the system's folder of temporary files is full.
+        return Report(False, f"{job.file}: {error}")
     except Exception:  # A compiler defect ends the derivation of one robot, but not of all robots.
         message = "chasles fails on this file; please report the file with these lines"
         return Report(False, f"{job.file}: {message}\n{traceback.format_exc()}")

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..call import _call
-from ..contract import FunctionInfo, Manifest, ManifestError, remove_abandoned
+from ..contract import FunctionInfo, Manifest, ManifestError, temporary_folder
 from ..errors import CacheError, CompilerNotFoundError, MismatchError
 from .compiler import Compiler, describe_machine, find_compiler, is_compiler_chosen
 
@@ -35,8 +35,6 @@ _NEAREST = "chasles_nearest.h"
 """The generated file that selects the nearest solution of an inverse."""
 _MAX_NEAREST = 64
 """Largest number of slots for this selection."""
-ABANDONED = 86400.0
-"""Age [s] of temporary folders in the cache whose process was killed."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -313,17 +311,12 @@ def _compile(recipe: Recipe) -> None:
 
 def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
     """Write the library of a robot; `compile_in` compiles `library.so` in a folder of sources."""
-    # Imported here: loading a cached library does not need it.
-    import tempfile  # noqa: PLC0415
-
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
-        remove_abandoned(cache, ".*-*", ABANDONED)
-        with tempfile.TemporaryDirectory(prefix=f".{recipe.name}-", dir=cache) as name:
+        with temporary_folder(cache, recipe.name) as folder:
             # The compiler reads copies of the hashed bytes. Their plain names cannot break an
             # #include, and no path enters the library.
-            folder = Path(name)
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:

@@ -6,6 +6,7 @@ hashes of the description, of the files that it includes, and of the sources of 
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import glob
 import hashlib
@@ -163,16 +164,14 @@ def _compiler_digest() -> str:
 
 
 def _derive(description: Path, options: Sequence[str]) -> Path:
-    # Imported here: loading a cached robot does not need it.
-    import tempfile  # noqa: PLC0415
-
     name, homes, prefix = description.stem, _homes(), _prefix(description, options)
     words = f"{name}{_in_words(options)}"
-    print(f"chasles: deriving {words} once, a few seconds ...", file=sys.stderr, flush=True)
+    with contextlib.suppress(OSError):  # Standard error may be a file on a full disk.
+        print(f"chasles: deriving {words} once, a few seconds ...", file=sys.stderr, flush=True)
     try:
         homes.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=homes) as temporary:
-            whole = Path(temporary) / "robots"
+        with contract.temporary_folder(homes, name) as temporary:
+            whole = temporary / "robots"
             _run_compiler(description, whole, options)
             origin = [str(description.absolute()), *(o for o in options if o != PARAMETRIC)]
             (whole / _DESCRIBED_BY).write_text("\n".join(origin), encoding="utf-8")

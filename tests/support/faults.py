@@ -3,10 +3,16 @@
 import errno
 import os
 import resource
+import shutil
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+import pytest
+
+import chasles
 
 EVENTS = ("open", "os.rename", "os.mkdir", "os.link", "os.symlink")
 """Audit events of Python that create or move files; os.replace is an os.rename."""
@@ -18,6 +24,7 @@ class _Watch:
     def __init__(self) -> None:
         self.folder: str | None = None
         self.step: int | None = None
+        self.is_fatal = False
         self.seen: list[str] = []
 
     def __call__(self, event: str, arguments: tuple[object, ...]) -> None:
@@ -30,10 +37,15 @@ class _Watch:
             return
         self.seen.append(f"{event} {path}")
         if len(self.seen) - 1 == self.step:
+            if self.is_fatal:
+                os.kill(os.getpid(), signal.SIGKILL)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), os.fspath(path))
 
 
 def _writes(event: str, arguments: tuple[object, ...]) -> bool:
+    if event == "os.mkdir":
+        # Python ignores the error if the folder exists.
+        return not os.path.isdir(str(arguments[0]))
     flags = arguments[2] if event == "open" else os.O_WRONLY
     return isinstance(flags, int) and bool(flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT))
 
@@ -70,6 +82,20 @@ def failing(step: int, folder: Path) -> Iterator[None]:
     assert len(seen) > step, f"only {len(seen)} file operations"
 
 
+def killed(step: int, work: Callable[[], object], folder: Path) -> None:
+    """Runs work in a forked process, which SIGKILL ends before a file operation in a folder."""
+    child = os.fork()
+    if child == 0:
+        _WATCH.is_fatal = True
+        try:
+            with failing(step, folder):
+                work()
+        finally:
+            os._exit(1)
+    _, status = os.waitpid(child, 0)
+    assert os.WIFSIGNALED(status), f"ended before file operation {step}"
+
+
 @contextmanager
 def full_after(size: int) -> Iterator[None]:
     """Lets each write beyond a file size fail. Python ignores the signal of this limit."""
@@ -79,3 +105,58 @@ def full_after(size: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def contents(folder: Path) -> dict[str, bytes | None]:
+    """Returns the bytes of each file in a folder, and None for each subfolder, by path."""
+    return {
+        path.relative_to(folder).as_posix(): None if path.is_dir() else path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+    }
+
+
+def restore(folder: Path, former: dict[str, bytes | None]) -> None:
+    """Gives a folder its former contents."""
+    shutil.rmtree(folder)
+    folder.mkdir()
+    for name, content in former.items():
+        if content is None:
+            (folder / name).mkdir()
+        else:
+            (folder / name).write_bytes(content)
+
+
+def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
+    """Checks that a write leaves the former files after each fault, and then succeeds.
+
+    The faults are each file operation in turn, and a full disk at the start and before the end. If
+    several files are written, the move of the second or a later file may fail after the first file
+    has moved; then each file has its former or its new content.
+
+    Args:
+        write: Writes files into a folder.
+        folder: The folder, with its former files.
+        match: Pattern of the error message.
+    """
+    former = contents(folder)
+    steps = steps_of(write, folder)
+    written = contents(folder)
+    assert steps
+    assert written != former
+    size = max(len(content or b"") for content in written.values())
+    first_move = next(k for k, step in enumerate(steps) if step.startswith("os.rename"))
+    restore(folder, former)
+    for step, operation in enumerate(steps):
+        with pytest.raises(chasles.ChaslesError, match=match), failing(step, folder):
+            write()
+        left = contents(folder)
+        if step <= first_move:
+            assert left == former, operation
+        assert all(left[name] in (former.get(name), written[name]) for name in left), operation
+        restore(folder, former)
+    for limit in (0, size - 1):
+        with pytest.raises(chasles.ChaslesError, match=match), full_after(limit):
+            write()
+        assert contents(folder) == former, f"full after {limit} bytes"
+    write()
+    assert contents(folder).keys() == written.keys()

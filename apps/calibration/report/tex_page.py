@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from chasles.contract import output_file
+from chasles.contract import write_files
 
-from .contents import Table, contents
+from .contents import Contents, Table, contents
 from .page import BLOCKS, split
 from .plots import plot_parameters, plot_residuals
 
@@ -29,12 +31,21 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 
 def write_tex(found: Calibration, path: Path) -> None:
     """Write a one-page report, and plots as PDF files with the report's name as prefix."""
-    said = contents(found)
-    names = []
-    for part, plot in (("residuals", plot_residuals), ("parameters", plot_parameters)):
-        names.append(f"{path.stem}_{part}.pdf")
-        with output_file(path.with_name(names[-1])) as target:
-            plot(found).figure.savefig(target, metadata={"CreationDate": None})
+    plots = {
+        path.with_name(f"{path.stem}_residuals.pdf"): _pdf(plot_residuals(found).figure),
+        path.with_name(f"{path.stem}_parameters.pdf"): _pdf(plot_parameters(found).figure),
+    }
+    page = _page(contents(found), [plot.name for plot in plots])
+    write_files({**plots, path: page.encode()})
+
+
+def _pdf(figure: Any) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="pdf", metadata={"CreationDate": None})
+    return stream.getvalue()
+
+
+def _page(said: Contents, names: Sequence[str]) -> str:
     parts = [
         _PREAMBLE + r"\begin{document}",
         rf"{{\large\bfseries {_tex(said.title)}}}\par\medskip",
@@ -45,8 +56,7 @@ def write_tex(found: Calibration, path: Path) -> None:
         r"\par\medskip " + r"\hfill ".join(_block(part) for part in split(said.parameters, BLOCKS)),
         r"\end{document}",
     ]
-    with output_file(path) as target:
-        target.write_text("\n".join(parts) + "\n", encoding="utf-8")
+    return "\n".join(parts) + "\n"
 
 
 def _table(table: Table) -> str:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from chasles import InputValueError, se3
 from chasles.calibration import Calibration, Poses, Positions, identify, select_model
 from chasles.calibration.report.contents import contents
+from tests.support.faults import check_writes
 from tests.support.measured_arms import drawn
 from tests.support.tools import needs
 
@@ -120,6 +121,13 @@ def test_plots_keep_ticks_plain_and_points_off_the_frame(chosen):
         whole, shown = figure.bbox, axes.get_tightbbox()
         assert whole.x0 <= shown.x0 < shown.x1 <= whole.x1
         assert whole.y0 <= shown.y0 < shown.y1 <= whole.y1
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".toml"])
+def test_save_that_fails_leaves_the_former_files(chosen, tmp_path, suffix):
+    file = tmp_path / f"found{suffix}"
+    file.write_text("former")
+    check_writes(lambda: chosen.calibration.save(file), tmp_path, "cannot be written")
 
 
 @pytest.mark.parametrize("kind", ["positions", "poses"])

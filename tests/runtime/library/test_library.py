@@ -319,15 +319,3 @@ def test_cache_that_others_may_write_is_refused(folder, cache):
         chasles.load(folder.path)
     cache.chmod(0o700)
     assert chasles.load(folder.path).name == robot.name
-
-
-def test_folders_of_killed_compilers_are_removed(folder, cache):
-    old, new = cache / ".tiny-old", cache / ".tiny-new"
-    for path in (old, new):
-        path.mkdir(parents=True)
-        (path / "tiny.c").touch()
-    os.utime(old, (0, 0))
-    cache.chmod(0o700)
-    build(read_manifest(folder.path))
-    assert new.is_dir()
-    assert not old.exists()

@@ -1,0 +1,91 @@
+"""Temporary folders next to the files that replace them; a killed process leaves none for long."""
+
+import os
+import secrets
+import shutil
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
+
+_PREFIX = ".chasles-"
+"""Prefix of temporary folders. CHASLES_CACHE may name a folder with files of other programs."""
+_ABANDONED = 86400.0
+"""Age [s] after which a temporary folder is removed if its file system has no locks."""
+
+
+@contextmanager
+def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
+    """Yields a temporary folder, which is removed at the end.
+
+    The folders that killed processes left in the same parent are removed first. Each process locks
+    its folders, and the system releases the locks of a killed process.
+
+    Args:
+        parent: The folder that contains the temporary folder.
+        name: A part of its name, such as the name of a robot.
+    """
+    for left in parent.glob(f"{_PREFIX}*"):
+        with suppress(OSError):
+            _remove_unless_in_use(left)
+    folder, lock = _make(parent, f"{_PREFIX}{name}{'-' if name else ''}")
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        _unlock(lock)
+
+
+def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:
+    while True:
+        folder = parent / f"{prefix}{secrets.token_hex(8)}"
+        folder.mkdir(mode=0o700)
+        # Another process may find and remove the folder before it is locked.
+        with suppress(BlockingIOError, FileNotFoundError):
+            lock = _lock(folder)
+            if folder.exists():
+                return folder, lock
+            _unlock(lock)
+
+
+def _remove_unless_in_use(folder: Path) -> None:
+    try:
+        lock = _lock(folder)
+    except BlockingIOError:
+        return
+    try:
+        if lock is not None or time.time() - folder.stat().st_mtime > _ABANDONED:
+            shutil.rmtree(folder)
+    finally:
+        _unlock(lock)
+
+
+def _lock(folder: Path) -> int | None:
+    """Returns an open and locked folder; None if the system or its file system has no locks.
+
+    Raises:
+        BlockingIOError: Another process has the lock.
+    """
+    if sys.platform == "win32":
+        return None
+    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(opened)
+        raise
+    except OSError:
+        os.close(opened)
+        return None
+    return opened
+
+
+def _unlock(opened: int | None) -> None:
+    if opened is not None and sys.platform != "win32":
+        # A forked process may have a copy of the open folder, and closing would keep its lock.
+        fcntl.flock(opened, fcntl.LOCK_UN)
+        os.close(opened)

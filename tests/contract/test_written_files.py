@@ -1,0 +1,17 @@
+"""Several files are written completely or not at all."""
+
+from chasles.contract import write_files
+from tests.support.faults import check_writes, steps_of
+
+
+def test_write_that_fails_leaves_all_former_files(tmp_path):
+    for name in "ab":
+        (tmp_path / name).write_text("former")
+    new = {tmp_path / name: name.encode() * 100_000 for name in "abc"}
+    check_writes(lambda: write_files(new), tmp_path, "cannot be written")
+
+
+def test_last_file_moves_last(tmp_path):
+    new = {tmp_path / name: name.encode() for name in "abc"}
+    moves = [step for step in steps_of(lambda: write_files(new), tmp_path) if "rename" in step]
+    assert [move[-1] for move in moves] == ["a", "b", "c"]
