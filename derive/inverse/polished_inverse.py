@@ -4,12 +4,13 @@ The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branc
 on the true arm (``chasles_polish.h``).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ..model.tolerances import ASKED_MOVE, ASKED_SEPARATION, NEARLY_STRUCTURE
-from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
+from ..terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
 from .classify import Classification
 from .general.general_inverse import GeneralTables
+from .general.written_inverse import GeneralArm
 from .structure.lines import Lines
 from .tasks.task import Solved
 
@@ -63,15 +64,14 @@ def polished_inverse(
     deviation = 0.0 if found is None else found.deviation
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
-    if general.tables:
+    if general.arm:
         further = max(further, MAX - nominal.branches)
     is_unsure = bool(nominal.role.given) or move > ASKED_MOVE
     is_asked = is_unsure and general.separation > ASKED_SEPARATION
     meets = nearly_meet(lines)
     length = lines.length or 1.0
-    return refined_inverse(
-        nominal, turns, length, deviation, general.tables, further, meets=meets, is_asked=is_asked
-    )
+    tables = RefinedTables(turns, length, deviation, general.arm, meets, is_asked)
+    return refined_inverse(nominal, tables, further)
 
 
 def nearly_meet(lines: Lines) -> bool:
@@ -81,16 +81,29 @@ def nearly_meet(lines: Lines) -> bool:
     return any(lines.meeting_deviation(triple) <= NEARLY_STRUCTURE for triple in turning)
 
 
+@dataclass(frozen=True)
+class RefinedTables(Tables):
+    """The numbers of a refined inverse.
+
+    Attributes:
+        turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
+        length: Robot length (metre), which converts distances to angles.
+        deviation: Deviation between the two robots (radian, or relative to the robot length).
+        general: The numbers of the robot for the general solver; None if it does not apply.
+        meets: Whether three consecutive axes nearly intersect in one point.
+        is_asked: Whether the general solver runs at every pose.
+    """
+
+    turns: tuple[float, ...]
+    length: float
+    deviation: float
+    general: GeneralArm | None = None
+    meets: bool = False
+    is_asked: bool = False
+
+
 def refined_inverse(
-    nominal: SymbolicFunction,
-    turns: tuple[float, ...],
-    length: float,
-    deviation: float,
-    general: tuple[Table, ...] = (),
-    further: int = 0,
-    *,
-    meets: bool = False,
-    is_asked: bool = False,
+    nominal: SymbolicFunction, tables: RefinedTables, further: int = 0
 ) -> WrittenFunction:
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
@@ -99,19 +112,13 @@ def refined_inverse(
 
     Args:
         nominal: The task ``ik`` of the nominal robot.
-        turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
-        length: Robot length (metre), which converts distances to angles.
-        deviation: Deviation between the two robots (radian, or relative to the robot length).
-        general: Tables of the general solver; () without one.
+        tables: The numbers of the true robot.
         further: Number of extra solution slots.
-        meets: Whether three consecutive axes nearly intersect in one point.
-        is_asked: Whether the general solver runs at every pose.
     """
     q, residual, margin = nominal.outputs
     n = q.shape[-1]
     slots = nominal.branches + further
     labels = tuple(f"further {k + 1}" for k in range(further))
-    is_free = tuple(0.0 if k in nominal.role.given else 1.0 for k in range(n))
     return WrittenFunction(
         nominal.name,
         f"Every solution of the inverse kinematics, in {slots} slots.",
@@ -128,7 +135,7 @@ def refined_inverse(
             ),
         ),
         SOLVER,
-        (is_free, turns, length, deviation, float(meets), float(is_asked), general),
+        tables,
         CALLS,
         slots,
         OPERATIONS * nominal.branches,

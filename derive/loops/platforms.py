@@ -18,7 +18,7 @@ from functools import partial
 import sympy as sp
 
 from ..chain.kinematics import FUNCTIONS
-from ..model.mechanism import Frame, Mechanism, Strut
+from ..model.mechanism import Mechanism, Strut
 from ..terms.role import Role
 from ..terms.symbolic_function import (
     Argument,
@@ -28,7 +28,7 @@ from ..terms.symbolic_function import (
     matrix_entries,
 )
 from ..terms.tangents import derivative_columns
-from ..terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
+from ..terms.vectors import named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
 from .modes import hexapod, planar_legs, triad_modes
@@ -36,14 +36,12 @@ from .modes.hexapod import hexapod_of
 from .modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
 from .rods import (
     Rod,
-    from_base,
-    joint_frame,
-    joint_values,
+    free_platform,
+    is_right_handed,
     line_coordinates,
     rods_of,
     tool_position,
 )
-from .spatial.body_frames import pose_of
 
 WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
@@ -216,34 +214,13 @@ def triad_of(h: Hybrid) -> Triad | None:
 
 def _rods_in_plane(h: Hybrid) -> Triad | None:
     """Returns the rods of a planar platform supported by struts alone; None otherwise."""
-    mechanism = h.mechanism
-    moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
-    kinds = [joint.kind for joint in moving]
-    if kinds != ["prismatic", "prismatic", "revolute"] or len(mechanism.struts) != TRIAD:
+    platform = free_platform(h, planar_legs.VIRTUAL)
+    if platform is None or not is_right_handed(h.terms, platform.directions):
         return None
-    still = joint_values(h) | {joint.name: ZERO for joint in moving}
-    frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
-    directions = [
-        named(h.terms, (joint.direction * component for component in axes[2]))
-        for joint, (axes, _) in zip(moving, frames, strict=True)
-    ]
-    e_x, e_y, axis = directions
-    if subtracted(h.terms, cross(h.terms, e_x, e_y), axis) != ORIGIN:
-        return None
-    _, origin = frames[2]
-
-    def seen(frame: Frame) -> Vector:
-        """Returns a frame's origin relative to the platform axis, along x, y and that axis."""
-        _, point = pose_of(mechanism, h.terms, frame, still)
-        offset = subtracted(h.terms, point, origin)
-        x, y, z = (dot(h.terms, e, offset) for e in directions)
-        return x, y, z
-
-    ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
     # The end of a rod with an out-of-plane component does not trace a circle in the plane.
-    if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
+    if any(h.terms.let(a[2] - b[2]) != 0 for a, b in platform.ends):
         return None
-    A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
+    A, b = (tuple(end[k][:2] for end in platform.ends) for k in (0, 1))
     return Triad(A, b, tuple(h.terms.let(rod.length) for rod in rods_of(h)))
 
 

@@ -18,7 +18,7 @@ from ..model.mechanism import Frame, Strut
 from ..model.robot import Joint
 from ..terms.tangents import Tangent
 from ..terms.terms import Terms
-from ..terms.vectors import ZERO, Vector, dot, subtracted
+from ..terms.vectors import ORIGIN, ZERO, Vector, cross, dot, named, subtracted
 from .hybrid import Hybrid
 from .spatial.body_frames import pose_of
 
@@ -59,6 +59,12 @@ class Rod:
         return row
 
 
+def is_right_handed(terms: Terms, axes: Sequence[Vector]) -> bool:
+    """Whether the third of three axes is the cross product of the first two."""
+    x, y, z = axes
+    return subtracted(terms, cross(terms, x, y), z) == ORIGIN
+
+
 def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Returns the rod's row of J_x: its direction n and its moment r x n about the tool."""
     return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
@@ -93,6 +99,50 @@ def pins_in_tool(h: Hybrid) -> list[Vector]:
 def tool_position(h: Hybrid) -> Vector:
     """Returns the position of the tool in the base frame at theta (metre)."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
+
+
+@dataclass(frozen=True)
+class FreePlatform:
+    """The joints of a virtual main chain at zero coordinates, and the struts seen from them.
+
+    Attributes:
+        directions: The positive direction of each joint, in the base frame.
+        points: The origin of each joint frame, in the base frame (metre).
+        ends: The two ends of each strut along the first three directions, relative to the last
+            joint's origin; the platform end last.
+    """
+
+    directions: tuple[Vector, ...]
+    points: tuple[Vector, ...]
+    ends: tuple[tuple[Vector, Vector], ...]
+
+
+def free_platform(h: Hybrid, kinds: Sequence[str]) -> FreePlatform | None:
+    """Returns the platform on a virtual chain of joints of some kinds; None for other chains.
+
+    Args:
+        h: The robot.
+        kinds: The kinds of the moving joints; their number is also the number of struts.
+    """
+    mechanism, terms = h.mechanism, h.terms
+    moving = [joint for joint in mechanism.way(mechanism.tool_body) if joint.kind != "fixed"]
+    if [joint.kind for joint in moving] != kinds or len(mechanism.struts) != len(kinds):
+        return None
+    still = joint_values(h) | {joint.name: ZERO for joint in moving}
+    frames = [pose_of(mechanism, terms, joint_frame(joint), still) for joint in moving]
+    directions = tuple(
+        named(terms, (joint.direction * component for component in axes[2]))
+        for joint, (axes, _) in zip(moving, frames, strict=True)
+    )
+    points = tuple(point for _, point in frames)
+
+    def seen(frame: Frame) -> Vector:
+        offset = subtracted(terms, pose_of(mechanism, terms, frame, still)[1], points[-1])
+        x, y, z = (dot(terms, direction, offset) for direction in directions[:3])
+        return x, y, z
+
+    ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
+    return FreePlatform(directions, points, tuple((a, b) for a, b in ends))
 
 
 def joint_values(h: Hybrid) -> dict[str, sp.Expr]:

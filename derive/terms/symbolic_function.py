@@ -67,8 +67,13 @@ class Signature:
     role: Role = field(default=OTHER, kw_only=True)
 
 
-Table = float | tuple["Table", ...]
-"""A number, or an array as nested rows; integers stay ints."""
+@dataclass(frozen=True)
+class Tables:
+    """Numbers of a robot for a handwritten solver.
+
+    Each solver has a subclass. If the solver reads a C structure, the subclass has the fields of
+    this structure in the same order; arrays are nested tuples.
+    """
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,7 @@ class WrittenFunction(Signature):
 
     Attributes:
         solver: Name of the solver, equal for all robots; each language has its own files.
-        tables: The values for this robot, in the order that the solver expects.
+        tables: The numbers of this robot, in the class of the solver.
         calls: Names of the functions that the solver calls, in the expected order.
         branches: Number of output slots.
         operations: Approximate operation count, used to divide a batch over threads.
@@ -86,7 +91,7 @@ class WrittenFunction(Signature):
     """
 
     solver: str
-    tables: tuple[Table, ...]
+    tables: Tables
     calls: tuple[str, ...]
     branches: int
     operations: int

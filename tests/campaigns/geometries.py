@@ -23,6 +23,7 @@ from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.general.general_inverse import general_inverse
 from chasles.derive.inverse.general.raghavan_roth import JOINTS
 from chasles.derive.inverse.general.split_choice import Choice, slides_of
+from chasles.derive.inverse.general.written_inverse import GeneralArm
 from chasles.derive.terms.terms import Terms
 from tests.support.generators.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from tests.support.native import UNPACKED, Source, compiled
@@ -123,15 +124,14 @@ def _taken(robot: SerialRobot) -> Choice | None:
     return general.choice
 
 
-def _arm_of(tables: tuple) -> Arm:
+def _arm_of(tables: GeneralArm) -> Arm:
     """Copies the tables of an arm to the C structure."""
-    joints, kinds, directions, length, placed, splits, each = tables
-    arm = Arm(joints=joints, length=length, splits=splits)
-    arm.kind[:] = kinds
-    arm.direction[: len(directions)] = directions
-    for row, values in zip(arm.placed, placed, strict=True):
+    arm = Arm(joints=tables.joints, length=tables.length, splits=tables.split_count)
+    arm.kind[:] = tables.kinds
+    arm.direction[: len(tables.directions)] = tables.directions
+    for row, values in zip(arm.placed, tables.placed, strict=True):
         row[:] = values
-    for split, (order, sense, halved) in zip(arm.split, each, strict=False):
+    for split, (order, sense, halved) in zip(arm.split, tables.splits, strict=False):
         split.joint[:], split.sense, split.halved = order, sense, halved
     return arm
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
-from chasles.derive.loops.modes.hexapod import NO_JOINTS, RodNumbers, double_joints, tables
+from chasles.derive.loops.modes.hexapod import NO_JOINTS, HexapodTables, RodNumbers, double_joints
 from chasles.derive.loops.modes.hexapod_starts import starts
 from tests.support.native import Source, compiled
 
@@ -181,10 +181,10 @@ def numbered(
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
     rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
-    numbers = tables(rods, AXES, joints, *starts(rods.family))
+    tables = HexapodTables.of(rods, AXES, joints, *starts(rods.family))
     platform = Platform()
-    for (name, kind), value in zip(Platform._fields_[1:], numbers, strict=True):
-        flat = np.asarray(value).ravel()
+    for name, kind in Platform._fields_[1:]:
+        flat = np.asarray(getattr(tables, name)).ravel()
         setattr(platform, name, flat[0].item() if flat.size == 1 else kind(*flat.tolist()))
     return platform
 

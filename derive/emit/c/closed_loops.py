@@ -69,7 +69,8 @@ def _modes(robot: Described, function: WrittenFunction) -> str:
     """Prints the leg-by-leg inverse. Forward kinematics gives the residual of each slot."""
     (T,), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
-    size = number(float(str(function.tables[0])))
+    assert isinstance(function.tables, mode_check.ClosureSize)
+    size = number(function.tables.size)
     n = q.size // function.branches
     return "\n".join(
         [

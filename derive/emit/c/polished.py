@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...derivation import Derivation
-from ...inverse.polished_inverse import SOLVER
+from ...inverse.polished_inverse import SOLVER, RefinedTables
 from ...inverse.tasks.partial_poses import POSITION_ENTRIES
 from ...inverse.tasks.slots import POSE_SYMBOLS
 from ...model.mechanism import Described
 from ...program.counting import count_operations
 from ...program.programs import Programs
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction, Table, WrittenFunction
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
 from .batch import loads
 from .expressions import WIDTH, number
 from .header import notice, signature, support
@@ -30,12 +30,9 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
     Other robots need no such files.
     """
     robot = derivation.robot
-    own = {
-        written_file(robot, function): _source(derivation, function, programs)
-        for function in derivation.written
-        if function.solver == SOLVER
-    }
-    general = GENERAL if any(_general(f) for f in derivation.written if f.solver == SOLVER) else ()
+    refined = [function for function in derivation.written if function.solver == SOLVER]
+    own = {written_file(robot, f): _source(derivation, f, programs) for f in refined}
+    general = GENERAL if any(_tables(f).general for f in refined) else ()
     return own | {name: support(name) for name in ((*SUPPORTS, *general) if own else ())}
 
 
@@ -44,8 +41,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.function(posed)
-    *numbers, meets, _, _ = function.tables
-    is_free, turns, length, deviation = map(_value, numbers)
+    tables = _tables(function)
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
     macros = {
@@ -56,12 +52,12 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "SLOTS": nominal.branches,
         "RESULTS": function.branches,
         "INPUTS": sum(sizes(nominal).inputs),
-        "FREE": is_free,
+        "FREE": _numbers([k not in function.role.given for k in range(len(robot.coordinates))]),
         "MOVING": len(robot.coordinates) - len(function.role.given),
-        "TURNS": turns,
-        "LENGTH": length,
-        "DEVIATION": deviation,
-        "MEETS": int(bool(meets)),
+        "TURNS": _numbers(tables.turns),
+        "LENGTH": number(tables.length),
+        "DEVIATION": number(tables.deviation),
+        "MEETS": int(tables.meets),
         "IS_SEARCHED": int(derivation.hybrid is None),
         "IS_POSITION": int(_is_position(function)),
     }
@@ -136,25 +132,23 @@ def _seeded(
     ]
 
 
-def _general(function: WrittenFunction) -> tuple[Table, ...]:
-    """Returns the tables of the general solver; empty if it does not apply."""
-    general = function.tables[-1]
-    assert isinstance(general, tuple)
-    return general
+def _tables(function: WrittenFunction) -> RefinedTables:
+    assert isinstance(function.tables, RefinedTables)
+    return function.tables
 
 
 def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
     """Prints the general solver's macros. The solver requires a compiler with vector types."""
-    robot, general = derivation.robot, _general(function)
-    if not general:
+    robot, tables = derivation.robot, _tables(function)
+    if tables.general is None:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
     name = f"{robot.name}_{function.name}_tables"
     return [
         "#ifdef __GNUC__",
         '#include "chasles_general.h"\n',
-        *table_lines(robot, "chasles_general_arm", name, function.calls[1:], general),
+        *table_lines(robot, "chasles_general_arm", name, function.calls[1:], tables.general),
         "#define POLISH_IS_GENERAL 1",
-        f"#define POLISH_IS_ASKED {int(bool(function.tables[-2]))}",
+        f"#define POLISH_IS_ASKED {int(tables.is_asked)}",
         f"#define POLISH_GENERAL {name}",
         "#else",
         "#define POLISH_IS_GENERAL 0",
@@ -197,7 +191,5 @@ def _call(own: str, function: WrittenFunction) -> list[str]:
     return [*lines, f"  {own}_polished(in, {results});"]
 
 
-def _value(table: Table) -> str:
-    if isinstance(table, tuple):
-        return f"{{{', '.join(map(_value, table))}}}"
-    return number(float(table))
+def _numbers(values: Sequence[float]) -> str:
+    return f"{{{', '.join(number(float(value)) for value in values)}}}"

@@ -2,9 +2,11 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
 
 from ...model.mechanism import Described
-from ...terms.symbolic_function import Table, WrittenFunction
+from ...terms.symbolic_function import Tables, WrittenFunction
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
@@ -80,24 +82,21 @@ def _source(robot: Described, function: WrittenFunction) -> str:
 
 
 def table_lines(
-    robot: Described, kind: str, name: str, calls: Sequence[str], tables: Sequence[Table]
+    robot: Described, kind: str, name: str, calls: Sequence[str], tables: Tables
 ) -> list[str]:
     """Returns the definition of a constant structure: robot functions, then tables."""
-    fields = [f"  {robot.name}_{called}," for called in calls]
-    fields += [line for values in tables for line in _field(values)]
-    return [f"static const {kind} {name} = {{", *fields, "};\n"]
+    lines = [f"  {robot.name}_{called}," for called in calls]
+    for field in fields(tables):
+        text = f"{_braces(getattr(tables, field.name))},"
+        lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")
+    return [f"static const {kind} {name} = {{", *lines, "};\n"]
 
 
-def _field(values: Table) -> list[str]:
-    text = f"{_braces(values)},"
-    return textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")
-
-
-def _braces(values: Table) -> str:
+def _braces(values: Any) -> str:
     match values:
         case tuple():
             return f"{{{', '.join(map(_braces, values))}}}"
         case int():
-            return str(values)
+            return str(int(values))
         case _:
             return number(values + 0.0)

@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 from ...model.robot import SerialRobot
-from ...terms.symbolic_function import Table, WrittenFunction
+from ...terms.symbolic_function import WrittenFunction
 from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
 from . import written_inverse
 from .raghavan_roth import JOINTS, is_fit, numbers
 from .split_choice import MAX_JOINTS, Choice, choice_at, choose, slides_of
 from .tool_joint import OWN, with_tool_joint
+from .written_inverse import GeneralArm
 
 
 @dataclass(frozen=True)
@@ -90,12 +91,12 @@ class GeneralTables:
     """Tables with which the C solver finds all solutions of an arm as a general arm.
 
     Attributes:
-        tables: The tables of the general solver; empty if the solver does not apply.
+        arm: The numbers of the arm for the general solver; None if the solver does not apply.
         separation: How well the best joint order separates the solutions; see
             :attr:`.Choice.separation`.
     """
 
-    tables: tuple[Table, ...] = ()
+    arm: GeneralArm | None = None
     separation: float = 0.0
 
 
@@ -115,7 +116,7 @@ def general_tables(
     choice = choice_at(constants, given, slides_of(robot), apart)
     if choice is None:
         return GeneralTables()
-    return GeneralTables(written_inverse.tables(robot, choice, constants), choice.separation)
+    return GeneralTables(GeneralArm.of(robot, choice, constants), choice.separation)
 
 
 def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:

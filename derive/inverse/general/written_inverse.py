@@ -1,11 +1,12 @@
 """Inverse of a general arm: the function ``ik`` with hand-written C and tables of the arm."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...chain.kinematics import arguments_of, common_unit
 from ...model.robot import SerialRobot
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
+from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
 from ..chain_solution import given_argument
 from ..tasks.slots import pose_argument
 from .line_quantities import Array
@@ -61,7 +62,7 @@ def inverse(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> W
         (pose_argument(robot), *_given(robot, given)),
         outputs,
         SIX if n - len(given) == JOINTS else FIVE,
-        tables(robot, choice, constants),
+        GeneralArm.of(robot, choice, constants),
         CALLS,
         SLOTS,
         OPERATIONS,
@@ -74,23 +75,45 @@ def _given(robot: SerialRobot, given: tuple[int, ...]) -> tuple[Argument, ...]:
     return tuple(given_argument(robot, k, symbols[k]) for k in given)
 
 
-def tables(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
-    """Returns the table fields of ``chasles_general_arm`` (after its function pointers)."""
-    nothing = (0.0,) * 12
-    placed = tuple(_row(E) for E in constants)
-    unused = MAX_JOINTS + 1 - len(placed)
-    directions = tuple(float(joint.direction) for joint in robot.moving)
-    # The added tool joint rotates about its positive z axis.
-    directions += (1.0,) * (len(placed) - 1 - len(directions))
-    return (
-        len(robot.moving),
-        _kinds(robot, choice.given),
-        directions + (0.0,) * unused,
-        length(constants),
-        placed + (nothing,) * unused,
-        len(choice.splits),
-        tuple((split.joints, split.sense, split.halved) for split in choice.splits),
-    )
+@dataclass(frozen=True)
+class GeneralArm(Tables):
+    """The fields of ``chasles_general_arm`` after its function pointers.
+
+    Attributes:
+        joints: Number of joints of the robot.
+        kinds: Type code of each joint.
+        directions: 1 or -1 for each joint.
+        length: The arm length (metre).
+        placed: The rows of the constant placements of the joints and the tool.
+        split_count: Number of the splits.
+        splits: Joint order, sense and halved joint of each split.
+    """
+
+    joints: int
+    kinds: tuple[int, ...]
+    directions: tuple[float, ...]
+    length: float
+    placed: tuple[tuple[float, ...], ...]
+    split_count: int
+    splits: tuple[tuple[tuple[int, ...], int, int], ...]
+
+    @classmethod
+    def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
+        """Returns the numbers of an arm, padded to the maximum joint count."""
+        placed = tuple(_row(E) for E in constants)
+        unused = MAX_JOINTS + 1 - len(placed)
+        directions = tuple(float(joint.direction) for joint in robot.moving)
+        # The added tool joint rotates about its positive z axis.
+        directions += (1.0,) * (len(placed) - 1 - len(directions))
+        return cls(
+            len(robot.moving),
+            _kinds(robot, choice.given),
+            directions + (0.0,) * unused,
+            length(constants),
+            placed + ((0.0,) * 12,) * unused,
+            len(choice.splits),
+            tuple((split.joints, split.sense, split.halved) for split in choice.splits),
+        )
 
 
 def _kinds(robot: SerialRobot, given: tuple[int, ...]) -> tuple[int, ...]:

@@ -23,7 +23,7 @@ from ..classify import Attempt, Classification, classify, of_lines, unfit
 from ..families import FAMILIES
 from ..families.family import Family
 from ..nominal_mechanism import Nominal, convergence_of, nominal_mechanisms, turns_of
-from ..polished_inverse import as_start, refined_inverse
+from ..polished_inverse import RefinedTables, as_start, refined_inverse
 from ..serial_inverse import Inverses
 from ..steps.target import of_pose
 from ..steps.work import Work
@@ -209,11 +209,14 @@ def _of_nominal(
         near = convergence_of(
             hybrid, solved.function, length, found.given, closure, is_position=True
         )
-        tasks.append(position_task(refined_inverse(solved.function, turns, length, near.deviation)))
+        tables = RefinedTables(turns, length, near.deviation)
+        tasks.append(position_task(refined_inverse(solved.function, tables)))
     return Inverses(
         replace(exact.classification, found=nearly, missing=""),
         {start.function.name: start},
-        polished=refined_inverse(solved.function, turns, length, convergence.deviation),
+        polished=refined_inverse(
+            solved.function, RefinedTables(turns, length, convergence.deviation)
+        ),
         polished_tasks=tuple(tasks),
     )
 

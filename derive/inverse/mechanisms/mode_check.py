@@ -7,14 +7,14 @@ target pose; otherwise it belongs to a different assembly mode.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iteration import STEPS, SYSTEM
 from ...loops.maps import Maker
 from ...loops.platforms import WrittenMaker
-from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
@@ -57,6 +57,13 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
     )
 
 
+@dataclass(frozen=True)
+class ClosureSize(Tables):
+    """The length of the mechanism (metre), the scale of length tolerances."""
+
+    size: float
+
+
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
     """Returns ``ik``: the leg inverse with the residual of ``fk`` in each slot."""
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
@@ -75,7 +82,7 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
             margin,
         ),
         SOLVER,
-        (closure.size,),
+        ClosureSize(closure.size),
         (LEGS, FK),
         slots,
         SYSTEM * STEPS * slots,

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -10,11 +10,10 @@ import sympy as sp
 from ...model.tolerances import NO_FRAME
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
-from ...terms.symbolic_function import Result, SymbolicFunction, Table, WrittenFunction
-from ...terms.vectors import ORIGIN, Vector, cross, dot, named, subtracted
+from ...terms.symbolic_function import Result, SymbolicFunction, Tables, WrittenFunction
+from ...terms.vectors import ORIGIN, Vector, subtracted
 from ..hybrid import Hybrid
-from ..rods import from_base, joint_frame, joint_values, rods_of
-from ..spatial.body_frames import pose_of
+from ..rods import free_platform, is_right_handed, rods_of
 from .hexapod_starts import MAX_POSES, RodFamily, starts
 from .soma import RODS, SOMA, Array, SixRods
 
@@ -81,34 +80,17 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 def hexapod_of(h: Hybrid) -> Hexapod | None:
     """Returns the six rods of a spatial platform; None for other platforms."""
-    mechanism = h.mechanism
-    moving = [joint for joint in mechanism.way(mechanism.tool_body) if joint.kind != "fixed"]
-    if [joint.kind for joint in moving] != FREE or len(mechanism.struts) != RODS:
+    platform = free_platform(h, FREE)
+    if platform is None:
         return None
-    still = joint_values(h) | {joint.name: sp.S.Zero for joint in moving}
-    frames = [pose_of(mechanism, h.terms, joint_frame(joint), still) for joint in moving]
-    directions = [
-        named(h.terms, (joint.direction * component for component in axes[2]))
-        for joint, (axes, _) in zip(moving, frames, strict=True)
-    ]
-    along, about = directions[:3], directions[3:]
-    _, origin = frames[-1]
-    meet = all(subtracted(h.terms, point, origin) == ORIGIN for _, point in frames[3:])
-    is_right = subtracted(h.terms, cross(h.terms, *along[:2]), along[2]) == ORIGIN
+    along, about = platform.directions[:3], platform.directions[3:]
+    *others, origin = platform.points[3:]
+    meet = all(subtracted(h.terms, point, origin) == ORIGIN for point in others)
     axes = [k for turned in about for k in range(3) if turned == along[k]]
-    if not (meet and is_right and len(axes) == len(set(axes)) == len(about)):
+    is_permutation = len(axes) == len(set(axes)) == len(about)
+    if not (meet and is_permutation and is_right_handed(h.terms, along)):
         return None
-
-    def seen(point: Vector) -> Vector:
-        offset = subtracted(h.terms, point, origin)
-        x, y, z = (dot(h.terms, e, offset) for e in along)
-        return x, y, z
-
-    ends = [
-        tuple(seen(pose_of(mechanism, h.terms, frame, still)[1]) for frame in from_base(h, strut))
-        for strut in mechanism.struts
-    ]
-    a, b = (tuple(end[k] for end in ends) for k in (0, 1))
+    a, b = (tuple(end[k] for end in platform.ends) for k in (0, 1))
     return Hexapod(a, b, tuple(rod.length for rod in rods_of(h)), tuple(axes))
 
 
@@ -164,7 +146,7 @@ def modes(h: Hybrid) -> WrittenFunction | None:
             ),
         ),
         "hexapod",
-        tables(rods, found.axes, double_joints(found.a, found.b), own, poses),
+        HexapodTables.of(rods, found.axes, double_joints(found.a, found.b), own, poses),
         (CALLED,),
         n,
         OPERATIONS,
@@ -201,38 +183,74 @@ class RodNumbers:
         )
 
 
-def tables(
-    rods: RodNumbers,
-    axes: tuple[int, ...],
-    joints: DoubleJoints,
-    own: SixRods,
-    poses: Array,
-) -> tuple[Table, ...]:
-    """Returns the fields of the C structure ``chasles_hexapod_platform`` after the called function.
+@dataclass(frozen=True)
+class HexapodTables(Tables):
+    """The fields of ``chasles_hexapod_platform`` after the called function.
 
-    Args:
-        rods: The rods.
-        axes: Index (0 to 2) of the axis of each platform angle.
-        joints: The double joints.
-        own: Generic rods from the platform's own family.
-        poses: (n, 8) all complex poses of these generic rods.
+    Lengths are relative to the platform size. Complex numbers are pairs of numbers.
+
+    Attributes:
+        size: The platform size (metre).
+        origin: The centroid of the ends on the actuated side.
+        middle: The centroid of the ends on the platform.
+        axis: Index (0 to 2) of the axis of each platform angle.
+        moves: Whether the ends on the actuated side move.
+        paths: Number of complex poses and of slots.
+        joined: The side of the double joints.
+        pairs: The rods, in pairs that share a joint.
+        b: The ends on the platform.
+        a: The ends of generic rods on the actuated side.
+        c: The constants of the generic rods.
+        starts: All complex poses of the generic rods, padded.
     """
-    slots = np.zeros((MAX_POSES, SOMA), np.complex128)
-    slots[: len(poses)] = poses
-    return (
-        rods.size,
-        tuple(map(float, rods.origin)),
-        tuple(map(float, rods.middle)),
-        axes,
-        int(rods.family.moves),
-        len(poses),
-        joints.side,
-        joints.rods,
-        tuple(tuple(map(float, row)) for row in rods.family.b),
-        _pairs(own.a),
-        _pairs(own.c),
-        _pairs(slots),
-    )
+
+    size: float
+    origin: Any
+    middle: Any
+    axis: tuple[int, ...]
+    moves: bool
+    paths: int
+    joined: int
+    pairs: tuple[int, ...]
+    b: Any
+    a: Any
+    c: Any
+    starts: Any
+
+    @classmethod
+    def of(
+        cls,
+        rods: RodNumbers,
+        axes: tuple[int, ...],
+        joints: DoubleJoints,
+        own: SixRods,
+        poses: Array,
+    ) -> "HexapodTables":
+        """Returns the numbers of a platform.
+
+        Args:
+            rods: The rods.
+            axes: Index (0 to 2) of the axis of each platform angle.
+            joints: The double joints.
+            own: Generic rods from the platform's own family.
+            poses: (n, 8) all complex poses of these generic rods.
+        """
+        slots = np.zeros((MAX_POSES, SOMA), np.complex128)
+        slots[: len(poses)] = poses
+        return cls(
+            rods.size,
+            _nested(rods.origin),
+            _nested(rods.middle),
+            axes,
+            rods.family.moves,
+            len(poses),
+            joints.side,
+            joints.rods,
+            _nested(rods.family.b),
+            _nested(own.a),
+            _nested(own.c),
+            _nested(slots),
+        )
 
 
 def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
@@ -264,8 +282,8 @@ def _samples(h: Hybrid) -> Array:
     return np.asarray(lower_ + rows * (upper - lower_))
 
 
-def _pairs(values: Array) -> Table:
-    """Converts complex numbers to pairs of real and imaginary part."""
-    if values.ndim:
-        return tuple(map(_pairs, values))
-    return float(values.real), float(values.imag)
+def _nested(values: Array) -> tuple[Any, ...]:
+    """Converts an array to nested tuples; a complex number is a pair."""
+    if np.iscomplexobj(values):
+        values = np.stack([values.real, values.imag], -1)
+    return tuple(map(_nested, values)) if values.ndim > 1 else tuple(values.tolist())

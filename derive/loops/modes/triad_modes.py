@@ -1,9 +1,10 @@
 """All assembly modes of a planar platform on three legs: the function ``modes``."""
 
 import math
+from dataclasses import dataclass
 
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, WrittenFunction
+from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
 from ..closing import longest_length
 from ..hybrid import Hybrid
 from .triad import Triad
@@ -16,6 +17,13 @@ CALLS = (
     "assembly_position",
     "assembly_mirror",
 )
+
+
+@dataclass(frozen=True)
+class TriadTables(Tables):
+    """The size of the platform (metre), the scale of length tolerances."""
+
+    size: float
 
 
 def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
@@ -54,7 +62,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
             Result("unsure", (), (1,), "1", "0 if certainly no mode is missing"),
         ),
         "triad",
-        (size,),
+        TriadTables(size),
         (*CALLS, legs, f"{legs}_D_chain"),
         SLOTS,
         OPERATIONS,
