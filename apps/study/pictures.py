@@ -1,4 +1,7 @@
-"""Plots of studies, on existing matplotlib axes or on a new figure."""
+"""Plots of study results.
+
+Each function takes a result and matplotlib axes (None for a new figure), and returns the axes.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +22,7 @@ _STYLES = ("-", "--", ":")
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of configurations with the tool origin in each column of cells.
-
-    Args:
-        found: The `Workspace`.
-        ax: matplotlib axes for one view, along the direction with the fewest cells; None: a new
-            figure, with views along z and y if the workspace is not flat.
-
-    Returns:
-        The axes, or an array of axes.
-    """
+    """Plot the fraction of configurations with the tool origin in each column of cells."""
     thin = int(np.argmin(found.grid.shape))
     if ax is not None:
         _view(found, thin, ax)
@@ -50,20 +44,24 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
 
 
 def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
+    shares = _shares(found.hits.sum(normal, dtype=np.uint64))
+    return _image(ax, found.grid, normal, shares, vmin=0, vmax=most)
+
+
+def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
+    """Draw a value for each cell of a grid, seen along an axis; masked cells stay empty."""
     with requires("chasles[study]"):
         from matplotlib import colormaps  # noqa: PLC0415
 
     across, up = (k for k in range(3) if k != normal)
-    shares = _shares(found.hits.sum(normal, dtype=np.uint64))
-    lower, upper = found.grid.lower, found.grid.upper
+    lower, upper = grid.lower, grid.upper
     image = ax.imshow(
-        shares.T,
+        values.T,
         origin="lower",
         extent=(lower[across], upper[across], lower[up], upper[up]),
         cmap=colormaps[_COLORS].with_extremes(bad=_EMPTY),
         interpolation="nearest",
-        vmin=0,
-        vmax=most,
+        **style,
     )
     ax.set_xlabel(f"{'xyz'[across]} [m]")
     ax.set_ylabel(f"{'xyz'[up]} [m]")
@@ -76,15 +74,7 @@ def _shares(hits: NDArray[np.uint64]) -> Any:
 
 
 def plot_trajectory(found: Any, ax: Any = None) -> Any:
-    """Plot coordinates, rates and accelerations over time, [rad] and [m] on the same axes.
-
-    Args:
-        found: The `Trajectory`.
-        ax: Three matplotlib axes, or None for a new figure.
-
-    Returns:
-        The three axes.
-    """
+    """Plot coordinates, rates and accelerations over time, [rad] and [m] on the same axes."""
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
@@ -110,15 +100,7 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
 
 
 def plot_success(found: Any, ax: Any = None) -> Any:
-    """Plot success rates over the number of samples, one line per step, with 95 % intervals.
-
-    Args:
-        found: The `SuccessStudy`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot success rates over the number of samples, one line per step, with 95 % intervals."""
     axes = _axes(ax, (4.4, 3.2))
     for k, step in enumerate(sorted({row.max_step for row in found.rows})):
         rows = [row for row in found.rows if row.max_step == step]
@@ -142,24 +124,13 @@ def plot_success(found: Any, ax: Any = None) -> Any:
 
 
 def plot_plan(found: Any, ax: Any = None) -> Any:
-    """Plot the coordinates over the fraction of a path; for two coordinates, the path itself.
-
-    Args:
-        found: The `Plan`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot the coordinates over the fraction of a path; for two coordinates, the path itself."""
     axes = _axes(ax, (4.4, 3.2))
     fractions = np.linspace(0, 1, 200)
     points = found.at(fractions)
     if points.shape[1] == 2:  # noqa: PLR2004 - a plane
         axes.plot(*found.q.T, "o-", color=_COLOR_BLIND[0], markersize=3)
-        axes.set_aspect("equal")
-        axes.set_xlabel("x [m]")
-        axes.set_ylabel("y [m]")
-        return axes
+        return _plane(axes)
     for k, values in enumerate(points.T):
         axes.plot(fractions, values, color=_COLOR_BLIND[k % len(_COLOR_BLIND)], label=f"q[{k}]")
     axes.set_xlabel("fraction of the path")
@@ -170,39 +141,21 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
 
 
 def plot_roadmap(found: Any, ax: Any = None) -> Any:
-    """Plot the points and the edges of a roadmap in its first two coordinates.
-
-    Args:
-        found: The `Roadmap`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot the points and the edges of a roadmap in its first two coordinates."""
     axes = _axes(ax, (4.4, 3.6))
     gaps = np.full((len(found.edges), 1, 2), np.nan)
     lines = np.concatenate([found.q[found.edges][..., :2], gaps], axis=1).reshape(-1, 2)
     axes.plot(*lines.T, color=_COLOR_BLIND[0], lw=0.4, alpha=0.6)
     axes.plot(*found.q[:, :2].T, ".", color=_COLOR_BLIND[5], markersize=3)
-    is_plane = found.q.shape[1] == 2  # noqa: PLR2004 - a plane
-    axes.set_xlabel("x [m]" if is_plane else "q[0] [rad, m]")
-    axes.set_ylabel("y [m]" if is_plane else "q[1] [rad, m]")
-    if is_plane:
-        axes.set_aspect("equal")
+    if found.q.shape[1] == 2:  # noqa: PLR2004 - a plane
+        return _plane(axes)
+    axes.set_xlabel("q[0] [rad, m]")
+    axes.set_ylabel("q[1] [rad, m]")
     return axes
 
 
 def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
-    """Plot a planar region, its border, the circles of the legs, and singular positions.
-
-    Args:
-        found: The `PlanarRegion`.
-        ax: matplotlib axes, or None for a new figure.
-        singular: `SingularityCurves` whose type 2 curves are drawn, or None.
-
-    Returns:
-        The axes.
-    """
+    """Plot a planar region, its border, the circles of the legs, and singular positions."""
     with requires("chasles[study]"):
         from matplotlib.patches import Circle  # noqa: PLC0415
 
@@ -218,24 +171,13 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
         axes.plot(*curve.T, _STYLES[1], color=_COLOR_BLIND[3], linewidth=1.2, label=label)
     if singular is not None and singular.type_2:
         axes.legend(loc="lower center", fontsize="small")
-    axes.set_aspect("equal")
     axes.autoscale_view()
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
     axes.set_title(f"{found.robot} {found.name}: {found.area * 1e6:.6g} mm²")
-    return axes
+    return _plane(axes)
 
 
 def plot_singularities(found: Any, ax: Any = None) -> Any:
-    """Plot singular positions of a planar platform.
-
-    Args:
-        found: The `SingularityCurves`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot singular positions of a planar platform."""
     axes = _axes(ax, (4.2, 4.2))
     names = ("type 1: a leg is stretched or folded", "type 2: the platform gains a freedom")
     for curves, k, name in zip((found.type_1, found.type_2), (0, 3), names, strict=True):
@@ -244,49 +186,29 @@ def plot_singularities(found: Any, ax: Any = None) -> Any:
             axes.plot(*curve.T, _STYLES[k % 2], color=_COLOR_BLIND[k], linewidth=1.2, label=label)
     if found.type_1 or found.type_2:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), fontsize="small")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
     axes.set_title(f"{found.robot}: singular positions")
-    return axes
+    return _plane(axes)
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Plot the border of a section; distances beyond the first axis are negative.
-
-    Args:
-        found: The `ExactWorkspace`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot the border of a section; distances beyond the first axis are negative."""
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
     if found.offset:  # The plane does not contain the axis.
         curves = found.meridian.curves()
     for curve in curves:
         axes.plot(*curve.T, color=_COLOR_BLIND[0], linewidth=1.4)
-    axes.set_aspect("equal")
-    flat = found.turn is None
-    axes.set_xlabel("x [m]" if flat else "distance from the first axis [m]")
-    axes.set_ylabel("y [m]" if flat else "z [m]")
     size = f"{found.area:.6g} m²" if not found.volume else f"{found.volume:.6g} m³"
     axes.set_title(f"{found.robot}, {found.point}: {size}")
     axes.grid(alpha=0.3)
-    return axes
+    labels = (
+        ("x [m]", "y [m]") if found.turn is None else ("distance from the first axis [m]", "z [m]")
+    )
+    return _plane(axes, *labels)
 
 
 def plot_positions(found: Any, ax: Any = None) -> Any:
-    """Plot reachable tool positions for one orientation, seen along z and along y.
-
-    Args:
-        found: The `ReachablePositions`.
-        ax: Two matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot reachable tool positions for one orientation, seen along z and along y."""
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
@@ -295,19 +217,9 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
         figure, axes = plt.subplots(2, 1, layout="constrained", figsize=(4.2, 6.4))
         volume = found.size
         figure.suptitle(f"{found.robot}: {volume.value:.3g} m³ ± {volume.error:.1g} m³")
-    lower, upper = found.grid.lower, found.grid.upper
     for own, normal in zip(axes, (2, 1), strict=True):
-        across, up = (k for k in range(3) if k != normal)
         thick = found.inside.sum(normal) * found.grid.side
-        image = own.imshow(
-            np.ma.masked_equal(thick, 0).T,
-            origin="lower",
-            extent=(lower[across], upper[across], lower[up], upper[up]),
-            cmap=_COLORS,
-            interpolation="nearest",
-        )
-        own.set_xlabel(f"{'xyz'[across]} [m]")
-        own.set_ylabel(f"{'xyz'[up]} [m]")
+        image = _image(own, found.grid, normal, np.ma.masked_equal(thick, 0))
         own.figure.colorbar(image, ax=own, label=f"extent along {'xyz'[normal]} [m]", shrink=0.8)
     return axes
 
@@ -316,13 +228,6 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     """Plot the fraction of the orientations that are reached, and the limit counts.
 
     Each view shows the mean over the reached cells along the line of sight.
-
-    Args:
-        found: The `Reach` of cells.
-        ax: Three matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
@@ -332,20 +237,8 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     if axes is None:
         figure, axes = plt.subplots(3, 1, layout="compressed", figsize=(4.2, 9.0))
         figure.suptitle(f"{found.robot}: {found.reached.mean():.1%} of the poses are reached")
-    lower, upper = found.grid.lower, found.grid.upper
     for own, normal in zip(axes, (2, 1), strict=False):
-        across, up = (k for k in range(3) if k != normal)
-        image = own.imshow(
-            100 * share.mean(normal).T,
-            origin="lower",
-            extent=(lower[across], upper[across], lower[up], upper[up]),
-            cmap=_COLORS,
-            interpolation="nearest",
-            vmin=0,
-            vmax=100,
-        )
-        own.set_xlabel(f"{'xyz'[across]} [m]")
-        own.set_ylabel(f"{'xyz'[up]} [m]")
+        image = _image(own, found.grid, normal, 100 * share.mean(normal), vmin=0, vmax=100)
     axes[1].figure.colorbar(image, ax=axes[1], label="orientations reached [%]", shrink=0.8)
     counts = found.limit_counts()
     if not counts:
@@ -358,51 +251,22 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
 
 
 def plot_orientations(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of angles that are possible in each cell of a plane.
-
-    Args:
-        found: The `OrientationGrid`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot the fraction of angles that are possible in each cell of a plane."""
     axes = _axes(ax, (4.2, 3.6))
-    lower, upper = found.grid.lower, found.grid.upper
-    image = axes.imshow(
-        np.ma.masked_equal(100 * found.fraction, 0).T,
-        origin="lower",
-        extent=(lower[0], upper[0], lower[1], upper[1]),
-        cmap=_COLORS,
-        interpolation="nearest",
-        vmin=0,
-        vmax=100,
-    )
+    possible = np.ma.masked_equal(100 * found.fraction, 0)
+    image = _image(axes, found.grid, 2, possible, vmin=0, vmax=100)
     axes.figure.colorbar(image, ax=axes, label="angles possible [%]")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
     return axes
 
 
 def plot_total(found: Any, ax: Any = None) -> Any:
-    """Plot the border of the region in which every angle of a range is possible.
-
-    Args:
-        found: The `OrientationRangeWorkspace`.
-        ax: matplotlib axes, or None for a new figure.
-
-    Returns:
-        The axes.
-    """
+    """Plot the border of the region in which every angle of a range is possible."""
     axes = _axes(ax, (4.2, 4.2))
     for arc in found.total.arcs:
         axes.plot(*arc.points().T, color=_COLOR_BLIND[0], linewidth=1.6)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
     axes.set_title(f"{found.robot}, all angles: {found.total.area * 1e6:.6g} mm²")
     axes.grid(alpha=0.3)
-    return axes
+    return _plane(axes)
 
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
@@ -411,3 +275,11 @@ def _axes(ax: Any, size: tuple[float, float]) -> Any:
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
     return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax
+
+
+def _plane(axes: Any, x: str = "x [m]", y: str = "y [m]") -> Any:
+    """Label the axes of a plane, with the same scale in both directions."""
+    axes.set_aspect("equal")
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    return axes
