@@ -177,10 +177,10 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     const double *cosine = chasles_circle_cosine;
     double values[CHASLES_SAMPLES];
     chasles_vector R[6][6], c, s, determinant;
-    for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            c[l] = cosine[4 * (from + l)];
-            s[l] = cosine[4 * (from + l) + 72];
+    for (int from = 0; from < CHASLES_SAMPLES; from += CHASLES_VECTOR_LANES) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
+            CHASLES_LANE(c, l) = cosine[4 * (from + l)];
+            CHASLES_LANE(s, l) = cosine[4 * (from + l) + 72];
         }
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);
@@ -217,13 +217,14 @@ static void chasles_general_interpolated(const chasles_general_system *system,
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;
-    double values[CHASLES_NODES + CHASLES_LANES], terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
+    double values[CHASLES_NODES + CHASLES_VECTOR_LANES],
+        terms[CHASLES_TERMS][CHASLES_TERMS] = {{0.0}};
     chasles_vector R[6][6], c, s, determinant;
-    for (int from = 0; from < CHASLES_NODES; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int from = 0; from < CHASLES_NODES; from += CHASLES_VECTOR_LANES) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             const double z = chasles_circle_cosine[(4 * (from + l) + 2) % CHASLES_CELLS];
-            c[l] = cos(part->from + part->radius * z);
-            s[l] = sin(part->from + part->radius * z);
+            CHASLES_LANE(c, l) = cos(part->from + part->radius * z);
+            CHASLES_LANE(s, l) = sin(part->from + part->radius * z);
         }
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);

@@ -181,7 +181,7 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
     for (int k = 0; k < CHASLES_SOMA; k++)
         a[7][k].re = of[k].re, a[7][k].im = -of[k].im;
     for (int i = 0; i < 8; i++) {
-        chasles_hexapod_lanes sum = {{0.0}, {0.0}};
+        chasles_hexapod_lanes sum = {CHASLES_ZERO, CHASLES_ZERO};
         for (int k = 0; k < CHASLES_SOMA && i < 7; k++)
             chasles_hexapod_subtract(&sum, a[i] + k, x + k);
         a[i][8].re = 0.5 * sum.re, a[i][8].im = 0.5 * sum.im;
@@ -253,7 +253,7 @@ static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
         }
         const chasles_hexapod_lanes inverse = {a[j][j].re / most, -a[j][j].im / most};
         for (int k = j + 1; k <= CHASLES_SOMA; k++) {
-            chasles_hexapod_lanes scaled = {{0.0}, {0.0}};
+            chasles_hexapod_lanes scaled = {CHASLES_ZERO, CHASLES_ZERO};
             chasles_hexapod_add(&scaled, &inverse, &a[j][k]);
             a[j][k] = scaled;
         }

@@ -6,18 +6,21 @@
 #include <math.h>
 #include <stdint.h>
 
+#if defined(__GNUC__) && !defined(CHASLES_PLAIN)
 /* As wide as registers: wider vectors would spill to memory. */
 #if defined(__AVX512F__)
-#define CHASLES_LANES 8
+#define CHASLES_VECTOR_LANES 8
 #elif defined(__AVX__)
-#define CHASLES_LANES 4
+#define CHASLES_VECTOR_LANES 4
 #else
-#define CHASLES_LANES 2
+#define CHASLES_VECTOR_LANES 2
 #endif
 
 /* GCC and Clang vector types: sums of plain arrays would spill to memory. */
-typedef double chasles_vector __attribute__((vector_size(8 * CHASLES_LANES)));
-typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_LANES)));
+typedef double chasles_vector __attribute__((vector_size(8 * CHASLES_VECTOR_LANES)));
+typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_VECTOR_LANES)));
+#define CHASLES_LANE(x, l) ((x)[l])
+#define CHASLES_ZERO {0.0}
 
 #define CHASLES_INLINE static inline __attribute__((always_inline))
 /* Unrolled loops: matrices of vectors stay in registers if their indices are constants. */
@@ -41,11 +44,37 @@ CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_ve
     return (chasles_vector)(((chasles_vector_mask)x & INT64_MAX) |
                             ((chasles_vector_mask)y & INT64_MIN));
 }
+#else
+/* Plain C: vectors of one lane. */
+#define CHASLES_VECTOR_LANES 1
+typedef double chasles_vector;
+typedef int chasles_vector_mask;
+#define CHASLES_LANE(x, l) ((&(x))[l])
+#define CHASLES_ZERO 0.0
+#define CHASLES_INLINE static inline
+#define CHASLES_UNROLL
+
+CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
+                                                    chasles_vector y)
+{
+    return where ? x : y;
+}
+
+CHASLES_INLINE chasles_vector chasles_vector_sizes(chasles_vector x)
+{
+    return fabs(x);
+}
+
+CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_vector y)
+{
+    return copysign(x, y);
+}
+#endif
 
 CHASLES_INLINE chasles_vector chasles_vector_square_roots(chasles_vector x)
 {
-    for (int l = 0; l < CHASLES_LANES; l++)
-        x[l] = sqrt(x[l]);
+    for (int l = 0; l < CHASLES_VECTOR_LANES; l++)
+        CHASLES_LANE(x, l) = sqrt(CHASLES_LANE(x, l));
     return x;
 }
 

@@ -12,6 +12,7 @@ PACKAGES = {
     "gcc": "gcc",
     "nm": "binutils",
     "pdflatex": "texlive-latex-base texlive-latex-recommended texlive-latex-extra lmodern",
+    "tcc": "tcc",
     "valgrind": "valgrind",
 }
 """Debian packages of each program."""

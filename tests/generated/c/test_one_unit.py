@@ -1,6 +1,7 @@
 """The C code of all robots compiles together, as a single translation unit of a program."""
 
 import subprocess
+from shutil import which
 
 import pytest
 
@@ -8,13 +9,23 @@ from tests.support.derivations import ALL, GENERATED, SAMPLE
 from tests.support.tools import path_of
 
 CHECK = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+MINGW = "x86_64-w64-mingw32-gcc"
+"""The compiler for Windows; the continuous integration does not install it."""
 C, CPP = ["-std=c99"], ["-std=c++11", "-x", "c++"]
 
 
 @pytest.mark.parametrize(
     ("compiler", "flags", "names"),
-    [("gcc", C, ALL), ("clang", [*C, "-mavx2", "-mfma"], SAMPLE), ("g++", CPP, SAMPLE)],
-    ids=["gcc", "clang-avx2", "g++"],
+    [
+        ("gcc", C, ALL),
+        ("gcc", [*C, "-DCHASLES_PLAIN"], ALL),
+        ("clang", [*C, "-mavx2", "-mfma"], SAMPLE),
+        ("g++", CPP, SAMPLE),
+        pytest.param(
+            MINGW, C, ALL, marks=pytest.mark.skipif(not which(MINGW), reason=f"no {MINGW}")
+        ),
+    ],
+    ids=["gcc", "plain", "clang-avx2", "g++", "mingw-w64"],
 )
 def test_robots_compile_in_single_translation_unit(compiler, flags, names, tmp_path):
     path_of(compiler)

@@ -177,7 +177,7 @@ def test_header_may_hold_comments_and_pointers(folder):
     assert chasles.load(folder.path).distance(2, [3, 4]) == 10
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang", "cc -m64"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "tcc", "cc -m64"])
 def test_every_supported_compiler_gives_correct_results(folder, monkeypatch, compiler):
     path_of(compiler.split()[0])
     monkeypatch.setenv("CC", compiler)

@@ -164,12 +164,12 @@ static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
     double power = 1.0, terms[CHASLES_PADDED];
-    chasles_vector sum[CHASLES_PADDED / CHASLES_LANES] = {{0.0}}, row;
+    chasles_vector sum[CHASLES_PADDED / CHASLES_VECTOR_LANES] = {CHASLES_ZERO}, row;
     for (int k = 0; k < CHASLES_TERMS; k++) {
         const double term = power * whole->t[k];
         CHASLES_UNROLL
-        for (int b = 0; b < CHASLES_PADDED / CHASLES_LANES; b++) {
-            memcpy(&row, chasles_circle_pascal[k] + CHASLES_LANES * b, sizeof row);
+        for (int b = 0; b < CHASLES_PADDED / CHASLES_VECTOR_LANES; b++) {
+            memcpy(&row, chasles_circle_pascal[k] + CHASLES_VECTOR_LANES * b, sizeof row);
             sum[b] += term * row;
         }
         power *= 0.5 * side;
@@ -338,7 +338,7 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
             weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
     }
     roots->count = roots->unresolved = roots->parts = 0;
-    for (int from = 0; from < CHASLES_CELLS; from += CHASLES_LANES) {
+    for (int from = 0; from < CHASLES_CELLS; from += CHASLES_VECTOR_LANES) {
         chasles_circle_taylor(series, CHASLES_DEGREE, (const double(*)[CHASLES_DEGREE + 1]) weight,
                               chasles_circle_cosine + from, chasles_circle_cosine + from + 72, t);
         chasles_vector most = t[0] - t[0];
@@ -347,14 +347,14 @@ static void chasles_circle_real(chasles_circle_sampler sampler, const void *sour
             most = wide * (most + chasles_vector_sizes(t[k]));
         const chasles_vector over =
             chasles_vector_sizes(t[0]) - most - CHASLES_UNSURE * series->noise;
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            if (over[l] > 0.0)
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
+            if (CHASLES_LANE(over, l) > 0.0)
                 continue;
             part.from = 2.0 * radius * (from + l);
             part.radius = radius;
             part.nearly = CHASLES_NEARLY_REAL;
             for (int k = 0; k < CHASLES_TERMS; k++)
-                part.t[k] = t[k][l];
+                part.t[k] = CHASLES_LANE(t[k], l);
             chasles_circle_cell(sampler, source, series->noise, &part, roots);
         }
     }

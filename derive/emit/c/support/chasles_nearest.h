@@ -8,6 +8,13 @@
 
 #include "chasles_distance.h"
 
+#ifdef __TINYC__
+/* tcc folds neither its own INFINITY nor the negation of an infinity; without parentheses,
+ * -INFINITY is a product of finite constants. */
+#undef INFINITY
+#define INFINITY 1e308 * 1e308
+#endif
+
 #define CHASLES_SOLVED 1e-9    /* largest residual of a solution [m, rad] */
 #define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
 #define CHASLES_MAX_SLOTS 64   /* slots of an inverse */

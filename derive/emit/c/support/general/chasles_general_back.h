@@ -111,14 +111,14 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
     c[5] = turned[0], s[5] = -turned[1];
 }
 
-/* All joints of at most CHASLES_LANES starts, from their null vectors. */
+/* All joints of at most CHASLES_VECTOR_LANES starts, from their null vectors. */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
-    double rows[8][CHASLES_LANES];
+    double rows[8][CHASLES_VECTOR_LANES];
     chasles_vector given[8], c[6], s[6], two_c[2], two_s[2];
-    for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
         const chasles_general_start *start = starts + (l < count ? l : 0);
         for (int k = 0; k < 6; k++)
             rows[k][l] = start->n[k];
@@ -132,14 +132,14 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     const chasles_vector left = chasles_general_pair(system, c, s);
     chasles_general_last(system, c, s);
     for (int l = 0; l < count; l++)
-        starts[l].left = left[l];
+        starts[l].left = CHASLES_LANE(left, l);
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
         const double sign = split->sense * chasles_general_direction(six, joint);
         const chasles_vector value =
             sign * (system->slides[k] ? c[k] : chasles_general_angles(s[k], c[k]));
         for (int l = 0; l < count; l++)
-            starts[l].q[joint] = value[l];
+            starts[l].q[joint] = CHASLES_LANE(value, l);
     }
 }
 
@@ -217,9 +217,9 @@ static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
 {
-    double cosine[CHASLES_LANES], sine[CHASLES_LANES];
+    double cosine[CHASLES_VECTOR_LANES], sine[CHASLES_VECTOR_LANES];
     chasles_vector c, s, value;
-    for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
         cosine[l] = starts[l < count ? l : 0]->c;
         sine[l] = starts[l < count ? l : 0]->s;
     }
@@ -306,17 +306,17 @@ static int chasles_general_starts(const chasles_general_six *six,
     chasles_cos_sin(count, along, c, s);
     for (int k = 0; k < count; k++)
         starts[k].c = c[k], starts[k].s = s[k];
-    for (int k = 0; k < count; k += CHASLES_LANES) {
-        const chasles_general_start *some[CHASLES_LANES];
+    for (int k = 0; k < count; k += CHASLES_VECTOR_LANES) {
+        const chasles_general_start *some[CHASLES_VECTOR_LANES];
         chasles_vector R[6][6], n[6];
-        const int all = count - k < CHASLES_LANES ? count - k : CHASLES_LANES;
+        const int all = count - k < CHASLES_VECTOR_LANES ? count - k : CHASLES_VECTOR_LANES;
         for (int l = 0; l < all; l++)
             some[l] = starts + k + l;
         chasles_general_triangles(system, some, all, R);
         chasles_general_null(R, n);
         for (int i = 0; i < 6; i++) {
             for (int l = 0; l < all; l++)
-                starts[k + l].n[i] = n[i][l];
+                starts[k + l].n[i] = CHASLES_LANE(n[i], l);
         }
         chasles_general_all(six, split, system, starts + k, all);
     }
@@ -330,20 +330,20 @@ static int chasles_general_twins(const chasles_general_six *six, const chasles_g
                                  const chasles_general_start *starts, int count,
                                  chasles_general_start *twins)
 {
-    const chasles_general_start *some[CHASLES_LANES];
+    const chasles_general_start *some[CHASLES_VECTOR_LANES];
     chasles_vector R[6][6];
     int added = 0;
     for (int k = 0, all = 0; k < count; k++) {
         if (starts[k].has_twin)
             some[all++] = starts + k;
-        if (all == 0 || (all < CHASLES_LANES && k < count - 1))
+        if (all == 0 || (all < CHASLES_VECTOR_LANES && k < count - 1))
             continue;
         chasles_general_triangles(system, some, all, R);
         for (int l = 0; l < all; l++) {
             double triangle[6][6], plane[2][6], product[2][6];
             for (int j = 0; j < 6; j++) {
                 for (int i = 0; i < 6; i++)
-                    triangle[j][i] = R[j][i][l];
+                    triangle[j][i] = CHASLES_LANE(R[j][i], l);
                 triangle[j][j] += copysign(CHASLES_PIVOT_FLOOR, triangle[j][j]);
             }
             chasles_general_plane((const double(*)[6])triangle, plane);
@@ -357,8 +357,8 @@ static int chasles_general_twins(const chasles_general_six *six, const chasles_g
         }
         all = 0;
     }
-    for (int k = 0; k < added; k += CHASLES_LANES) {
-        const int all = added - k < CHASLES_LANES ? added - k : CHASLES_LANES;
+    for (int k = 0; k < added; k += CHASLES_VECTOR_LANES) {
+        const int all = added - k < CHASLES_VECTOR_LANES ? added - k : CHASLES_VECTOR_LANES;
         chasles_general_all(six, split, system, twins + k, all);
     }
     return added;

@@ -219,13 +219,13 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     }
 }
 
-/* The next Newton steps of at most CHASLES_LANES configurations. */
+/* The next Newton steps of at most CHASLES_VECTOR_LANES configurations. */
 static void chasles_general_newton(const chasles_general_six *six, const double *T,
                                    chasles_general_way *const *ways, int count)
 {
-    double rows[7][6][CHASLES_LANES];
+    double rows[7][6][CHASLES_VECTOR_LANES];
     chasles_vector a[7][6], determinant = {0.0};
-    for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
         const chasles_general_way *way = ways[l < count ? l : 0];
         for (int i = 0; i < 6; i++) {
             const double weight = i < 3 ? 1.0 / six->arm->length : 1.0;
@@ -240,7 +240,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     for (int l = 0; l < count; l++) {
         double step[6];
         for (int k = 0; k < 6; k++)
-            step[k] = a[6][k][l];
+            step[k] = CHASLES_LANE(a[6][k], l);
         chasles_general_advance(six, T, step, ways[l]);
     }
 }
@@ -258,7 +258,7 @@ static void chasles_general_step_damped(const chasles_general_six *six, const do
 static void chasles_general_together(const chasles_general_six *six, const double *T,
                                      chasles_general_way *ways, int count)
 {
-    chasles_general_way *going[CHASLES_LANES];
+    chasles_general_way *going[CHASLES_VECTOR_LANES];
     for (int moved = 1, step = 0; moved && step < CHASLES_STEPS; step++) {
         int some = 0;
         moved = 0;
@@ -269,7 +269,7 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
             } else if (!ways[k].is_over) {
                 going[some++] = ways + k;
             }
-            if (some == CHASLES_LANES || (some > 0 && k == count - 1)) {
+            if (some == CHASLES_VECTOR_LANES || (some > 0 && k == count - 1)) {
                 chasles_general_newton(six, T, going, some);
                 some = 0, moved = 1;
             }
@@ -295,9 +295,9 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
 /* |det J| over the product of the column norms, for many J: at most 1, 0 for a singular J. */
 static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
-    double rows[6][6][CHASLES_LANES];
-    for (int from = 0; from < count; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
+    double rows[6][6][CHASLES_VECTOR_LANES];
+    for (int from = 0; from < count; from += CHASLES_VECTOR_LANES) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             const double *own = J[from + l < count ? from + l : from];
             for (int i = 0; i < 6; i++) {
                 for (int k = 0; k < 6; k++)
@@ -316,8 +316,8 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
         chasles_general_triangle(a, 6, &determinant);
         const chasles_vector found =
             chasles_vector_sizes(determinant) / chasles_vector_square_roots(squares);
-        for (int l = 0; l < CHASLES_LANES && from + l < count; l++)
-            margin[from + l] = found[l];
+        for (int l = 0; l < CHASLES_VECTOR_LANES && from + l < count; l++)
+            margin[from + l] = CHASLES_LANE(found, l);
     }
 }
 

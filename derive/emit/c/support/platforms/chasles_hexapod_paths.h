@@ -30,8 +30,8 @@ typedef struct {
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
-    int path[CHASLES_LANES]; /* -1 without a path */
-    int steps[CHASLES_LANES];
+    int path[CHASLES_VECTOR_LANES]; /* -1 without a path */
+    int steps[CHASLES_VECTOR_LANES];
 } chasles_hexapod_group;
 
 /* Normalizes x on every lane. */
@@ -42,8 +42,7 @@ static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
         chasles_hexapod_square(x + k, &size);
         sum += size;
     }
-    for (int l = 0; l < CHASLES_LANES; l++)
-        size[l] = sqrt(sum[l]);
+    size = chasles_vector_square_roots(sum);
     for (int k = 0; k < CHASLES_SOMA; k++)
         x[k].re /= size, x[k].im /= size;
 }
@@ -137,13 +136,13 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     const int path = *from < count ? which[(*from)++] : -1;
     group->path[lane] = path;
     group->steps[lane] = 0;
-    group->t[lane] = 0.0;
-    group->h[lane] = path < 0 ? 0.0 : CHASLES_PATH_FIRST;
+    CHASLES_LANE(group->t, lane) = 0.0;
+    CHASLES_LANE(group->h, lane) = path < 0 ? 0.0 : CHASLES_PATH_FIRST;
     for (int k = 0; k < CHASLES_SOMA; k++) {
         /* A lane without a path takes steps of length 0. */
         if (path >= 0) {
-            group->x[k].re[lane] = starts[path][k].re;
-            group->x[k].im[lane] = starts[path][k].im;
+            CHASLES_LANE(group->x[k].re, lane) = starts[path][k].re;
+            CHASLES_LANE(group->x[k].im, lane) = starts[path][k].im;
         }
     }
 }
@@ -159,10 +158,10 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
     chasles_hexapod_lanes next[CHASLES_SOMA];
     chasles_vector corrections[2];
     int from = 0, left = count;
-    for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
         for (int k = 0; k < CHASLES_SOMA; k++) {
-            group.x[k].re[l] = starts[which[0]][k].re;
-            group.x[k].im[l] = starts[which[0]][k].im;
+            CHASLES_LANE(group.x[k].re, l) = starts[which[0]][k].re;
+            CHASLES_LANE(group.x[k].im, l) = starts[which[0]][k].im;
         }
         chasles_hexapod_next(&group, l, starts, which, count, &from);
     }
@@ -170,32 +169,35 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
     chasles_hexapod_placed(way, &group.t, 1, &place);
     while (left > 0) {
         chasles_hexapod_tried(way, &place, &group, next, corrections);
-        for (int l = 0; l < CHASLES_LANES; l++) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             const int path = group.path[l];
-            const double first = sqrt(corrections[0][l]), second = sqrt(corrections[1][l]);
+            const double first = sqrt(CHASLES_LANE(corrections[0], l)),
+                         second = sqrt(CHASLES_LANE(corrections[1], l));
             const double factor = chasles_hexapod_growth(first, near);
             if (path < 0)
                 continue;
             if (first < near && second < CHASLES_PATH_ON) {
-                group.t[l] += group.h[l];
-                group.h[l] *= factor;
+                CHASLES_LANE(group.t, l) += CHASLES_LANE(group.h, l);
+                CHASLES_LANE(group.h, l) *= factor;
                 for (int k = 0; k < CHASLES_SOMA; k++)
-                    group.x[k].re[l] = next[k].re[l], group.x[k].im[l] = next[k].im[l];
+                    CHASLES_LANE(group.x[k].re, l) = CHASLES_LANE(next[k].re, l),
+                                                CHASLES_LANE(group.x[k].im, l) =
+                                                    CHASLES_LANE(next[k].im, l);
             } else {
-                group.h[l] *= factor < 0.5 ? factor : 0.5;
+                CHASLES_LANE(group.h, l) *= factor < 0.5 ? factor : 0.5;
             }
-            const int lost =
-                !(group.h[l] > CHASLES_PATH_SHORTEST) || ++group.steps[l] >= CHASLES_MAX_STEPS;
-            if (group.h[l] > CHASLES_PATH_LONGEST)
-                group.h[l] = CHASLES_PATH_LONGEST;
-            if (group.h[l] > 1.0 - group.t[l])
-                group.h[l] = 1.0 - group.t[l];
-            if (group.t[l] == 1.0 || lost) {
+            const int lost = !(CHASLES_LANE(group.h, l) > CHASLES_PATH_SHORTEST) ||
+                             ++group.steps[l] >= CHASLES_MAX_STEPS;
+            if (CHASLES_LANE(group.h, l) > CHASLES_PATH_LONGEST)
+                CHASLES_LANE(group.h, l) = CHASLES_PATH_LONGEST;
+            if (CHASLES_LANE(group.h, l) > 1.0 - CHASLES_LANE(group.t, l))
+                CHASLES_LANE(group.h, l) = 1.0 - CHASLES_LANE(group.t, l);
+            if (CHASLES_LANE(group.t, l) == 1.0 || lost) {
                 for (int k = 0; k < CHASLES_SOMA; k++) {
-                    ends[path].x[k].re = group.x[k].re[l];
-                    ends[path].x[k].im = group.x[k].im[l];
+                    ends[path].x[k].re = CHASLES_LANE(group.x[k].re, l);
+                    ends[path].x[k].im = CHASLES_LANE(group.x[k].im, l);
                 }
-                ends[path].t = group.t[l];
+                ends[path].t = CHASLES_LANE(group.t, l);
                 left--;
                 chasles_hexapod_next(&group, l, starts, which, count, &from);
             }

@@ -35,21 +35,22 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     for (int k = 0; k < count; k++)
         half[k] = 0.5 * root[k];
     chasles_cos_sin(count, half, of_cos, of_sin);
-    for (int from = 0; from < CHASLES_FEW_SAMPLES; from += CHASLES_LANES) {
+    for (int from = 0; from < CHASLES_FEW_SAMPLES; from += CHASLES_VECTOR_LANES) {
         chasles_vector R[6][6], c = {0}, s = {0}, half_c = {0}, half_s = {0}, determinant;
-        for (int l = 0; l < CHASLES_LANES; l++) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             const int at = apart * (from + l);
-            c[l] = cosine[at], s[l] = cosine[(at + 72) % CHASLES_CELLS];
-            half_c[l] = cosine[at / 2], half_s[l] = cosine[at / 2 + 72];
+            CHASLES_LANE(c, l) = cosine[at], CHASLES_LANE(s, l) = cosine[(at + 72) % CHASLES_CELLS];
+            CHASLES_LANE(half_c, l) = cosine[at / 2], CHASLES_LANE(half_s, l) = cosine[at / 2 + 72];
         }
         chasles_general_factored(system, &c, &s, R, &determinant);
         chasles_vector product = half_s * of_cos[0] - half_c * of_sin[0];
         for (int k = 1; k < count; k++)
             product *= half_s * of_cos[k] - half_c * of_sin[k];
         const chasles_vector value = determinant / product;
-        for (int l = 0; l < CHASLES_LANES; l++) {
-            most = fabs(determinant[l]) > most ? fabs(determinant[l]) : most;
-            quotient[from + l] = value[l];
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
+            most = fabs(CHASLES_LANE(determinant, l)) > most ? fabs(CHASLES_LANE(determinant, l))
+                                                             : most;
+            quotient[from + l] = CHASLES_LANE(value, l);
         }
     }
     return most;
@@ -105,7 +106,8 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     const double wide = 1.0 + CHASLES_DOUBT / radius;
     const double noise =
         CHASLES_UNSURE * series->noise + chasles_polish_left_out(series, degree, radius);
-    double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
+    double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_VECTOR_LANES],
+        s[CHASLES_VECTOR_LANES];
     chasles_vector t[CHASLES_TERMS];
     CHASLES_UNROLL
     for (int m = 0; m <= CHASLES_DEGREE; m++) {
@@ -114,8 +116,8 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
         for (int k = 1; k < CHASLES_TERMS; k++)
             weight[k][m] = weight[k - 1][m] * (k % 2 ? m : -m) * radius / k;
     }
-    for (int from = 0; from < CHASLES_WIDE_CELLS; from += CHASLES_LANES) {
-        for (int l = 0; l < CHASLES_LANES; l++) {
+    for (int from = 0; from < CHASLES_WIDE_CELLS; from += CHASLES_VECTOR_LANES) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             c[l] = chasles_circle_cosine[2 * (from + l)];
             s[l] = chasles_circle_cosine[(2 * (from + l) + 72) % CHASLES_CELLS];
         }
@@ -126,22 +128,22 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
         for (int k = CHASLES_TERMS - 1; k > 0; k--)
             most = wide * (most + chasles_vector_sizes(t[k]));
         const chasles_vector over = chasles_vector_sizes(t[0]) - most - noise;
-        for (int l = 0; l < CHASLES_LANES; l++) {
+        for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             chasles_circle_part part;
             chasles_circle_roots roots;
-            if (over[l] > 0.0)
+            if (CHASLES_LANE(over, l) > 0.0)
                 continue;
             roots.count = roots.unresolved = roots.parts = 0;
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
             part.nearly = CHASLES_DOUBT;
             for (int k = 0; k < CHASLES_TERMS; k++)
-                part.t[k] = t[k][l];
+                part.t[k] = CHASLES_LANE(t[k], l);
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
             for (int k = 0; k < roots.count; k++) {
                 if (!(roots.imaginary[k] > 0.0))
                     return CHASLES_INCOMPLETE;
             }
-            if (roots.unresolved || roots.count > 0 || !(most[l] < DBL_MAX))
+            if (roots.unresolved || roots.count > 0 || !(CHASLES_LANE(most, l) < DBL_MAX))
                 return CHASLES_UNCLEAR;
         }
     }

@@ -1,0 +1,47 @@
+"""The small compiler tcc, without vectors and intrinsics, compiles every shipped robot."""
+
+import numpy as np
+import pytest
+
+import chasles
+from tests.support.tools import path_of
+
+N = 16
+SAME = 1e-12
+"""Tolerance of forward kinematics, relative to the largest entry: compilers fuse and reorder."""
+SAME_SOLUTION = 1e-7
+"""Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
+
+
+def configurations(robot, rng):
+    """Samples configurations around the reference, where the loops close."""
+    centre = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
+    lower, upper = np.maximum(robot.lower, centre - 1), np.minimum(robot.upper, centre + 1)
+    return centre + 0.5 * (rng.uniform(lower, upper, (N, robot.n)) - centre)
+
+
+def inverse(robot, q):
+    """Solves the poses of configurations, with the joints fixed at their values."""
+    role = robot.manifest.with_role("inverse", "pose").role
+    fixed = {robot.coordinates[k].name: q[:, k] for k in role.given}
+    return robot.ik(robot.fk(q), **({"fixed": fixed} if fixed else {}))
+
+
+@pytest.mark.parametrize("name", chasles.robots())
+def test_tcc_compiles_every_robot(name, tmp_path, monkeypatch):
+    path_of("tcc")
+    expected = chasles.load(name)
+    monkeypatch.setenv("CC", "tcc")
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path))
+    robot = chasles.load(name)
+    assert len(list(tmp_path.glob("*.so"))) == 1
+    q = configurations(robot, np.random.default_rng(5))
+    T, wanted = robot.fk(q), expected.fk(q)
+    assert np.isfinite(T).any()
+    np.testing.assert_allclose(T, wanted, rtol=0, atol=SAME * np.nanmax(np.abs(wanted)))
+    if robot.manifest.with_role("inverse", "pose"):
+        found, solutions = inverse(robot, q), inverse(expected, q)
+        np.testing.assert_array_equal(found.valid, solutions.valid)
+        np.testing.assert_allclose(
+            found.q[found.valid], solutions.q[found.valid], rtol=0, atol=SAME_SOLUTION
+        )
