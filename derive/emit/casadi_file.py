@@ -17,7 +17,8 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of position functions. No other function has these as derivatives."""
+"""Roles of position functions. The derivatives of these functions are not further position
+functions."""
 OF_GEOMETRY = "parametric pose"
 """Role of a position function that is derived on demand."""
 
@@ -41,7 +42,7 @@ def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
     Its outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if derived.
-    CasADi differentiates the outputs. Returns None if no such function was derived.
+    CasADi can differentiate these outputs. Returns None if no such function was derived.
     """
     kept = [
         f

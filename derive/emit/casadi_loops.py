@@ -14,8 +14,9 @@ from ..terms.casadi_graph import lower, whole
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference; each solution starts the next. This number keeps
-each robot on its branch within its limits."""
+"""Number of points on the line from the reference; each solution is the start of the next one. This
+number keeps each robot on its branch within its limits.
+"""
 OPTIONS = {
     "error_on_fail": False,
     "max_iter": 20,

@@ -1,7 +1,7 @@
 """Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
 
-As in the parametric functions, gravity torques use the nominal arm: its axes and links at zero
-coordinates. The runtime replaces ``$<coordinate>`` by each compliance.
+Gravity torques use the axes and links of the nominal arm at zero coordinates, as in the parametric
+functions. The runtime replaces ``$<coordinate>`` by each compliance.
 """
 
 import json

@@ -19,7 +19,7 @@ class Emitter:
         files: Returns the files for a derivation and its programs. The same derivation gives the
             same texts on any machine.
         prints_equations: Whether the language prints the equations and does not need the typed
-            programs. Then its files are written while the programs are built.
+            programs. The files of such a language are written while the programs are built.
     """
 
     language: str

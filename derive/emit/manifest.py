@@ -201,7 +201,7 @@ def _coordinate(joint: Coordinate | Joint) -> contract.Coordinate:
 
 
 def _is_assumed(joint: Coordinate | Joint) -> bool:
-    """Whether the limits are assumed."""
+    """Whether the limits of a joint are assumed."""
     return joint.assumed if isinstance(joint, Coordinate) else "limits" in joint.assumed
 
 

@@ -10,10 +10,10 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MAX_INPUTS 256  /* doubles in all inputs of a kernel */
-#define LANES_MAX_OUTPUTS 512 /* doubles in all outputs */
-#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
-#define LANES_LINE 8          /* doubles in a cache line */
+#define LANES_MAX_INPUTS 256  /* number of doubles in all inputs of a kernel */
+#define LANES_MAX_OUTPUTS 512 /* number of doubles in all outputs of a kernel */
+#define LANES_MAX_ARGUMENTS 8 /* maximum numbers of inputs and of outputs */
+#define LANES_LINE 8          /* number of doubles in a cache line */
 /* Work lanes: inputs, outputs, and staged outputs with one extra line each. */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) bypass the caches, which could not hold them. */
@@ -21,7 +21,7 @@
 
 typedef struct {
     int inputs, outputs;
-    const int *sizes; /* doubles of each input, then of each output */
+    const int *sizes; /* number of doubles of each input, then of each output */
 } lanes_shape;
 
 /* A result that is written to memory in whole cache lines. Rows are staged after the first line of

@@ -121,7 +121,8 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* Updates the variables w to q: from w, or from the reference if w is NaN or too far away.
+/* Updates the variables w to coordinates q, starting from w, or from the reference if w is NaN or
+ * too far away.
  */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])

@@ -11,8 +11,8 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* Number of nearby poses with certainly complete solutions that makes the result of a pose
- * complete. */
+/* Number of nearby poses with certainly complete solutions that make the result of a pose complete.
+ */
 #define CHASLES_AGREED 4
 
 /* Solutions found so far, without duplicates. */
@@ -53,7 +53,8 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
     return found->count;
 }
 
-/* Stores a solution. Returns its index, or -1 if it is not a solution. */
+/* Stores a solution. Returns the index of the stored solution, or -1 if the configuration is not a
+ * solution. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_way *way)
 {
@@ -97,7 +98,8 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Finishes the iteration of a configuration. Returns a bit mask with the index of its solution. */
+/* Finishes the iteration of a configuration and stores its solution. Returns a bit mask with the
+ * index of its solution. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_way *way, chasles_general_found *found)
 {
@@ -111,7 +113,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Begins on both sides of a start at a double root. */
+/* Begins on both sides of a start configuration at a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
                                   const chasles_general_start *start, chasles_general_way *ways)
 {
@@ -134,8 +136,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Whether solutions may be missing near a root. The solution count there must equal the number of
- * real roots, or exceed it by an even number. */
+/* Whether solutions may be missing near a root. The number of solutions near a root must equal the
+ * number of real roots, or exceed it by an even number. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_general_start *starts, int count,
@@ -155,8 +157,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* Finds solutions from both null vectors of each start with a nearby root. Returns their indices as
- * a bit mask. */
+/* Finds solutions from both null vectors of each start with a nearby root. Returns the indices of
+ * the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_split *split,
                                          const chasles_general_system *system,
@@ -175,7 +177,8 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
     return places;
 }
 
-/* Finds solutions from the starts. Returns their indices as a bit mask. */
+/* Finds the solutions that the starts lead to. Returns the indices of the solutions as a bit mask.
+ */
 static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
@@ -198,7 +201,7 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
     return places;
 }
 
-/* Finds the solutions at the roots of a split. Returns whether their number is certainly
+/* Finds the solutions at the roots of a split. Returns whether the number of solutions is certainly
  * complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
@@ -222,7 +225,7 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     return sure && own == found->count && own % 2 == 0;
 }
 
-/* Finds the solutions of a split. Returns whether they are certainly complete. */
+/* Finds the solutions of a split. Returns whether the solutions are certainly complete. */
 static int chasles_general_by_split(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     chasles_general_found *found)
@@ -253,7 +256,7 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     size = way % 2 ? -size : size;
     const double a = size * w[0], b = size * w[1], c = size * w[2];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Cayley's formula, so that the result is a rotation. */
+    /* Uses Cayley's formula, so that the result is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -268,8 +271,8 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries the splits until one certainly finds all solutions. Returns whether a split did. Two splits
- * without solutions count as proof that none exists. */
+/* Tries the splits until one certainly finds all solutions. Returns whether one of the splits did.
+ * Two splits without solutions count as proof that the pose has none. */
 static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -447,7 +450,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
 }
 
 /* Writes every solution of a pose into sixteen slots, at values of the fixed joints (rad or m);
- * NULL if no joint is fixed. */
+ * the value pointer is NULL if no joint is fixed. */
 static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
                                       const double *value, double *q, double *residual,
                                       double *margin)

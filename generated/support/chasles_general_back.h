@@ -143,7 +143,7 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     }
 }
 
-/* The two smallest singular vectors of a triangular matrix, by simultaneous inverse iteration. */
+/* The two smallest singular vectors of a triangular matrix, from simultaneous inverse iteration. */
 static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 {
     for (int k = 0; k < 6; k++)
@@ -178,7 +178,7 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 }
 
 /* The two products (sin, cos) x (1, cos, sin) in the span of a and b: the rows of a + z b are
- * parallel. Returns 0 if there are no such products. */
+ * parallel. Returns 0 if the span contains no such products. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -228,9 +228,9 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Whether A determines the pair at this pose. With a prismatic pair joint and round dimensions, A
- * is often singular at right angles; several pair solutions then belong to one solution of the
- * other joints. */
+/* Whether A determines the pair of joints at this pose. With a prismatic pair joint and round
+ * dimensions, A is often singular at right angles; several pair solutions then belong to one
+ * solution of the other joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;
@@ -263,7 +263,7 @@ static int chasles_general_isolated(const chasles_general_system *system,
 }
 
 /* Removes starts that solve the six equations but not the others: with two prismatic pair joints,
- * half of the roots are such. Returns how many starts remain. */
+ * half of the roots belong to such starts. Returns how many starts remain. */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {

@@ -13,9 +13,9 @@
  * All computations use vectors of samples, roots or solutions (chasles_vectors.h). The code
  * allocates nothing, has no state and depends only on libm.
  *
- * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. It belongs to
- * the pair, or is the one of v and w without a half angle. If both pair joints are prismatic, half
- * of the roots are not solutions.
+ * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
+ * joint belongs to the pair, or is the joint of v and w without a half angle. If both pair joints
+ * are prismatic, half of the roots are not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -39,7 +39,8 @@
 #define CHASLES_SAME 1e-6
 /* m, rad: above this residual, a pose may be out of reach, and slow iterations are abandoned. */
 #define CHASLES_NEAR 1e-4
-/* Added to pivots that may be 0. Rows have order 1; rounding errors are about 1e-16. */
+/* Added to pivots that may be 0. Rows of the matrix have order 1; rounding errors are about 1e-16.
+ */
 #define CHASLES_PIVOT_FLOOR 1e-30
 /* Allowed error of the determinant relative to its largest coefficient: six digits remain. */
 #define CHASLES_NOISE 1e-6
@@ -49,7 +50,7 @@
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
 /* Largest residual of the eight other equations at a root that is a solution, relative to the
- * length or its square. Simple solutions have 1e-8, spurious roots 0.01 and more. */
+ * length or its square. Simple solutions have a residual of 1e-8, spurious roots 0.01 and more. */
 #define CHASLES_SOLVES_ALL 1e-4
 /* Smallest pivot ratio of regular pair equations; rounding alone gives 1e-16. */
 #define CHASLES_TELLS 1e-9
@@ -76,9 +77,10 @@
 
 /* The order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* index among the six: pair, suppressed, v and w, last */
-    int sense;    /* 1 along the arm, -1 against it */
-    int halved;   /* joint with the half angle: 0 for the first of v and w, 1 for the second */
+    int joint[6]; /* joint indices among the six: pair, suppressed, v and w, last */
+    int sense;    /* 1 if the joints are numbered along the arm, -1 against it */
+    int halved;   /* selects the joint with the half angle: 0 for the first of v and w, 1 for the
+                     second */
 } chasles_general_split;
 
 /* A joint. */
@@ -87,16 +89,16 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* An arm. Six joints are solved for; all others are fixed. If only five are solved for, an extra
- * joint after the last rotates the tool and is the sixth. */
+/* An arm. Six joints are solved for; all others are fixed. If only five joints are solved for, an
+ * extra joint after the last one rotates the tool and is the sixth. */
 typedef struct {
     /* fk and mixed Jacobian of the robot. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
-    double direction[CHASLES_CHAIN_MAX_JOINTS];      /* sign of a joint's motion about or along z */
-    double length;                                   /* m, arm size: converts radians to metres */
-    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* (3, 4), around the joints */
+    double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of a joint's motion about or along z */
+    double length; /* size of the arm (m), which converts radians to metres */
+    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* placements (3, 4) around the joints */
     int splits;
     chasles_general_split split[CHASLES_SPLITS]; /* best first */
 } chasles_general_arm;
@@ -105,9 +107,9 @@ typedef struct {
  * also the coordinates of the prismatic joints among the six. */
 typedef struct {
     const chasles_general_arm *arm;
-    double value[CHASLES_CHAIN_MAX_GIVEN]; /* rad or m, of the fixed joints */
-    int own[6];                            /* indices of the six */
-    int slides[6];                         /* whether each of them is prismatic */
+    double value[CHASLES_CHAIN_MAX_GIVEN]; /* values of the fixed joints (rad or m) */
+    int own[6];                            /* indices of the six joints */
+    int slides[6];                         /* whether each of the six joints is prismatic */
     int has_slides;
     int has_tool_joint; /* whether the sixth joint rotates the tool */
     double placed[7][12];
@@ -115,12 +117,12 @@ typedef struct {
 
 /* The equations of a split at a pose. */
 typedef struct {
-    double loop[6][12];      /* C_1 ... C_6 */
-    int slides[6];           /* whether each joint of the split is prismatic */
-    double factor[8][8];     /* triangular factor of A */
-    double head[3][8][9];    /* the corresponding rows of B */
-    double rest[3][6][9];    /* rows without y: factors of 1, cos, sin of the suppressed angle */
-    double form[3][3][6][3]; /* same for the half angle, indexed by (1, cos, sin) and (A, B, C) */
+    double loop[6][12];   /* C_1 ... C_6 */
+    int slides[6];        /* whether each joint of the split is prismatic */
+    double factor[8][8];  /* triangular factor of the matrix A */
+    double head[3][8][9]; /* the rows of B that correspond to A's factor */
+    double rest[3][6][9]; /* equations without y: factors of 1, cos, sin of the suppressed angle */
+    double form[3][3][6][3]; /* the same for the half angle; indices (1, cos, sin), (A, B, C) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -144,13 +146,13 @@ static void chasles_general_inverse(const double *a, double *b)
     }
 }
 
-/* Whether an arm's joint is solved for. */
+/* Whether a joint of the arm is solved for. */
 static int chasles_general_is_solved(const chasles_general_arm *arm, int joint)
 {
     return arm->kind[joint] == CHASLES_SOLVED_TURN || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
-/* Whether an arm's joint is prismatic. */
+/* Whether a joint of the arm is prismatic. */
 static int chasles_general_slides(const chasles_general_arm *arm, int joint)
 {
     return arm->kind[joint] == CHASLES_GIVEN_SLIDE || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
@@ -281,7 +283,8 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Coefficients of 1, cos and sin in a line's quantities after rotation by sign * angle about z. */
+/* Coefficients of 1, cos and sin in the quantities of a line that is rotated by sign * angle about
+ * z. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -295,7 +298,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Coefficients of 1, d and d^2 in a line's quantities after translation by sign * d along z. */
+/* Coefficients of 1, d and d^2 in the quantities of a line that is translated by sign * d along z.
+ */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);

@@ -20,10 +20,10 @@
 typedef struct {
     /* Rod ends on the actuated side, and rod lengths, from the actuators. */
     void (*rods)(const double *q, double *a, double *l);
-    double size;      /* of the platform, metre */
-    double origin[3]; /* of a, and of b below, relative to the size */
+    double size;      /* size of the platform, metre */
+    double origin[3]; /* centers of the ends a and b, relative to the size */
     double middle[3];
-    int axis[3];    /* of the angles of theta, in order */
+    int axis[3];    /* axis indices of the angles of theta, in order */
     int moves;      /* whether the rod ends on the actuated side move */
     int paths;      /* number of complex poses and of slots */
     int joined;     /* 1 if pairs of rods share a joint on the platform, 2 on the other side */
@@ -33,7 +33,7 @@ typedef struct {
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
 
-/* The rods for actuator values, relative to the platform size. */
+/* The rods for given actuator values, relative to the platform size. */
 typedef struct {
     double a[6][3], l[6];
 } chasles_hexapod_rods;
@@ -111,7 +111,8 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* The real pose at a path end. Returns 0 if the end is far from real or at infinity. */
+/* The real pose at the end of a path. Returns 0 if the end of the path is far from real or at
+ * infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
     const chasles_hexapod_number *x = end->x;
@@ -185,7 +186,7 @@ static double chasles_hexapod_margin(double (*J)[7])
     return fabs(chasles_solve_six(J, x)) / lengths;
 }
 
-/* Newton's iteration on the rod lengths. Returns 0 if it leads to another pose. */
+/* Newton's iteration on the rod lengths. Returns 0 if the iteration leads to another pose. */
 static int chasles_hexapod_polished(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *mode)
 {
@@ -275,7 +276,7 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* The rods relative to the platform size. Returns 0 if a number is not finite. */
+/* The rods relative to the platform size. Returns 0 if a number of the rods is not finite. */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -354,7 +355,8 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* The modes of rods with double joints. Returns their number, or -1 if it is uncertain.
+/* The modes of rods with double joints. Returns the number of modes, or -1 if the number is
+ * uncertain.
  */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)

@@ -45,7 +45,7 @@ typedef struct {
 /* Coefficients at the start of a path, and their change until its end. */
 typedef struct {
     chasles_hexapod_forms at, change;
-    int moves; /* whether more than c changes */
+    int moves; /* whether more than the constants c change */
 } chasles_hexapod_way;
 
 /* The coefficients at each lane's path parameter. */

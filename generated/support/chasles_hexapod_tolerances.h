@@ -5,7 +5,8 @@
 #ifndef CHASLES_HEXAPOD_TOLERANCES_H
 #define CHASLES_HEXAPOD_TOLERANCES_H
 
-/* Maximum first Newton correction after a path step: beyond it, another path may be as near. */
+/* Maximum first Newton correction after a path step: beyond this value, another path may be as
+ * near. */
 #define CHASLES_PATH_NEAR 1e-4
 /* Maximum first Newton correction when lost paths and paths with equal ends are repeated for the
  * first and second time. */
@@ -33,7 +34,7 @@
 #define CHASLES_SAME_END 1e-2
 /* Largest rod length error of a mode. */
 #define CHASLES_RODS_CLOSED 1e-12
-/* Rod length error at which Newton's iteration ends. */
+/* Rod length error at which the iteration of a mode ends. */
 #define CHASLES_RODS_POLISHED 1e-15
 /* Two modes closer than this (relative to the platform size, and rad) are equal. At a double
  * solution, rod lengths change with the squared distance and determine no more digits. */

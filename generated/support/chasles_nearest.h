@@ -15,10 +15,10 @@
 #define INFINITY 1e308 * 1e308
 #endif
 
-#define CHASLES_SOLVED 1e-9    /* largest residual of a solution [m, rad] */
+#define CHASLES_SOLVED 1e-9    /* largest residual of a valid solution [m, rad] */
 #define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
-#define CHASLES_MAX_SLOTS 64   /* slots of an inverse */
-#define CHASLES_MAX_JOINTS 64  /* coordinates of a robot */
+#define CHASLES_MAX_SLOTS 64   /* maximum number of slots of an inverse */
+#define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
 /* Results other than a slot: the reason for a missing solution. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no slot reaches the pose */
@@ -27,8 +27,8 @@
 
 /* Limits, weights and periods of the coordinates. */
 typedef struct {
-    const double *lower, *upper; /* limits, infinite for no limit */
-    const double *scale;         /* weight of the displacement in the distance */
+    const double *lower, *upper; /* limits of a coordinate, infinite for no limit */
+    const double *scale;         /* weight of a coordinate's displacement in the distance */
     const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, else 0 */
 } chasles_moves;
 
@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     int n, slots;
     const double *q, *residual, *margin;
-    double tolerance; /* largest residual of a solution */
+    double tolerance; /* largest residual of a valid slot */
 } chasles_slots;
 
 /* Writes the coordinates of a slot, shifted by full turns to be nearest to the seed within the

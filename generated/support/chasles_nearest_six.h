@@ -10,7 +10,7 @@ typedef struct {
     __m256d seed, turn, scale;
 } chasles_four;
 
-/* Seed joints 0 and 1, twice; and seed joints 2 to 5. */
+/* Joints 0 and 1 of the seed, twice; and joints 2 to 5 of the seed. */
 static inline chasles_four chasles_first_two(const chasles_moves *moves, const double *q_seed)
 {
     const chasles_four found = {_mm256_broadcast_pd((const __m128d *)q_seed),
@@ -42,8 +42,8 @@ static inline __m256d chasles_four_moves(__m256d q, const chasles_four *of)
     return _mm256_mul_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.0), move), of->scale);
 }
 
-/* The first two coordinates of two rows. Loads that overlap recent stores wait: the inverse stored
- * the first four and the last four coordinates of a row. */
+/* The first two coordinates of two result rows. Loads that overlap recent stores wait: the inverse
+ * stored the first four and the last four coordinates of a row. */
 static inline __m256d chasles_two_rows(const double *row)
 {
     return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(row)), _mm_loadu_pd(row + 6),

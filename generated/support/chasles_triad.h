@@ -25,7 +25,7 @@ typedef struct {
     void (*mirror)(const double *q, const double *phi, double *x);
     void (*rods)(const double *x, const double *q, double *excess);
     void (*rods_D_chain)(const double *x, const double *q, double *J);
-    double size; /* of the platform, metre */
+    double size; /* size of the platform, metre */
 } chasles_triad_platform;
 
 /* A mode (metre, rad) and its margin. */
@@ -58,7 +58,7 @@ static double chasles_triad_excess(const chasles_triad_platform *platform, const
     return most;
 }
 
-/* Newton's iteration on the rod lengths. Returns 0 if it reaches no mode. */
+/* Newton's iteration on the rod lengths. Returns 0 if the iteration reaches no mode. */
 static int chasles_triad_polished(const chasles_triad_platform *platform, const double *q,
                                   chasles_triad_mode *mode)
 {
@@ -125,7 +125,7 @@ static int chasles_triad_added(const chasles_triad_platform *platform, const dou
     return count + 1;
 }
 
-/* Computes the polynomial. Returns 0 if it is not finite or vanishes. */
+/* Computes the polynomial. Returns 0 if the value is not finite or vanishes. */
 static int chasles_triad_series(const chasles_triad_platform *platform, const double *q,
                                 chasles_circle_series *series)
 {

@@ -21,7 +21,7 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MAX_INPUTS, MAX_OUTPUTS, MAX_ARGUMENTS = 256, 512, 8
-"""Array sizes in the support file. A larger function uses the plain loop."""
+"""Array sizes in the support file for batches. A function with more values uses the plain loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -217,8 +217,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Strength reduction replaces roots and angles, which occur in branches. Other functions are
-        # sums of products.
+        # Strength reduction replaces roots and angles, which occur in branches. Functions without
+        # branches are sums of products.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"

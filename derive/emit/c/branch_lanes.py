@@ -138,11 +138,11 @@ def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]
     """Moves angles without a sign, and the statements that use them, to the end.
 
     Args:
-        program: The program of a branch.
+        program: The program of one branch.
         sign: The sign that alternates between lanes.
 
     Returns:
-        The reordered program, and the moved angles.
+        The reordered program, and the angles that were moved to its end.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

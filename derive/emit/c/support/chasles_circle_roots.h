@@ -103,10 +103,11 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                      /* whether there may be more roots */
+    int unresolved;                      /* whether the interval may contain more roots */
     int parts;                           /* examined so far */
-    double angle[CHASLES_MAX_ROOTS];     /* of the suppressed joint */
-    double imaginary[CHASLES_MAX_ROOTS]; /* 0 for a root, else half distance of a close pair */
+    double angle[CHASLES_MAX_ROOTS];     /* angle of the suppressed joint */
+    double imaginary[CHASLES_MAX_ROOTS]; /* 0 for a root, else half of the distance between two
+                                            close roots */
 } chasles_circle_roots;
 
 /* Taylor series of a polynomial at the angles with these cosines and sines, with the angle scaled
@@ -283,7 +284,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (value < part->noise || halvings == 0) {
-        /* One point represents a cluster. */
+        /* One point represents a cluster of roots. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
@@ -321,7 +322,8 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }
 
-/* The real roots, and the positions of nearly double pairs. Without a source, the sampler is 0. */
+/* The real roots, and the positions of nearly double pairs. If the polynomial has no source, the
+ * sampler is 0. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

@@ -45,7 +45,8 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* Joined in registers: loading recently stored parts as a whole waits for the stores.
+        /* The parts are joined in registers, because loading recently stored parts as a whole waits
+         * for the stores.
          */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),

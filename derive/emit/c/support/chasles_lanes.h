@@ -88,7 +88,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* Fallback for a libmvec without this function. */
+/* Fallback if libmvec does not contain this function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \
@@ -168,7 +168,7 @@ static const double lanes_arctangent[] = {
 #define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* of a condition, only the first bit matters */
+#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition matters */
 #define LANES_CHOICE(condition, x, y) \
     ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
 #define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
@@ -217,9 +217,10 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; NaN if x is negative
- * or NaN. AVX-512 refines a 14-bit estimate by the series of (1 - e)^(-1/2), with e at most 2^-13
- * and truncation error 35/128 e^4. Other sets compute square root and quotient independently. */
+/* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result is NaN if
+ * x is negative or NaN. AVX-512 refines a 14-bit estimate by the series of (1 - e)^(-1/2), with e
+ * at most 2^-13 and truncation error 35/128 e^4. Other sets compute square root and quotient
+ * independently. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -321,8 +322,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* Measured from the nearest axis or diagonal, `count` eighths of a turn from the x axis;
-     * backwards if exactly one of these is true: steep, or x negative. */
+    /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
+     * axis; backwards if exactly one of these is true: steep, or x negative. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
@@ -387,7 +388,7 @@ LANES_INLINE void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *
 
 /* ---- rows to lanes and back ---- */
 
-/* Transposes LANES vectors into LANES rows. */
+/* Transposes LANES vectors of a matrix into LANES rows. */
 LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 {
 #if LANES == 8
@@ -433,7 +434,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* Via registers: a wide load would wait until narrow stores reach the cache. */
+/* The transposition uses registers: a wide load would wait until narrow stores reach the cache. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
 {

@@ -3,7 +3,7 @@
  *
  *     c_w w_q = 0,   c_w wd = 0,   c_w wdd = -(c_w)' wd,   c_w (w_q)' = -(c_w)' w_q
  *
- * with known actuated rows. D_u is factored once, at the closed configuration. */
+ * with known actuated rows. D_u is factored only once, at the configuration with closed loops. */
 
 /* (W x Q) derivative of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)

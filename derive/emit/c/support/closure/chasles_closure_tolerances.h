@@ -27,8 +27,8 @@
 /* Largest leg residual of a reached pose: accepts poses with seven digits. */
 #define CLOSURE_ON_LEGS 1e-7
 /* Deviation of the forward kinematics from the legs' pose above which the pose is another assembly
- * mode. Two closer modes are next to a singularity, where rounding of the coordinates alone moves
- * the pose by 1e-8 or more. */
+ * mode. Two modes that are closer are next to a singularity, where rounding of the coordinates
+ * alone moves the pose by 1e-8 or more. */
 #define CLOSURE_SAME_MODE 1e-4
 
 #endif

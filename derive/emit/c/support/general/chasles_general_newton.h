@@ -16,23 +16,23 @@ typedef struct {
     double n[6];      /* null vector of M */
     double along;     /* the suppressed angle */
     double c, s;      /* of this angle */
-    double imaginary; /* of this angle; 0 for a real root */
-    int has_twin;     /* whether another root is near */
-    double left;      /* residual of the eight other equations */
+    double imaginary; /* imaginary part of the suppressed angle; 0 for a real root */
+    int has_twin;     /* whether another root is near this root */
+    double left;      /* residual of the eight equations that M does not contain */
 } chasles_general_start;
 
 /* An iterate of a configuration towards a pose. */
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
-    double left;    /* its larger norm (metre or radian) */
-    double cost;    /* sum of squares, decreased by each step */
+    double left;    /* larger norm of the twist (metre or radian) */
+    double cost;    /* sum of squared errors, which each step decreases */
     double damping; /* damping of the next step; 0 for a Newton step */
     int steps;      /* steps so far */
-    int is_over;    /* whether no further step can improve */
+    int is_over;    /* whether no further step can improve the iterate */
 } chasles_general_way;
 
-/* All joints of the robot (rad, m), from the unknown joints; their prismatic coordinates are
+/* All joints of the robot (rad, m), from the unknown joints, whose prismatic coordinates are
  * relative to a length (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
@@ -53,8 +53,8 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
     chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
-/* The pose and the six Jacobian columns of five joints and a sixth that rotates the tool about a
- * tool axis. */
+/* The pose and the six Jacobian columns of five joints and of a sixth joint that rotates the tool
+ * about a tool axis. */
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
@@ -111,9 +111,9 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Twist at the tool from one pose to another (metre, radian). Returns the larger of distance and
- * angle. The angle uses all matrix entries, so that it is large for a matrix that is not a
- * rotation. */
+/* The twist at the tool that leads from one pose to another (metre, radian). Returns the larger of
+ * distance and angle. The angle uses all matrix entries, so that it is large for a matrix that is
+ * not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
@@ -130,7 +130,8 @@ static double chasles_general_error(const double *T, const double *at, double *e
         position += e[k] * e[k];
     }
     const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    /* Angle over sine; a series with error 1e-13 replaces the arc tangent for small angles. */
+    /* The angle over its sine; a series with error 1e-13 replaces the arc tangent for small angles.
+     */
     const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
                           : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
                                                       : 1.0;
@@ -323,7 +324,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 
 /* rad, or relative to the length: distance between points of a walk. */
 #define CHASLES_WALK_STEP 0.1
-/* Points of a walk in one sense: about one revolution of two joints. */
+/* Points of a walk in one direction: about one revolution of two joints. */
 #define CHASLES_WALK_POINTS 100
 /* Maximum number of corrector steps onto the curve. */
 #define CHASLES_WALK_CORRECTIONS 8
@@ -332,7 +333,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 typedef struct {
     chasles_general_way way;
     double v[6], u[6];
-    double left; /* u . e: error that no joint removes */
+    double left; /* u . e: the error that no joint can remove */
 } chasles_general_walk_point;
 
 /* Solves (J + u v^T) x = b, or with its transpose. Returns whether x is finite. */
@@ -364,7 +365,8 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the curve, where the error is parallel to u. Returns whether it converged. */
+/* Moves a point onto the self-motion curve, where the pose error is parallel to u. Returns whether
+ * the point converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {
@@ -399,7 +401,7 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
     return 0;
 }
 
-/* Finds the curve point near a configuration. Returns whether it exists. */
+/* Finds the curve point near a configuration. Returns whether such a point exists. */
 static int chasles_general_walk_start(const chasles_general_six *six, const double *T,
                                       const double *q, chasles_general_walk_point *point)
 {

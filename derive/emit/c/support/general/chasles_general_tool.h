@@ -111,7 +111,7 @@ static void chasles_general_tool_restart(const chasles_general_six *six, const d
     }
 }
 
-/* Whether some residual is small enough for a solution. */
+/* Whether some residual is small enough for a valid solution. */
 static int chasles_general_tool_is_solved(const double *left)
 {
     for (int k = 0; k < CHASLES_SLOTS; k++) {
@@ -155,7 +155,7 @@ static void chasles_general_tool_search(const chasles_general_six *six, const do
 }
 
 /* Writes every solution of a pose into sixteen slots, solutions first, at values of the fixed
- * joints (rad or m; NULL if no joint is fixed). */
+ * joints (rad or m; the value pointer is NULL if no joint is fixed). */
 static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
                                     const double *value, double *q, double *residual,
                                     double *margin)

@@ -170,7 +170,7 @@ static double chasles_joint_sample(const chasles_double_joints *joints, double c
     return s * s * (P * P - Q * Q * d3);
 }
 
-/* Computes the polynomial. Returns 0 if it is not finite or vanishes. */
+/* Computes the polynomial. Returns 0 if the value is not finite or vanishes. */
 static int chasles_joint_series(const chasles_double_joints *joints, chasles_circle_series *series)
 {
     const int every = CHASLES_CELLS / CHASLES_JOINT_SAMPLES;
@@ -294,8 +294,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* The real pose at a zero of the polynomial (angle of the first joint). Returns whether it
- * exists. */
+/* The real pose at a zero of the polynomial (angle of the first joint). Returns whether such a
+ * pose exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -324,8 +324,8 @@ static int chasles_joint_real(const chasles_double_joints *joints, double angle,
            fabs(x[0][2] * cosine - x[0][1] * sine) < CHASLES_JOINT_TURN;
 }
 
-/* All poses, with the first joint's angle as unknown. Returns their number, or -1 if it is
- * uncertain. */
+/* All poses, with the first joint's angle as unknown. Returns the number of poses, or -1 if the
+ * number is uncertain. */
 static int chasles_joint_poses(const chasles_double_joints *joints, const double (*b)[3],
                                double (*poses)[7])
 {
@@ -351,7 +351,7 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
 }
 
 /* All poses of a body with three points b on rods of lengths l from six points a, two rods per
- * point. Returns their number, or -1 if it is uncertain. */
+ * point. Returns the number of poses, or -1 if the number is uncertain. */
 static int chasles_double_joint_poses(const double (*a)[3], const double *l, const double (*b)[3],
                                       double (*poses)[7])
 {

@@ -30,7 +30,7 @@ typedef struct {
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
-    int path[CHASLES_VECTOR_LANES]; /* -1 without a path */
+    int path[CHASLES_VECTOR_LANES]; /* index of the path, -1 without a path */
     int steps[CHASLES_VECTOR_LANES];
 } chasles_hexapod_group;
 
@@ -47,7 +47,7 @@ static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
         x[k].re /= size, x[k].im /= size;
 }
 
-/* x + factor y. */
+/* Computes x + factor y. */
 static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const chasles_vector *factor,
                                        const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
 {
@@ -128,7 +128,7 @@ static double chasles_hexapod_growth(double correction, double near)
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
-/* Assigns the next path to a lane; no path if all have been followed. */
+/* Assigns the next path to a lane, or no path if all have been followed. */
 static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
                                  const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                  const int *which, int count, int *from)

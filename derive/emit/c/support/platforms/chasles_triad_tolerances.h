@@ -12,7 +12,7 @@
 #define CHASLES_TRIAD_VANISHED 1e-12
 /* Relative to the platform size: largest rod length error of a mode. */
 #define CHASLES_TRIAD_CLOSED 1e-12
-/* Rod length error at which Newton's iteration ends. */
+/* Rod length error at which the iteration of a mode ends. */
 #define CHASLES_TRIAD_POLISHED 1e-15
 /* rad: maximum rotation per step; a larger rotation may reach another mode. */
 #define CHASLES_TRIAD_STEP 0.3

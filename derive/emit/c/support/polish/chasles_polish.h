@@ -83,7 +83,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Restarts branches that start on the true loop branch but diverged. */
+/* Restarts branches whose start is on the true loop branch but whose iteration diverged. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
@@ -189,7 +189,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #if POLISH_N >= 6
     POLISH_NAME(look)(s, is_unsure);
 #endif
-    /* With fewer than six joints, lines of poses leave the reachable set. */
+    /* With fewer than six joints, a generic line of poses leaves the set of reachable poses. */
     if (POLISH_N < 6 || s->count == 0)
         POLISH_NAME(around)(s, is_unsure);
     if (s->waiting > 0)

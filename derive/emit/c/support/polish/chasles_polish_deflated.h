@@ -99,7 +99,8 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
 /* Completeness of the known solutions, according to a split. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* Complete if the polynomial has no real or nearly real root; incomplete if it has a real root. */
+/* The solutions are complete if the polynomial has no real or nearly real root, and incomplete if
+ * it has a real root. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;

@@ -100,9 +100,9 @@ static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, 
     return 0;
 }
 
-/* Whether a branch without a solution may be one of two meeting branches. Either the iteration
- * found nothing new, or the nominal arm misses a pose that the true arm may reach; the miss may be
- * large near a second singularity. */
+/* Whether a branch without a solution may be one of two meeting branches. In the first case, the
+ * iteration found nothing new; in the second case, the nominal arm misses a pose that the true arm
+ * may reach. The miss may be large near a second singularity. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)

@@ -54,7 +54,8 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 }
 
 /* Whether the known solutions match the real roots of a split one to one, with no two roots near
- * each other: then the solutions are complete. Certain complex double roots are not solutions. */
+ * each other: then the solutions are complete. Complex double roots that are certain do not count
+ * as solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
@@ -99,7 +100,8 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
 
 /* Whether the known solutions are complete, according to the first split that decides. A split
  * decides only if no two roots are near each other; an elbow, for example, has the same angle on
- * several branches. `system` receives the equations of the last evaluated split, or stays null. */
+ * several branches. `system` receives the equations of the split that was evaluated last, or
+ * remains null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int splits,
                                                    chasles_general_system *system,
@@ -120,8 +122,8 @@ static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s
     return verdict;
 }
 
-/* Runs the general solver unless the known solutions are complete. Returns whether the result is
- * certainly complete. */
+/* Runs the general solver unless the known solutions are complete. Returns whether the solutions
+ * are certainly complete. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
                                         const POLISH_NAME(slots) * start,
                                         const chasles_general_six *six,
@@ -163,7 +165,8 @@ static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(sl
     }
 }
 
-/* Runs the general solver and adds its solutions. Returns whether they are certainly complete. */
+/* Runs the general solver and adds its solutions. Returns whether the solutions are certainly
+ * complete. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;

@@ -11,9 +11,9 @@
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
-    int taken[POLISH_RESULTS]; /* whether a slot has a unique solution */
+    int taken[POLISH_RESULTS]; /* whether the slot has a solution of its own */
     int count;                 /* of these */
-    int ways;                  /* lines to try for branches with a known solution */
+    int ways;                  /* lines to search for branches with a known solution */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
@@ -42,8 +42,8 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Stores the result of a start. A new solution goes into its branch's slot, or another slot if that
- * is occupied. A slot without a solution keeps its nearest result. */
+/* Stores the result of a start. A new solution is stored in its branch's slot, or in another slot
+ * if that slot is occupied. A slot without a solution keeps its nearest result. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
 {
     double found[POLISH_N], left;
@@ -75,8 +75,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Finishes the iteration of a slot with a valid but not settled residual. Returns whether it
- * reaches another slot's solution. */
+/* Finishes the iteration of a slot whose residual is valid but not yet minimal. Returns whether the
+ * slot reaches the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -163,7 +163,7 @@ static void POLISH_NAME(nearby)(const double *in, double size, int way, double *
     POLISH_NAME(direction)(way, size, u);
     const double a = 0.5 * u[3], b = 0.5 * u[4], c = 0.5 * u[5];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
-    /* Cayley's formula, so that the result is a rotation. */
+    /* Uses Cayley's formula, so that the result is a rotation. */
     const double R[3][3] = {
         {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
         {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
@@ -218,9 +218,10 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
-    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the end pose */
+    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the line's end */
     double margin[LANES];
-    int side, arrived; /* start end of the curves; number of branches that reached the other end */
+    int side, arrived; /* the line's end at which the curves start; number of branches that reached
+                          the other end */
 } POLISH_NAME(curves);
 
 /* Corrects configurations onto their curves: the smallest first-order change of (q, mu) to e = mu
@@ -378,7 +379,7 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* Curves from the other end already cover all curves from this end. */
+            /* Curves from the line's other end already cover all curves from this end. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

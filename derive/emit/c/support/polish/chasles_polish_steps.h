@@ -22,7 +22,7 @@ static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes
     POLISH_POSE(q, at);
 }
 
-/* Only the pose: the compiler removes the Jacobian's operations. */
+/* Computes only the pose: the compiler removes the Jacobian's operations. */
 static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 {
     lanes all[16 + 6 * POLISH_N];
@@ -232,7 +232,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
     lanes *pivots = first;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
     first[2] = first[3] = POLISH_OF(0.0);
-    int left_over = 0; /* remaining steps with the same equations */
+    int left_over = 0; /* number of remaining steps with the same equations */
     for (int k = 0, taken = 0;; taken++) {
         if (left_over > 0) {
             POLISH_NAME(tool_pose)(c->q, c->at);
@@ -248,7 +248,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         }
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* a search needs the first pivots */
+        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* a search needs first pivots */
         if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;
@@ -272,13 +272,13 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* Only with new equations: old equations mistake curvature of the reachable set for a
+        /* The test needs new equations: old equations mistake curvature of the reachable set for a
          * miss. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
-        /* Not for robots with loops: near dead points, equations change within short steps. */
+        /* Loops are excluded: near their dead points, equations change within short steps. */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
             left_over = POLISH_MAX_AGAIN;
     }

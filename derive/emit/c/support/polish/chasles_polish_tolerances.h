@@ -7,7 +7,7 @@
 
 /* m, rad: residual at which the iteration ends, ten times the rounding of forward kinematics. */
 #define POLISH_CLOSED 1e-14
-/* m, rad: below this residual, a step without improvement ends the iteration: only rounding
+/* m, rad: below this residual, a step without improvement ends the iteration, because only rounding
  * remains. */
 #define POLISH_SETTLED 1e-12
 /* m, rad: largest residual of a solution, as in the runtime. */
@@ -21,7 +21,7 @@
 /* Largest entry of R R^T - 1 for a valid rotation R: about 1e-15 for poses in double precision,
  * 1e-7 in single precision. */
 #define POLISH_RIGID 1e-9
-/* Minimum of 1 + trace of the rotation from tool to pose, near half a turn: keeps steps finite. */
+/* Minimum of 1 + trace of the rotation from tool to pose; keeps steps finite near half a turn. */
 #define POLISH_HALF_TURN 1e-3
 /* m, rad: largest coordinate change per step; a larger change may reach another branch. */
 #define POLISH_STEP 0.3
@@ -44,7 +44,7 @@
  * fraction: below it, the minimum residual or the boundary of loop closure is reached. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
-/* The iteration continues only if a step reduces the squared error to this fraction. */
+/* The iteration continues only if a step reduces the squared error to this fraction of it. */
 #define POLISH_SLOW 0.95
 
 /* Tool displacement (m, rad) for a multiple of the axis deviation (radian, or relative to the arm
@@ -60,15 +60,15 @@
 #define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
 /* m, rad: largest residual of a pose that the nominal arm reaches: rounding near a singularity. */
 #define POLISH_FOLD 1e-7
-/* Square root of a pivot of J J^T, in deviations, below which branches may lie anywhere: this close
- * to a nominal singularity, the true arm may be singular. Up to 0.01 rad for small deviations,
- * because few poses are so close. */
+/* If a pivot of J J^T is below the square of this value (in deviations), branches may lie anywhere:
+ * so close to a nominal singularity, the true arm may be singular. Up to 0.01 rad for small
+ * deviations, because few poses are so close. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
 /* Deviation (radian, or relative to the length) times first step (radian) over the cubed smallest
  * singular value. Below this value, a branch has only one solution: among 1469 poses with a second
  * solution (six arms, errors of 1 to 5 mm and mrad), none was below. If no three axes nearly
- * intersect, the limit is larger, and 3 of 300,000 poses of six arms were below it. */
+ * intersect, the limit is larger: 3 of 300,000 poses of six arms were below it. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
 /* Displacement of surrounding poses, in deviations: larger than the difference of the arms. */
 #define POLISH_AROUND 2.5
@@ -98,12 +98,12 @@
 /* Bend at a fold (1/rad), in deviations, that the deviation alone may cause: for a self-motion, the
  * nominal bend is zero. */
 #define POLISH_FLAT 8.0
-/* Bend limit (1/rad), in deviations, at folds without a solution. Above the squared slope
+/* Bend limit (1/rad), in deviations, at folds without a solution. If the squared slope is above
  * POLISH_TILTED, the nearest point is far from the fold, and the bend may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* rad: largest distance from a fold to its solutions, and largest step orthogonal to it, at which
- * the second-order equation gives their number. */
+/* rad: largest distance from a fold to its solutions, and largest step orthogonal to the fold
+ * direction, at which the second-order equation gives their number. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Assumed minimum ratio of a second step to the squared first step. */
@@ -113,9 +113,9 @@
 #define POLISH_ASIDE 0.01
 /* Allowed relative error of the terms in this equation's discriminant. */
 #define POLISH_CLEAR 0.3
-/* Bounds for a branch near a second singularity although the nominal arm misses the pose by far:
- * square root of a pivot (rad), residual, and their product (m, rad) per unit deviation. The nearer
- * the second singularity, the further the deviation moves the fold. For residuals up to ten
+/* Bounds for a branch near a second singularity whose nominal solution misses the pose by far:
+ * square root of a pivot (rad), residual, and the product of both (m, rad), per unit deviation. The
+ * nearer the second singularity, the further the deviation moves the fold. For residuals up to ten
  * deviations, the root is bounded by POLISH_NEARER deviations. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
