@@ -23,7 +23,8 @@ suggests a different robot or wrong joint values."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
-"""Ratio of actual to stated noise above which the varied parameters do not fit the measurements."""
+"""Ratio of actual to stated noise above which the identified parameters do not explain the
+measurements."""
 MIN_SPREAD = 1e-6
 """Minimum spread of the tool positions [m]; with less spread, the tool only rotates."""
 MANY = 0.2
@@ -168,5 +169,5 @@ def left(found: Calibration) -> float:
 
 
 def spread(T: FloatArray) -> float:
-    """Return the root mean square distance of the tool positions from their mean [m]."""
+    """Return the root mean square distance of the tool positions from their center [m]."""
     return float(np.linalg.norm(T[:, :3, 3].std(0)))

@@ -191,7 +191,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         try:
             without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
         except InputValueError:
-            continue  # The corrected measurements contradict one another.
+            continue  # The corrected measurements are inconsistent with each other.
         if MUCH_BETTER * without < rest:
             raise InputValueError(_sentence("calibrated", rest, without, mistake))
 

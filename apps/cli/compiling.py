@@ -320,7 +320,7 @@ def _write(due: list[Job], workers: int, sources: Path | None, *, shows_bar: boo
     _announce(due)
     if not _show(work.derived(due, workers), len(due), shows_bar=shows_bar):
         if len(due) == 1:
-            # The error message of the robot has already stated the reason.
+            # The error message of the robot has already stated the reason for the exit.
             raise typer.Exit(1)
         stop("some robots failed")
     say(f"{_counted(due)} written to {folder}, {time.perf_counter() - started:.1f} s")
@@ -335,7 +335,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # A folder without a description shows only if all shipped robots are compared.
+    # Only a comparison of all shipped robots shows a folder without a description.
     is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:

@@ -127,7 +127,10 @@ def cache(
 
 
 def _is_of_cache(path: Path) -> bool:
-    """Whether chasles wrote a file or folder; CHASLES_CACHE may name a folder with other files."""
+    """Whether chasles wrote a file or folder in the cache.
+
+    CHASLES_CACHE may name a folder with other files.
+    """
     return path.name == "derived" or bool(_LIBRARY.fullmatch(path.name))
 
 

@@ -1,7 +1,7 @@
 """Robots with kernels: compiled libraries for all processors of a platform.
 
 On x86-64, a kernel contains the scalar code three times: for every processor, for processors with
-AVX2 and for processors with AVX-512. The choice is made when the library is opened.
+AVX2 and for processors with AVX-512. The code is selected when the library is opened.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
 
     Raises:
         CacheError: If the folder cannot be written.
-        ChaslesError: If compilation fails; the message states the reason.
+        ChaslesError: If the compilation fails; the message states the reason.
     """
     target = folder / manifest.name
     try:
@@ -73,7 +73,7 @@ def _compile_levels(folder: Path) -> None:
         objects.append(f"level_{level}.o")
         at_level = replace(compiler, flags=(*flags, *own, "-c"))
         at_level.compile([GLUE_FILE], objects[-1], folder)
-        # The levels have functions of the same names.
+        # The levels have functions with the same names.
         run(["objcopy", "--localize-hidden", objects[-1]], folder)
-    # -s: without symbols of the debugger.
+    # The flag -s removes the debugger's symbols.
     replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)

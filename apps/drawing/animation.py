@@ -123,7 +123,7 @@ def _ffmpeg(target: Path) -> str:
     if found is not None:
         return found
     try:
-        import imageio_ffmpeg  # noqa: PLC0415 - an extra
+        import imageio_ffmpeg  # noqa: PLC0415 - the package of an extra
 
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:

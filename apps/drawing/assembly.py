@@ -24,8 +24,8 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at given actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. Rod orientations keep the values of the start configuration,
-            since no body uses them.
+        z: (k, n_z) configurations. The orientations of rods keep the values of the start
+            configuration, because no body uses them.
         margin: (k,) margins; 0 if the platform is singular and two modes coincide.
     """
 

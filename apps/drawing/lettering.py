@@ -22,7 +22,7 @@ _LEADER = 5.0
 """Distance of a label from its point beyond which a leader line joins label and point, in drawing
 units."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
-"""Candidate positions of a dimension along its line, from 0 to 1."""
+"""Candidate positions of a dimension along its line, as fractions from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
 """Costs of a label: overlap, crossed line [1/pixel], distance [1/unit], outside [1/pixel]."""
 
@@ -196,7 +196,7 @@ class Lettering:
         box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
         for cost, place, angle in tried:
             if cost >= least:
-                continue  # the other costs are not negative
+                continue  # the remaining costs are not negative
             x, y = self.to_pixels(place)
             total = cost + self._cost(box0 + np.array([x, y, x, y]))
             if total < least:
@@ -240,7 +240,7 @@ def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
     way = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
-    # For a line along a side of the box, 0 / 0 gives NaN.
+    # If a line lies along a side of the box, 0 / 0 gives NaN.
     is_along = np.isnan(parts).any(axis=(0, 2))
     enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
     inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)

@@ -38,7 +38,7 @@ class Access:
         return f"http://localhost:{port}/?token={self.token}"
 
     def allows(self, path: str, headers: Any) -> bool:
-        """Return whether a request with a path and headers may connect."""
+        """Return whether a request with this path and these headers may connect."""
         host, origin = headers.get("Host", ""), headers.get("Origin")
         if urlsplit(f"//{host}").hostname not in _LOOPBACK:
             return False

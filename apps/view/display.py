@@ -136,7 +136,7 @@ class Display:
         self.solids = solids(self.skeleton, frozenset(self.moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if self.most_ghosts == 1:
-            # The only branch is the current configuration.
+            # The current configuration is the only branch.
             self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
@@ -149,7 +149,7 @@ class Display:
 
         Args:
             q: (n,) coordinates [rad or m].
-            last: The previous configuration, which selects the branch of iterated loops.
+            last: The previous configuration, which selects the branch of loops solved by iteration.
 
         Returns:
             The configuration. If the loops do not close, the previous configuration; for iterated

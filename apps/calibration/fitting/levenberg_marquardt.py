@@ -86,7 +86,7 @@ def least_squares(
 
 
 def _cost(e: FloatArray, size: float) -> float:
-    """Return half the sum of squares or of the loss."""
+    """Return half of the sum of squares, or half of the robust loss."""
     return float((np.log1p((e / size) ** 2) * size**2).sum() if size else e @ e) / 2
 
 

@@ -117,8 +117,8 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # The fit does not follow an error that is not in use, so the variance of the error is 1 +
-        # h.
+        # The fit does not follow an error that it does not use, so the variance of this error is 1
+        # + h.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))
@@ -128,7 +128,8 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         drawn = self.D.any(0)
-        # Errors at the nominal parameters and their derivative, projected off the free variables.
+        # Errors at the nominal parameters and the derivative of these errors, projected off the
+        # free variables.
         per_tolerance = self.J[:, drawn] / self.D[:, drawn].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~drawn])[0]

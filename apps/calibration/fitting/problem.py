@@ -56,7 +56,8 @@ _NEARNESS = 0.3
 """Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
 below the noise, but decides between parameters with the same effect."""
 _PLACED = 1e-3
-"""Penalty on frames and targets, which the design does not determine, in the same unit."""
+"""Penalty on frames and targets, which the design does not determine, in the unit of the penalty
+on the design."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes the positions of
 targets and base only weakly, so these positions may be far from the start values."""
@@ -153,7 +154,8 @@ def problem_nearby(
 
     Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
     real delta robot, for example, are not parallel. A first fit therefore varies all candidates;
-    candidates with the same effect share the deviation. The variables are identified at this fit.
+    candidates with the same effect share the deviation. The variables of the problem are identified
+    at this fit.
 
     Args:
         first: The problem with the variables identified at the nominal robot.
@@ -413,7 +415,7 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # Without these rows, the variables would be undetermined.
+            return used  # If these rows were removed, the variables would be undetermined.
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:

@@ -128,7 +128,7 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The velocity of the target along the line to the center."""
+        """Uses the velocity of the target along the line to the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -168,7 +168,7 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The velocity of the target along the line to the center."""
+        """Uses the velocity of the target along the line to the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 

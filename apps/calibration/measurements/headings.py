@@ -35,7 +35,7 @@ UNITS = {
     "°": ("rad", math.pi / 180),
 }
 _WORDS = {
-    "grad": "deg",  # in a German header
+    "grad": "deg",  # German for degrees, in a German header
     "degs": "deg",
     "degree": "deg",
     "degrees": "deg",
@@ -168,7 +168,10 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 
 
 def _heading(cell: str, number: int) -> _Heading | None:
-    """Return the heading in a cell; None for columns of errors, velocities and so on."""
+    """Return the heading in a cell.
+
+    None for columns with errors, velocities and other quantities.
+    """
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
         if not _is_named(inside):
@@ -197,7 +200,7 @@ def _is_planned_joint(words: Sequence[str]) -> bool:
 
 
 def _core(heading: _Heading) -> tuple[str, ...]:
-    """Return the words that identify a heading."""
+    """Return the words of a heading that identify its column."""
     return tuple(word for word in heading.tokens if word not in _LEFT_OUT)
 
 

@@ -285,7 +285,7 @@ def _of_stations(points: FloatArray, station: IntArray) -> Measurements:
 
 
 def _stations(table: _Table) -> IntArray:
-    """Return the station index of each row; stations are in the order of appearance."""
+    """Return the station index of each row; stations are numbered in the order of appearance."""
     if STATION not in table.columns:
         return np.zeros(len(table.rows), dtype=np.intp)
     names = table.names_of_rows(STATION)

@@ -137,7 +137,7 @@ class StationPositions(Measurements):
         most = self.station == np.argmax(seen)
         found = register_points(T[most], self.points[most])
         placed = points_on_tool(T, found.points)
-        # Base frame in each station frame.
+        # The base frame, in the frame of each station.
         of_base = [self._between(placed, s) for s in range(self.count)]
         T_W_station = of_base[0] @ se3.inverse(np.stack(of_base))
         measurements = replace(self, T_W_station=T_W_station)
@@ -178,7 +178,7 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The points as positions without station frames."""
+        """The measured points as positions, without station frames."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:

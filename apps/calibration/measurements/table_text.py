@@ -103,7 +103,7 @@ def _separator(texts: Sequence[str]) -> str:
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
     for text in texts:
         if separator:
-            # Line by line, so that an unclosed quotation mark does not include the next line.
+            # Reads line by line, so that an unclosed quotation mark does not include the next line.
             yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
         else:
             yield _BEFORE_UNIT.split(text.strip())

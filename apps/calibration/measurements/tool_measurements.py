@@ -299,7 +299,7 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Empty: the tool corrections, which are parameters, locate the probe."""
+        """Empty, because the tool corrections, which are parameters, locate the probe."""
         return ()
 
     @property
