@@ -16,7 +16,7 @@ PyObject *ShapeError, *InputError, *MismatchError;
 PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
-/* Methods of Library. They are set here, as compiled_library.c does not depend on Function. */
+/* Methods of Library, set in this file, as compiled_library.c does not depend on Function. */
 static PyMethodDef library_methods[] = {
     {"function", (PyCFunction)(void (*)(void))function_new, METH_VARARGS | METH_KEYWORDS,
      "The function with this name; inputs and outputs describe it and must agree with the C."},

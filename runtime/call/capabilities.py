@@ -22,7 +22,7 @@ class Capability:
     """A descriptor of an attribute that a robot may lack; instance attributes have priority.
 
     Attributes:
-        item: The method or cached property; None for a generated function.
+        item: The method or cached property; None if the attribute is a generated function.
         functions: Names of the generated functions that the attribute needs.
         when: A further condition on the robot, or None.
     """
@@ -34,7 +34,7 @@ class Capability:
         self.item, self.functions, self.when = item, functions, when
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Store the name; a generated function needs itself."""
+        """Store the name; a generated function needs the function with its own name."""
         self.name = name
         if self.item is None:
             self.functions = (name,)

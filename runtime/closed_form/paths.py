@@ -113,8 +113,8 @@ class InverseMethods(RobotFacts):
         The path ends at a joint limit, even if a different branch would continue.
 
         Arms with fewer than six joints follow partial poses: `task` selects one of the inverses
-        `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. Joints that the
-        task does not determine are 0.
+        `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. The joints that
+        the task does not determine are 0.
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.

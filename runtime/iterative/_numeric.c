@@ -16,7 +16,7 @@ enum { N_TABLES = 4 };
 typedef struct {
     PyObject_HEAD
     Arm arm;
-    PyObject *capsules;              /* the compiled functions; they keep their library loaded */
+    PyObject *capsules;              /* the compiled functions, which keep their library loaded */
     PyArrayObject *tables[N_TABLES]; /* limits, start configurations and start poses */
 } Solver;
 

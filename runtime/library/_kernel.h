@@ -32,15 +32,15 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     /* Of an inverse: writes the solutions nearest to seeds to dense rows of q, residual and margin,
      * from n dense rows of k slots, and the slot of each or the reason why there is none; see
-     * chasles_nearest.h. The seeds are so many doubles apart. The moves are lower and upper limits
-     * of the coordinates, factors of their moves, and full turns that leave the pose unchanged.
-     * NULL for other functions. */
+     * chasles_nearest.h. The seeds are this number of doubles apart. The moves are lower and upper
+     * limits of the coordinates, factors of their moves, and full turns that leave the pose
+     * unchanged. NULL for functions that are not an inverse. */
     void (*nearest)(size_t n, int k, const double *const *slots, double tolerance,
                     const double *const *moves, const double *q_seed, ptrdiff_t seed_step,
                     double *const *outputs, signed char *slot);
     int n_inputs;
     int n_outputs;
-    /* Doubles in each input, then in each output. */
+    /* Number of doubles in each input, then in each output. */
     const int *sizes;
 } chasles_kernel;
 

@@ -57,7 +57,7 @@ class Recipe:
         name: The robot name.
         folder: The folder of the generated files.
         sources: The content of each file that the compiler reads, by name.
-        compiler: The compiler with its flags; None for a library that exists.
+        compiler: The compiler with its flags; None if the library already exists.
         key: The SHA-256 of sources and processor features, which the library contains.
         path: The library file. In the cache, its name also has a hash of compiler and flags.
     """
@@ -242,7 +242,7 @@ def build(manifest: Manifest) -> bool:
     """Compile the library of a robot unless an intact one exists; return if it compiled.
 
     Raises:
-        ChaslesError: If compilation fails; the message states the reason.
+        ChaslesError: If the compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
     compiles = recipe.compiler is not None and not _is_sound(recipe)
@@ -257,7 +257,7 @@ def open_library(manifest: Manifest) -> _call.Library:
 
     Raises:
         MismatchError: If the library is damaged or has a different key.
-        ChaslesError: If compilation fails; the message states the reason.
+        ChaslesError: If the compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
     if not recipe.path.exists():

@@ -30,7 +30,7 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
-    # Only the instruction set of this processor, in half the time.
+    # Compiles only for the instruction set of this processor, in half the time.
     "-DCHASLES_NO_DISPATCH",
     "-fPIC",
     "-shared",
@@ -106,7 +106,7 @@ def find_compiler() -> Compiler:
     found = Path(program).resolve()
     status = found.stat()
     # Path, size and time identify the version: `cc --version` takes longer than loading a robot.
-    # A new compiler that a wrapper calls may go unnoticed.
+    # The identity does not show a new compiler behind an unchanged wrapper.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
     unsafe = UNSAFE_FLAGS.intersection(extra)

@@ -62,7 +62,7 @@ static inline RotationAngle displacement_between(const double *A, const double *
     return rotation_vector_between(A, B, out + 3);
 }
 
-/* The coefficient (1 - (a/2) cot(a/2)) / a^2 of w x (w x .) in the inverse of the derivative of the
+/* The coefficient (1 - (a/2) cot(a/2)) / a^2 of w x (w x .) in the inverse derivative of the
  * exponential, from the angle a = |w| and h = (a/2) cot(a/2). */
 static inline double logarithm_coefficient(double angle, double h)
 {

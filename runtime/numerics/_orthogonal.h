@@ -13,7 +13,7 @@
 
 #include "numerics/_vectors.h"
 
-#define MAX_SWEEPS 40 /* over all pairs of rows; usually 5 to 8, or 2 after small changes */
+#define MAX_SWEEPS 40 /* sweeps over all row pairs; usually 5 to 8, or 2 after small changes */
 
 /* Replaces rows a and b by c a - s b and s a + c b. */
 static inline void rotate_rows(double *restrict a, double *restrict b, int n, double c, double s)
@@ -25,8 +25,8 @@ static inline void rotate_rows(double *restrict a, double *restrict b, int n, do
     }
 }
 
-/* Tests whether two rows with squared lengths aa, bb and product ab are orthogonal; callers give
- * `scale`. The test must be true for NaN, otherwise only MAX_SWEEPS ends the sweeps. */
+/* Tests whether two rows are orthogonal, from their squared lengths aa and bb and their product ab,
+ * relative to `scale`. The test must be true for NaN, otherwise only MAX_SWEEPS ends the sweeps. */
 typedef int orthogonality_test(double aa, double bb, double ab, double scale);
 
 /* Rotates pairs of rows of W (p, m) until all are orthogonal, together with the rows of Y (p, p),

@@ -17,7 +17,7 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-#define MAX_POLAR_STEPS 4 /* two steps are sufficient within NEARLY_RIGID */
+#define MAX_POLAR_STEPS 4 /* two steps are sufficient for deviations up to NEARLY_RIGID */
 
 /* Deviation class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
@@ -48,7 +48,7 @@ static inline int has_pose_frame(const double *T, double tolerance)
            fabs(T[15] - 1) <= tolerance && (T[3] + T[7] + T[11]) * 0 == 0;
 }
 
-/* Returns the deviation class of a matrix; NOT_RIGID if it is not finite. */
+/* Returns the deviation class of a matrix, which is NOT_RIGID if the matrix is not finite. */
 static inline Rigidity rigidity(const double *T)
 {
     double product[6], off2 = off_orthogonal2(T, product);

@@ -14,8 +14,8 @@ typedef struct {
     double *work; /* (6, max(6, n)) */
 } Svd;
 
-/* Decomposes J (6, n). Columns k with removed[k] != 0 count as zero, and so do these components of
- * v. The caller owns the memory of v and work. */
+/* Decomposes the Jacobian J (6, n). Columns k with removed[k] != 0 count as zero, and so do these
+ * components of v. The caller owns the memory of v and work. */
 void svd_decompose(Svd *svd, const double *J, const char *removed);
 
 #endif

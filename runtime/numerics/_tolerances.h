@@ -8,7 +8,7 @@
 
 #include <float.h>
 
-/* -------------------------------------------- logarithm of a rigid displacement */
+/* -------------------------------------------- tolerances: logarithm of a displacement */
 
 /* Angle [rad] below which (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit 1/12, to avoid
  * cancellation. The error of the limit is a^2 / 720 < 2e-11. */
@@ -88,8 +88,8 @@
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
-/* Residual [metre or radian] below which every attempt is patient, as convergence is slow near a
- * singular solution. */
+/* Residual [metre or radian] below which every attempt continues to the minimum error, because
+ * convergence is slow near a singular solution. */
 #define LM_NEAR_SOLUTION 1e-5
 
 /* Halley's step is tried below the residual HALLEY_RESIDUAL [metre or radian], if the LM step
@@ -105,12 +105,12 @@
  *
  * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e: rates are bounded. */
 
-/* Default threshold e = d of joint_rates, dimensionless: bounds the rates at 25 times the twist. It
+/* Default threshold e = d of joint_rates, dimensionless: rates are at most 25 times the twist. It
  * is 1/4 of the median smallest singular value of six-axis arms over random configurations. */
 #define RATES_DAMPING_THRESHOLD 0.04
 
-/* Threshold e and minimum d of track, dimensionless. They are smaller than RATES_DAMPING_THRESHOLD,
- * as track also limits the rates, and damping causes tool errors. */
+/* Threshold e and minimum d of track, dimensionless. These values are smaller than
+ * RATES_DAMPING_THRESHOLD, because track also limits the rates, and damping causes tool errors. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
@@ -119,7 +119,7 @@
 
 /* Ratio of actual to predicted reduction of the squared error. Below POOR the damping is multiplied
  * by RAISE, above GOOD it is divided by LOWER (Marquardt). The slow reduction avoids oscillation
- * across a singularity. */
+ * when the path crosses a singularity. */
 #define TRACK_POOR_STEP 0.25
 #define TRACK_GOOD_STEP 0.75
 #define TRACK_RAISE_DAMPING 2

@@ -106,7 +106,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         low, high, at = _brackets(turned, s)
         high = np.minimum(high, type_1[at])
         type_2[at] = _bisected(lambda x: f(x, at)[1] > 0, low, high)
-        # No pose exists beyond the boundary of leg reach.
+        # Beyond the boundary of leg reach, no pose exists.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
             found[~reached[:, 0]] = np.nan

@@ -37,7 +37,7 @@ class Track:
         at_rate_limit: For each coordinate name, the steps with an active rate limit, if any; fixed
             coordinates are not listed.
         at_limit: For each coordinate name, the steps with an active position limit, if any.
-        shortened_steps: Steps that were shortened because a loop would be open at the end.
+        shortened_steps: Steps that were shortened because a loop would have been open at their end.
     """
 
     q: FloatArray
@@ -222,7 +222,7 @@ def _require(condition: bool, message: str) -> None:
 
 
 def _held(limit: str, by_name: Mapping[str, IntArray]) -> str:
-    """Return a sentence on the coordinates at a limit, "" if there are none."""
+    """Return a sentence about the coordinates at a limit, or "" if there are none."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
     return f"Held at {limit}: {', '.join(parts)}." if parts else ""
 

@@ -154,7 +154,7 @@ long read_threads(const Kernel *kernel, PyObject *given)
             if (!PyErr_ExceptionMatches(PyExc_TypeError)) {
                 return -1;
             }
-            PyErr_Clear(); /* an array of several integers */
+            PyErr_Clear(); /* The argument is an array of several integers. */
         }
     }
     PyErr_Format(InputError, "%U: threads must be a positive integer or 'all', got %R",
@@ -195,7 +195,7 @@ static PyObject *sizes_text(int ndim, const npy_intp *dims, const char *between)
     return text;
 }
 
-/* Returns "(5,)" or "(2, 6)", the shape as Python prints it. */
+/* Returns "(5,)" or "(2, 6)": the shape as Python prints it. */
 static PyObject *shape_text(int ndim, const npy_intp *dims)
 {
     PyObject *shape = PyArray_IntTupleFromIntp(ndim, dims);
@@ -258,7 +258,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
         set_input_error(kernel, operand);
         return NULL;
     }
-    /* Tested before the conversion, which would accept "1", True and 1j. */
+    /* The type is tested before the conversion, which would accept "1", True and 1j. */
     if (!PyTypeNum_ISINTEGER(PyArray_TYPE(array)) && !PyTypeNum_ISFLOAT(PyArray_TYPE(array))) {
         PyErr_Format(InputError, "%U: %U must hold real numbers, got dtype %S", kernel->label,
                      operand->name, PyArray_DESCR(array));

@@ -114,10 +114,10 @@ static int is_long(npy_intp n)
     return n >= MIN_LONG;
 }
 
-/* Tests whether the results for n rows are large enough for kept blocks. */
+/* Tests whether the results for n rows are large enough for blocks of the memory pool. */
 static int is_large(const Kernel *kernel, npy_intp n)
 {
-    double size = 0.0; /* a double cannot overflow */
+    double size = 0.0; /* a double cannot overflow here */
     for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
         size += (double)kernel->operands[i].size;
     }
@@ -238,7 +238,7 @@ static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject
     return call_python("chasles.call.overrides", self, inputs, outs, NULL, threads);
 }
 
-/* Creates missing output arrays of a large batch in kept blocks; the ufunc would use malloc.
+/* Creates missing output arrays of a large batch in the memory pool; the ufunc would use malloc.
  * Returns -1 with an error set. */
 static int new_large_results(const Kernel *kernel, const LeadingShape *batch, PyObject *const *outs,
                              PyObject **results)

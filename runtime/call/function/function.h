@@ -10,16 +10,16 @@
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
-    const Kernel *kernel; /* owned by the ufunc */
+    const Kernel *kernel; /* the ufunc owns this object */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
-    PyObject *guard;         /* NULL if the result is finite for every finite input */
+    PyObject *guard;         /* NULL if every finite input gives a finite result */
     PyTypeObject *solutions; /* a subclass of tuple; NULL if the outputs are not branches */
     double tolerance;        /* maximum residual of a valid branch */
-    PyObject *refinement;    /* refines nearly valid branches; NULL without refinement */
+    PyObject *refinement;    /* refines branches that are nearly valid; NULL without refinement */
     double near;             /* maximum residual of a refined branch */
-    PyObject *general;       /* handles other calls of ik(T, *, fixed, ...), else NULL */
-    PyObject *parameters;    /* keys of fixed= for the inputs after the first; may be NULL */
+    PyObject *general; /* handles other calls of ik(T, *, fixed, ...); NULL for other functions */
+    PyObject *parameters; /* keys of fixed= for the inputs after the first; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;

@@ -18,8 +18,8 @@ typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
     PyObject *inverse;    /* a Function */
-    PyObject *general;    /* handles all other calls */
-    PyTypeObject *result; /* a subclass of tuple */
+    PyObject *general;    /* the Python function that handles all other calls */
+    PyTypeObject *result; /* the class of the results, a subclass of tuple */
     PyObject *moves;      /* a tuple of four arrays, for calls without options */
     PyObject *parameters; /* a tuple of indices in the seed, or a Function called with the seed */
     PyObject *name, *doc, *signature, *reduced;
@@ -40,7 +40,7 @@ static void write_parameters(const Nearest *self, const double *q_seed, double *
     }
 }
 
-/* Returns the tuple of one result; NULL with an error set. */
+/* Returns the results for one pose as a tuple; NULL with an error set. */
 static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *residual_and_margin,
                               int slot)
 {

@@ -13,7 +13,7 @@
 #define MAX_BLOCK 32 /* maximum rows of a block, so that its slots stay in the nearest cache */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
-/* Addresses of the rows of a call, and their strides in doubles. */
+/* Addresses of the rows of a call, and their strides, counted in doubles. */
 typedef struct {
     const double *inputs[MAX_OPERANDS];
     ptrdiff_t steps[MAX_OPERANDS];
@@ -21,7 +21,7 @@ typedef struct {
     ptrdiff_t seed_step;
     const double *moves[N_MOVES];
     double *results[3]; /* q, residual, margin: dense */
-    npy_int8 *slot;     /* the slot, or a negative reason for no solution */
+    npy_int8 *slot;     /* slot of the solution, or a negative reason for a missing solution */
 } Rows;
 
 /* Returns the number of coordinates. */

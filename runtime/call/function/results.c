@@ -83,7 +83,7 @@ static int refuse_poses(const Function *self, PyObject *T)
     return answer ? 0 : -1;
 }
 
-/* Calls the refinement, which changes results and valid in place; -1 with an error set. */
+/* Calls the refinement, which changes the results and valid in place; -1 with an error set. */
 static int refine_branches(const Function *self, PyObject *const *inputs, PyObject **results,
                            PyObject *valid)
 {
@@ -182,7 +182,7 @@ static int values_are_finite(const double *values, npy_intp size)
 {
     int not_finite = 0;
     for (npy_intp k = 0; k < size; k++) {
-        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branch instruction, for vectorization */
+        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branch, so that it can be vectorized */
     }
     return !not_finite;
 }

@@ -12,11 +12,10 @@
 /* Returns a tuple of new references; NULL with an error set. */
 PyObject *new_tuple(int n, PyObject *const *items);
 
-/* Returns the branches as Solutions, refined if necessary; steals the references of the three
- * results. */
+/* Returns the branches as Solutions, refined if necessary; takes ownership of the three results. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Returns the ufunc's result, as Solutions if the outputs are branches; steals the reference. */
+/* Returns the ufunc's result, as Solutions if the outputs are branches; takes over the result. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Packs results, unless the guard raises an error for values in `memory` that are not finite. Not
@@ -24,7 +23,8 @@ PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObj
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Returns the ufunc's result for one pose, unless the guard raises; steals the reference. */
+/* Returns the ufunc's result for one pose, unless the guard raises an error; takes over the result.
+ */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Sets the class of the branches and its tolerance; -1 with an error set. */
@@ -33,8 +33,8 @@ int set_solutions(Function *self, PyObject *type);
 /* Sets the refinement and its maximum residual; -1 with an error set. */
 int set_refinement(Function *self, PyObject *refinement);
 
-/* Returns one result, or a tuple of several; steals the references. Arrays of shape () become
- * scalars, as in NumPy's own functions, unless the caller gave the array. */
+/* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of
+ * shape () become scalars, as in NumPy's own functions, unless the caller gave the array. */
 static inline PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
                              PyObject *const *outs)
 {

@@ -4,10 +4,10 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#define MAX_BYTES ((size_t)256 << 20) /* bytes of all kept blocks */
+#define MAX_BYTES ((size_t)256 << 20) /* total size of all blocks in the pool, in bytes */
 #define MAX_BLOCKS 32                 /* blocks */
-#define HUGE_PAGE ((size_t)2 << 20)   /* bytes; the size of a block is a multiple */
-#define BLOCK_HEAD 64 /* bytes before the array, for the size of the block; arrays stay aligned */
+#define HUGE_PAGE ((size_t)2 << 20)   /* in bytes; every block size is a multiple */
+#define BLOCK_HEAD 64 /* bytes before the array, for the block size; arrays stay aligned */
 
 typedef struct {
     char *start;
@@ -15,12 +15,12 @@ typedef struct {
 } Block;
 
 static struct {
-    Block blocks[MAX_BLOCKS]; /* in order of age, the oldest first */
+    Block blocks[MAX_BLOCKS]; /* blocks in order of age, the oldest first */
     int n;
     size_t bytes;
 } kept;
 
-/* Returns the block of an array. */
+/* Returns the memory block that contains an array. */
 static Block block_of(void *memory)
 {
     char *start = (char *)memory - BLOCK_HEAD;
@@ -46,7 +46,7 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the index of the smallest kept block of `size` to 1.25 `size` bytes, else -1. */
+/* Returns the index of the smallest block in the pool with `size` to 1.25 `size` bytes, else -1. */
 static int find_kept(size_t size)
 {
     int best = -1;
@@ -96,7 +96,7 @@ static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(
     kept.blocks[kept.n++] = block;
     kept.bytes += block.size;
 #ifdef MADV_FREE
-    /* Allows the system to reclaim the pages and drop the contents. */
+    /* Allows the system to reclaim the memory pages and to drop their contents. */
     madvise(block.start, block.size, MADV_FREE);
 #endif
 }

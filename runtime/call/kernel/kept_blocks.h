@@ -9,7 +9,7 @@
 
 #include "call/kernel/python_api.h"
 
-#define MIN_KEPT ((size_t)32 << 20) /* minimum bytes of results in kept blocks */
+#define MIN_KEPT ((size_t)32 << 20) /* minimum size of results in the pool, in bytes */
 
 /* Prepares the memory handler; -1 with an error set. */
 int kept_blocks_init(void);
@@ -17,7 +17,7 @@ int kept_blocks_init(void);
 /* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
-/* release_memory() of the module: returns all kept blocks to the system, and their size [B]. */
+/* release_memory() of the module: returns all pooled blocks to the system, and their size [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));
 
 #endif

@@ -9,7 +9,7 @@
 #include "call/kernel/python_api.h"
 #include "library/_kernel.h"
 
-#define MAX_OPERANDS 32 /* inputs and outputs of one function */
+#define MAX_OPERANDS 32 /* the inputs and outputs of one function */
 #define MAX_CORE_NDIM 8
 
 typedef struct {
@@ -29,9 +29,9 @@ typedef struct {
                  double *const *outputs, const ptrdiff_t *output_steps);
     const chasles_kernel *entry; /* in the library */
     int n_inputs, n_outputs, n_operands;
-    PosesOf poses;                  /* of the first input, if the kernel is an inverse */
+    PosesOf poses;                  /* test of the poses in the first input, if it is an inverse */
     double unit;                    /* [m] the length that is equivalent to one radian */
-    const chasles_kernel *fk;       /* to measure residuals if the unit is not 1 m, else NULL */
+    const chasles_kernel *fk;       /* measures residuals if the unit is not 1 m, else NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */

@@ -18,7 +18,7 @@
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
 /* Tests whether four numbers differ from 0 0 0 1, by their bits, which is faster than comparisons.
- * The shift removes the sign of a zero. */
+ * The shift removes the sign bit of a zero. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;

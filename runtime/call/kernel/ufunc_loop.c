@@ -6,7 +6,7 @@
 
 #include "call/kernel/rigid_poses.h"
 
-#define STACK_DOUBLES 1024 /* doubles of scratch for operands; malloc if more are needed */
+#define STACK_DOUBLES 1024 /* doubles of scratch memory for operands, else malloc */
 
 /* The operands of one run of the inner loop. */
 typedef struct {

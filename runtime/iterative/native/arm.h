@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     const double *weights; /* (6,) of the error, linear first; linear weights per unit length */
     double unit;           /* [m] the length that is equivalent to one radian */
-    double tolerance;      /* in radians and in unit lengths */
+    double tolerance;      /* tolerance in radians and in unit lengths */
     int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
     int whole;  /* whether all weights are positive, so that the error is the logarithm */
     int budget; /* maximum number of evaluations of forward kinematics */
@@ -46,8 +46,8 @@ typedef struct {
 
 /* The memory of an iteration, in one block. */
 typedef struct {
-    double *q, *trial, *halley;     /* (n,): the iterate, and the ends of two possible steps */
-    double *best;                   /* (FINALISTS + 1, n): ends in order, then the best of all */
+    double *q, *trial, *halley; /* (n,): current coordinates, ends of two possible steps */
+    double *best; /* (FINALISTS + 1, n): end configurations in order, then the best of all */
     double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error */
     double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */
     double *gradient, *step;        /* (m,): J^T e of the free coordinates, and its copy */

@@ -1,7 +1,7 @@
 /* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum error.
  *
  * The damping is lambda = mu |e|^2 / 2. mu decreases after successful steps and increases after
- * failed steps. As lambda vanishes with the error, convergence is quadratic, even near
+ * failed steps. As lambda vanishes with the error, the iteration converges quadratically, even near
  * singularities.
  */
 #ifndef CHASLES_ATTEMPT_H

@@ -9,22 +9,22 @@
 #include "iterative/native/solve_pose.h"
 
 #define MAX_THREADS 256
-#define POSES_AT_A_TIME 16 /* poses per work item of a thread */
+#define POSES_AT_A_TIME 16 /* number of poses per work item of a thread */
 
 /* A result depends on its pose and seed only, not on the thread or the batch. */
 typedef struct {
     const Arm *arm;
     const Task *task;
-    const double *poses, *seeds; /* (count, 4, 4); (count, n) or NULL */
+    const double *poses, *seeds; /* (count, 4, 4) poses; (count, n) seeds or NULL */
     Results results;             /* results of the first pose; arrays over the batch */
     size_t count;
     atomic_size_t next; /* the first pose that no thread has taken yet */
     atomic_int out_of_memory;
-    int (*is_stopped)(void); /* called by the calling thread; nonzero stops all threads */
+    int (*is_stopped)(void); /* called by the calling thread; a nonzero result stops all threads */
 } PoseBatch;
 
 /* Solves all poses on at most `threads` threads, including the calling thread. Sets out_of_memory
- * on failed allocation. */
+ * if an allocation fails. */
 void solve_batch(PoseBatch *batch, int threads);
 
 #endif

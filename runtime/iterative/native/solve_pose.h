@@ -10,12 +10,12 @@
 
 /* Addresses of the results for one pose, or for the first pose of a batch. */
 typedef struct {
-    double *q;              /* (n,) coordinates; NaN if no start configuration could be evaluated */
+    double *q; /* (n,) coordinates; NaN if no start configuration could be evaluated at all */
     double *residual;       /* [m] the distance, or the angle times the unit length */
-    unsigned char *success; /* whether the search converged */
-    signed char *ending;    /* an Ending of attempt.h */
-    int *iterations;        /* evaluations of forward kinematics */
-    int *restarts;          /* start configurations after the first */
+    unsigned char *success; /* whether the search has converged */
+    signed char *ending;    /* a value of Ending, see attempt.h */
+    int *iterations;        /* number of evaluations of forward kinematics */
+    int *restarts;          /* number of start configurations after the first */
 } Results;
 
 /* Solves for the target pose, projected if it is nearly rigid (_rigid.h). seed: (n,) the first

@@ -7,7 +7,7 @@
 #include "numerics/_tolerances.h"
 #include "velocity/native/damped_box.h"
 
-#define BISECTIONS 40 /* bisections of the scale in [0, 1], to 1e-12 */
+#define BISECTIONS 40 /* number of bisections of the scale in [0, 1], to 1e-12 */
 
 int rate_problem_new(RateProblem *p, int n)
 {
@@ -71,7 +71,7 @@ static double largest_scale(const RateProblem *p, int *critical)
             double swap = from;
             a = -a, from = -to, to = -swap;
         }
-        /* No division unless the quotient is in [0, 1], as a may be 0. */
+        /* The division is executed only if the quotient is in [0, 1], as a may be 0. */
         double above = to >= a ? 1 : to < 0 ? -1 : to / a;
         double below = from <= 0 ? 0 : from > a ? 2 : from / a;
         if (above < most) {
@@ -122,8 +122,8 @@ typedef struct {
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b: a performs the task with the free joints; b has the rates of the held joints
- * and their compensation. */
+/* Computes y = a + b: a performs the task with the free joints; b has the rates of the joints at
+ * bounds and their compensation. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -145,7 +145,7 @@ static Candidate compute_candidate(RateProblem *p)
     return found;
 }
 
-/* ------------------------------------------------------------------ joints held at bounds */
+/* -------------------------------------------------------------- joints fixed at bounds */
 
 static void keep_better(RateProblem *p, Candidate found, Candidate *best)
 {
@@ -157,14 +157,14 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes J for the free joints. Returns whether they can perform the task without damping. */
+/* Decomposes J for the free joints. Returns whether these joints need no damping for the task. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->held);
     return p->rank <= p->svd.count && p->svd.sigma[p->rank - 1] >= p->border;
 }
 
-/* Holds joints one by one, each time the critical joint. */
+/* Fixes joints at their bounds one by one, each time the critical joint. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
     memcpy(p->held, p->locked, p->n);
@@ -184,8 +184,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Holds the joints at their bounds in the bounded least-squares solution. Unlike this solution,
- * holding joints one by one never releases a joint. */
+/* Fixes the joints that are at their bounds in the bounded least-squares solution. Unlike this
+ * solution, fixing joints one by one never releases a joint. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox box;
@@ -236,7 +236,7 @@ double solve_within_bounds(RateProblem *p)
 static void project_to_null_space(const RateProblem *p, double *d)
 {
     int n = p->n;
-    /* The second pass removes rounding errors. */
+    /* The second projection removes rounding errors. */
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < p->rank; i++) {
             double along = dot(p->svd.v + i * n, d, n);

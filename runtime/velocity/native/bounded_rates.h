@@ -13,7 +13,7 @@
 #include "numerics/_vectors.h"
 
 typedef struct {
-    int n, rank;   /* joints; rows that count, at most n */
+    int n, rank;   /* number of joints; number of rows that count, at most n */
     double border; /* singular value below which a direction is damped */
     double V[TWIST], row[TWIST];
     double *J;                   /* (6, n) */
@@ -23,10 +23,10 @@ typedef struct {
     double *y;                   /* (n,) the result */
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
     char *limited;               /* (n,) whether a bound determines the rate of the joint */
-    char *locked;                /* (n,) joints with zero bounds, excluded from the problem */
-    char *held;                  /* (n,) joints held at a bound; the SVD leaves out their columns */
+    char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
+    char *held;   /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of joints held at bounds */
+    double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of joints fixed at bounds */
     double *best_a, *best_b;   /* (n,) */
     char *best_held;           /* (n,) */
     double *memory;

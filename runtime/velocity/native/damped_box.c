@@ -8,8 +8,8 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MAX_AGE 64 /* maximum decompositions until U is reset, as rounding errors accumulate */
-#define ROUNDS 8   /* maximum iterations of the active set per variable */
+#define MAX_AGE 64 /* maximum decompositions until U is reset: rounding errors accumulate */
+#define ROUNDS 8   /* maximum number of active-set iterations per variable */
 
 int damped_box_new(DampedBox *box, int n, double border, double damping)
 {
@@ -117,7 +117,7 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z, up to the first bound, and holds its variable. Returns 0 without a bound. */
+/* Moves x towards z, up to the first bound, and fixes its variable. Returns 0 without a bound. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;

@@ -17,20 +17,20 @@
 
 typedef struct {
     int n;
-    int moving;                   /* columns that are not always zero, 1 to n */
+    int moving;                   /* number of columns that are not always zero, 1 to n */
     double border;                /* the damping threshold e */
     double least_damping;         /* the initial d */
-    double damping;               /* the current d; see damped_box_adapt */
-    int age;                      /* decompositions since U began as the identity */
-    double U[TWIST * TWIST];      /* the rows are u_i */
+    double damping;               /* the current value of d; see damped_box_adapt */
+    int age;                      /* number of decompositions since U was the identity */
+    double U[TWIST * TWIST];      /* U, whose rows are u_i */
     double sigma[TWIST];          /* s_i, not sorted */
     double damping_square[TWIST]; /* d_i^2 */
-    double *rows;                 /* (6, n): s_i v_i */
+    double *rows;                 /* (6, n) rows s_i v_i */
     double *x;                    /* (n,) the result */
     int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, else 0 */
-    double *H, *A;                /* (n, n): the matrix of the bounded problem; of its free part */
-    double *g, *z;                /* (n,): its right-hand side; the solution for the free part */
-    int *free;                    /* (n,): indices of the free variables */
+    double *H, *A; /* (n, n): the matrix of the bounded problem, and of the problem's free part */
+    double *g, *z; /* (n,): right-hand side of this problem; solution of its free part */
+    int *free;     /* (n,): indices of the free variables */
 } DampedBox;
 
 /* Allocates memory for n columns; 0 on failure. */
@@ -38,7 +38,7 @@ int damped_box_new(DampedBox *box, int n, double border, double damping);
 
 void damped_box_free(DampedBox *box);
 
-/* Decomposes J (6, n). Returns the smallest of its min(6, moving) singular values. */
+/* Decomposes the Jacobian J (6, n). Returns the smallest of the min(6, moving) singular values. */
 double damped_box_decompose(DampedBox *box, const double *J);
 
 /* Computes x for y (6,) from the last decomposition, without bounds. */

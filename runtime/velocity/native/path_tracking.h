@@ -20,11 +20,11 @@ typedef struct {
     double length, dt;                  /* m, s */
     double gain;                        /* fraction of the error that a step corrects */
     double *q, *qd, *error, *sigma;     /* (m, n), (m - 1, n), (m, 2), (m,): the results */
-    unsigned char *touched;             /* (m - 1, n) */
+    unsigned char *touched;             /* (m - 1, n) bits that mark the active limits */
     DampedBox box;
     double *memory;
     double *J, *scaled;        /* (6, n) */
-    double *low, *high, *step; /* (n,) bounds of the scaled step; the step of q */
+    double *low, *high, *step; /* (n,) bounds of the scaled step; the step in coordinates */
     double T[POSE];
     double before,
         expected; /* squared error to the next pose, before a step and as predicted after */

@@ -25,8 +25,8 @@ static void lock_joints(RateProblem *p)
     p->rank = p->rank < free ? p->rank : free;
 }
 
-/* Reads and scales the inputs; returns 0 if an input is not finite. Bounds may be infinite, but not
- * NaN. */
+/* Reads and scales the inputs; returns 0 if an input is not finite. Bounds may be infinite, but
+ * must not be NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
@@ -93,7 +93,7 @@ static void write_rates(RateProblem *p, char **args, const npy_intp *core)
     }
 }
 
-/* Writes the same value into all results: NaN, or 0 if all joints are locked. */
+/* Writes the same value into all results of a row: NaN, or 0 if all joints are locked. */
 static void write_everywhere(double value, int limited, int n, char **args, const npy_intp *core)
 {
     fill_vector(args[RATES], n, core[RATES_STEP], value);
