@@ -74,7 +74,7 @@ def repeat(names: list[str], number: int) -> int:
 
 
 def checked(outcome: Outcome | Tally) -> str:
-    """Formats counts and largest values."""
+    """Formats the counts and the largest values of an outcome."""
     counts = [f"{count} {name}" for name, count in outcome.counts.items()]
     largest = [f"largest {name} {value:.2g}" for name, value in outcome.largest.items()]
     return ", ".join([*counts, *largest]) or "nothing checked"

@@ -11,8 +11,8 @@ def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "
     Args:
         kind: The kind of robot, used as the name of the count.
         figures: Object with one attribute per bar.
-        bars: The maximum of each figure, keyed by name.
-        title: The name of the robot in a failure; default: the kind.
+        bars: Maximum of each figure, keyed by the name of the figure.
+        title: The name of the robot in a failure message; default: the kind.
     """
     values = {name: float(vars(figures)[name]) for name in bars}
     missed = [

@@ -9,18 +9,18 @@ Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error mus
 times a reference error. An estimator at the bound exceeds this reference error with probability
 ``LEVEL``.
 
-The axis intervals must contain the true values in 95 of 100 arms. The base frame is known here,
-because an identified base frame shifts all axes equally. The intervals of an arm are correlated, so
-their coverage has no simple distribution. A trial therefore tests the errors z of all axes, divided
-by their standard deviations. With the correlations R from independent derivatives,
-``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes and M surplus
-measurements. Fisher's method combines the probabilities of all arms, once for too narrow and once
-for too wide intervals.
+The axis intervals must contain the true values in 95 of 100 arms. In the trials, the base frame is
+known, because an identified base frame shifts all axes equally. The intervals of an arm are
+correlated, so their coverage has no simple distribution. A trial therefore tests the errors z of
+all axes, divided by their standard deviations. With the correlations R from independent
+derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
+and M surplus measurements. Fisher's method combines the probabilities of all arms, once for too
+narrow and once for too wide intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
 outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
 with 90 % or 98.6 % coverage fail 98 of 100 trials. Coverages of 92 % and 98 % fail one and three of
-four trials. The counts of a long campaign give the coverage itself.
+four trials. The coverage itself follows from the counts of a long campaign.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
@@ -162,7 +162,7 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
     found = identify(robot, drawn.q, measurements)
     before, after = _errors(robot, drawn, measurements, found)
     bound, limit = least_error(robot, drawn, found, random, LEVEL)
-    # Poses without noise at the true geometry.
+    # Measurements of poses without noise at the true geometry.
     known = identify(robot, drawn.q, measurements, T_W_base=drawn.T_W_base)
     exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0)._placed_as(known.measurements)
     inside, probability = _intervals(robot, drawn, known, exact)
@@ -174,8 +174,9 @@ def _intervals(
 ) -> tuple[np.ndarray, float]:
     """Returns whether the axis intervals contain the true values, and a probability.
 
-    The probability is that of smaller errors. Many geometries are equivalent, so a Newton step on
-    noise-free measurements expresses the true geometry in the identified parameters.
+    The returned probability is that of errors smaller than the observed ones. Many geometries are
+    equivalent, so a Newton step on noise-free measurements expresses the true geometry in the
+    identified parameters.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)

@@ -52,7 +52,7 @@ SAME = 1e-5
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm with a number; counts arms with round numbers and without an ``ik``."""
+    """Tests the arm of a trial number; counts arms with round numbers and without an ``ik``."""
     is_drawn, robot = number % 2 == 1, arm_of(number)
     with TemporaryDirectory() as folder:
         try:
@@ -83,7 +83,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm with a number, including its errors."""
+    """Returns the arm of a trial number, including its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else read(description(shown))
     return displaced(robot, size_of(number), number)

@@ -106,7 +106,7 @@ class Judged:
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Returns other configurations of the same poses, by multi-start iteration."""
+        """Returns other configurations with the same poses, by multi-start iteration."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.valid])
 
@@ -176,7 +176,7 @@ def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm with a number."""
+    """Tests the arm of a trial number."""
     robot, rng = arm_of(number), np.random.default_rng([number, 1])
     n = len(robot.moving)
     with TemporaryDirectory() as folder:
@@ -201,7 +201,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm with a number: in turn a six-joint, a seven-joint or a longer arm."""
+    """Returns the arm of a trial number: in turn a six-joint, a seven-joint or a longer arm."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 

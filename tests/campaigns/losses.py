@@ -2,9 +2,9 @@
 
 Each arm is derived. Each of its inverses solves poses at random coordinates, at right angles and
 near right angles. Every pose needs a solution, no solution may be wrong, and regular coordinates
-must be among the solutions. Nothing is compiled: the equations run in CasADi. Poses that ``ik``
-solves only after refinement are also counted. Six-joint arms without a closed-form family need
-compiled C. The campaign ``general`` tests them.
+must be among the solutions. Nothing is compiled, because the equations run in CasADi. Poses that
+``ik`` solves only after refinement are also counted. Six-joint arms without a closed-form family
+need compiled C. The campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ class Loss:
 
     Attributes:
         arm: Number of the arm.
-        structure: Description of its structure.
+        structure: Description of the arm's structure.
         function: Name of the inverse.
         poses: Name of the pose set.
         verdict: The counts after the refinement in ``ik``.
@@ -69,7 +69,7 @@ def trial(number: int) -> Outcome:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
     except TypeError:
-        # Known bug in SymPy comparisons.
+        # SymPy has a known bug in comparisons of such arms.
         return Outcome({"arms that SymPy cannot compare": 1})
     losses = [loss for case in cases for loss in losses_of(case, number)]
     counts = {"arms with an inverse": int(bool(cases)), "inverses": len(cases)}

@@ -4,8 +4,8 @@ Each mechanism of ``drawn_mechanisms.py`` is derived and loaded, and both of its
 branches at several inputs. No branch may be missing, duplicated or wrong: a valid slot closes the
 loops with positive cylinder lengths. If no mode is on the reference branch, a function may return a
 finite value only if the value does not depend on its input. Mechanisms without a closed form are
-counted. They are compared only at inputs for which no mode exists. ``fk`` of every valid ``ik``
-slot is the target pose, and one slot is the generating configuration.
+counted. These mechanisms are compared only at inputs for which no mode exists. ``fk`` of every
+valid ``ik`` slot is the target pose, and one slot is the generating configuration.
 """
 
 import tempfile
@@ -130,7 +130,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         return
     theta = np.array([[mode[name] for name in numbers.chain] for mode in some])
     if len(numbers.chain) > len(numbers.actuated):
-        # Joint values that are incompatible with the loops.
+        # These joint values are incompatible with the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)

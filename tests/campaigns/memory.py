@@ -31,8 +31,8 @@ SOLVER_SOURCES = [
 ]
 GCC = shutil.which("gcc")
 
-# A default build contains code for several instruction sets and selects one at run time. Here the
-# better sets are hidden, so that each variant runs. Linux lists the sets of the processor.
+# A default build contains code for several instruction sets and selects one set at run time. The
+# test hides the better sets, so that each variant runs. Linux lists the sets of the processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
@@ -44,7 +44,7 @@ SETS = {
 }
 
 ROBOTS = ("ur5e", "panda", "scara")
-"""Only serial robots are tested, because loops cannot be closed at arbitrary inputs."""
+"""All robots are serial, because loops cannot be closed at arbitrary inputs."""
 CASES = 40 * 6 + 4
 """Cases per function: batch lengths times memory layouts, and long batches at other alignments."""
 

@@ -29,7 +29,7 @@ POSES = 20
 ORACLE = 1e-12
 """Maximum difference between two computations of the same pose [m and rad]."""
 UNLIMITED = 3.0
-"""Maximum absolute value of a joint without limits [rad]."""
+"""Maximum absolute value of a joint that has no limits [rad]."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Finding:
     Attributes:
         mutant: The mutant.
         cleaning: Summary of the snapped numbers.
-        excess: Maximum pose difference, divided by the stated pose error; above 1 is wrong.
+        excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
         kept: Whether the mutant has the structure and the tier of its arm.
         missed: Description of the conditions of the arm's structure that the mutant violates.
     """
@@ -124,7 +124,7 @@ def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Pat
 
 
 def in_words(found: Classification, wanted: Attempt) -> str:
-    """Describes the conditions of a required structure that a chain violates."""
+    """Describes the conditions of a required structure that a chain does not fulfil."""
     for attempt in found.attempts:
         if _name(attempt) == _name(wanted):
             off = [r for r in attempt.requirements if r.deviation > EXACT_STRUCTURE]

@@ -1,10 +1,10 @@
 """Compares assembly modes of random planar platforms with Newton's method.
 
-Each platform has three legs with revolute and prismatic joints. At the reference and at random
-inputs near it, the list of modes must be reported as complete. The list must include every mode
-that Newton's method finds from random starts, and Newton's method must converge back to each listed
-mode. Modes with a margin below 1e-4 are not compared, because Newton's method converges slowly
-there.
+Each platform has three legs with revolute and prismatic joints. The function must report a complete
+list of modes at the reference and at random inputs near the reference. The list must include every
+mode that Newton's method finds from random starts, and Newton's method must converge back to each
+listed mode. Modes with a margin below 1e-4 are not compared, because Newton's method converges
+slowly there.
 """
 
 import tempfile
@@ -39,7 +39,7 @@ class Compared:
     Attributes:
         missed: Number of modes found only by Newton's method.
         wrong: Number of modes from which Newton's method converges elsewhere.
-        unsure: Whether the function reports that a mode may be missing.
+        unsure: Whether the function reports that its list of modes may be incomplete.
         modes: Number of modes of the function.
     """
 
@@ -153,7 +153,7 @@ def _distinct(poses: np.ndarray) -> np.ndarray:
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Returns distances (n, m) of modes: the larger of position and angle difference."""
+    """Returns the distances (n, m) of modes: the larger of position and angle difference."""
     d = one[:, None] - other[None]
     d[..., 2] = np.angle(np.exp(1j * d[..., 2]))
     return np.asarray(np.abs(d).max(-1))

@@ -80,7 +80,7 @@ class Judged:
 
     Attributes:
         missed: Number of modes found only by Newton's method.
-        wrong: Number of modes with wrong rod lengths.
+        wrong: Number of modes whose rod lengths are wrong.
         more: Number of regular modes that Newton's method does not find.
         unsure: Whether the C solver may have missed a complex pose.
         modes: Number of modes found by the C solver.
@@ -205,7 +205,7 @@ def newton(
     """Returns quaternions and positions of the distinct modes found from random start poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
-    # The distance between the ends of the first rod is its length.
+    # The length of the first rod is the distance between its ends.
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]

@@ -56,7 +56,7 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class _Recording(ConfigurationSpace):
-    """A space that records the tested configurations."""
+    """A planning space that records the tested configurations."""
 
     tested: list[FloatArray] = field(default_factory=list)
 

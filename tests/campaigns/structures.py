@@ -1,7 +1,7 @@
 """Finds poses that inverses of random arms with a given structure miss.
 
-The campaign ``losses`` draws arms with round numbers, which rarely have each structure. Here the
-structure is given, and its lengths and angles are random decimals.
+The campaign ``losses`` draws arms with round numbers, which rarely have each structure. In this
+campaign, the structure is given, and lengths and angles are random decimals.
 """
 
 from tests.support.generators.drawn_arms import cases_of
@@ -29,7 +29,7 @@ STRUCTURES = (
 def trial(number: int) -> Outcome:
     """Tests each inverse of one arm, whose skew axes have right or random angles.
 
-    Every third arm is numbered from its tool.
+    The axes of every third arm are numbered from its tool.
     """
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)

@@ -5,17 +5,17 @@ from tests.support.generators.driven_arms import drawn_arm
 
 
 def test_inverse_of_built_arm_stays_within_error_limits():
-    """A parallelogram of the arm folds, after a fixed joint."""
+    """A parallelogram of the arm folds behind a fixed joint."""
     assert_within_bars(judged(141))
 
 
 def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
-    """A column and two joints; the last joint rotates the tool about its own origin."""
+    """The arm has a column and two joints; the last joint rotates the tool about its own origin."""
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
 def test_inverse_of_designed_arm_stays_within_error_limits():
-    """A crank drives a joint that the inverse fixes."""
+    """A crank drives the joint that the inverse fixes."""
     assert_within_bars(judged_arm(drawn_arm(2, tool=()).mechanism, 2))
 
 

@@ -21,7 +21,7 @@ from tests.support.peers.interface import Answers
 
 POSES = 40
 FUNCTIONS = ["fk", "jacobian_mixed", "ik"]
-"""The functions required by the campaign."""
+"""The functions that the campaign needs."""
 C_ALONE = ("c", "python")
 
 
@@ -53,7 +53,7 @@ def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypat
         path.write_text(arm.urdf(), encoding="utf-8")
         compiled(read(path), folder / arm.name, FUNCTIONS, C_ALONE)
 
-    # The campaign itself compiles all functions with the default flags.
+    # The campaign itself compiles all functions, with the default flags.
     monkeypatch.setattr(field, "derived", derived)
     arm = from_ssik(prebuilt()["universal_robots_ur5"])
     outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)
@@ -78,7 +78,10 @@ def test_underivable_arm_is_reported(tmp_path):
 
 
 def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
-    """Solutions of six-joint arms occur in pairs. Without refinement, double solutions repeat."""
+    """Solutions of six-joint arms come in pairs.
+
+    Without refinement, a double solution occurs in several slots.
+    """
     pytest.importorskip("ssik")
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])
     path = tmp_path / "arm.urdf"

@@ -98,7 +98,7 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """Joints 1 and 4 of the nominal arm have a self-motion; with the errors, it moves the tool."""
+    """Joints 1 and 4 of the nominal arm have a self-motion; with errors, it moves the tool."""
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

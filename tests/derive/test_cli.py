@@ -240,7 +240,7 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     assert loaded.cleaning.numbers[0].taken == "pi/2"
     assert loaded.notes == tuple(manifest["notes"])
     cleaned = (to / "arm" / "arm.c").read_text()
-    # The selection of functions is part of the options stored in the folder.
+    # The selection of functions is one of the options stored in the folder.
     assert run("derive", *words).output == CURRENT
     exact = run("derive", *words, "--exact")
     assert "cleaned" not in exact.output
@@ -292,7 +292,7 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """Of 100 runs, signals at intervals of half a millisecond interrupt some during their exit."""
+    """Signals at intervals of half a millisecond interrupt some functions during their exit."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(100):
         with pytest.raises(OutOfTime), at_most(1e-3):

@@ -75,7 +75,8 @@ def test_error_in_parent_ends_the_fork(alone):
 
     with pytest.raises(ArithmeticError):
         fail_in_fork()
-    # The other process closed its end of the pipe when it ended, so a read returns end of file.
+    # The other process closed its end of the pipe when it ended, so a read returns the end of the
+    # file.
     assert os.read(read, 1) == b""
     os.close(read)
 

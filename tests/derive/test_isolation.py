@@ -1,4 +1,4 @@
-"""Functions in a separate process: limits on time and memory hold, and errors are passed on."""
+"""Functions in a separate process keep their limits on time and memory, and pass errors on."""
 
 from functools import partial
 

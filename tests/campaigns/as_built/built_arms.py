@@ -45,12 +45,12 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one random arm."""
+    """Tests one random as-built arm."""
     return barred("driven arms", judged(number), BARS)
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the as-built arm with a number."""
+    """Derives and tests the as-built arm of a trial number."""
     return judged_arm(built_arm(number), number)
 
 

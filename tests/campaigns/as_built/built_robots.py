@@ -54,7 +54,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the board installer with a number."""
+    """Derives and tests the board installer of a trial number."""
     rng = np.random.default_rng(number)
     design = read(ROBOTS / "board_installer.toml")
     built = as_built(design, BOARD_INSTALLER, ERROR, rng)

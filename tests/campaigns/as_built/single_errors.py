@@ -3,8 +3,8 @@
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
 error. If the loops of a robot cannot be closed, the robot must report this, and is then closed in
 least squares. At configurations around the reference, the loops must close or minimize the sum of
-squared closure errors. If the design has an inverse, the inverse of the robot must return these
-configurations. If the loops close, the main chain must determine the actuated coordinates.
+squared closure errors. If the design has an inverse, the inverse of the as-built robot must return
+these configurations. If the loops close, the main chain must determine the actuated coordinates.
 """
 
 import tempfile
@@ -44,7 +44,8 @@ class Judged:
     """The figures of a robot with an error.
 
     Attributes:
-        tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
+        tier: Closure method: Kind of the loop solution: ``closed form``, ``newton`` or ``least
+            squares``.
         open: Number of configurations in which the loops of the design can be closed, but not the
             loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.

@@ -1,4 +1,4 @@
-"""The chain after simplification: summed angles, and groups of parallel axes."""
+"""The chain after simplification has sums of angles and groups of parallel axes."""
 
 import sympy as sp
 

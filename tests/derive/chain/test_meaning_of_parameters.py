@@ -1,8 +1,8 @@
 """Each parameter causes the displacement that its name states, compared with matrix products.
 
-Derivatives would agree with poses even if a parameter caused a different motion. Here the poses of
-random geometries, far from the nominal geometry, are products of NumPy matrices, built from the
-parameters' names.
+Derivatives would agree with poses even if a parameter caused a different motion. In this test, the
+poses of random geometries far from the nominal geometry are products of NumPy matrices, built from
+the parameters' names.
 """
 
 import numpy as np
@@ -142,7 +142,7 @@ def units(parameters):
 
 
 def chain(name):
-    """Derives a chain without a convention, in a convention, or of a shipped robot."""
+    """Derives a chain without a convention, a chain in a convention, or a shipped robot."""
     if name in IN_CONVENTION:
         return of_convention(name)
     return functions_of(PLAIN if name == "plain" else read(ROBOTS / f"{name}.toml"), ["fk_p"])

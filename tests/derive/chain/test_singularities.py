@@ -282,7 +282,7 @@ units = { length = "mm", angle = "deg" }
 
 
 def test_a_mill_is_nowhere_singular():
-    """Three perpendicular prismatic joints, and two revolute joints at right angles."""
+    """The mill has three perpendicular prismatic joints and two revolute joints at right angles."""
     axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
     kinds = ["prismatic"] * 3 + ["revolute"] * 2
     joints = [

@@ -1,4 +1,4 @@
-"""Derived equations equal printed textbook equations exactly."""
+"""Derived equations are exactly equal to printed textbook equations."""
 
 import pytest
 import sympy as sp

@@ -57,8 +57,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
             # The paper prints cos(alpha) cos(beta), but its own second column, the entry to the
-            # left, has cos(alpha) cos(theta). The translation R (x, y, z) contains the latter
-            # product.
+            # left, has cos(alpha) cos(theta). The translation R (x, y, z) contains the product
+            # cos(alpha) cos(theta).
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -90,7 +90,7 @@ def test_hayati_matches_product_of_rotations_in_its_source():
 
 
 def test_photo_robot_fk_equals_product_of_printed_matrices():
-    """The shipped robot equals the product of the printed matrices, A0 included."""
+    """The robot's forward kinematics equals the product of the printed matrices with A0."""
     q = sp.symbols("q1:9", real=True)
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
@@ -121,7 +121,7 @@ def test_photo_robot_fk_equals_product_of_printed_matrices():
 
 
 def test_urdf_origin_and_axis_follow_specification():
-    """Roll, pitch, yaw as in the URDF specification: fixed axes x, y, z."""
+    """Roll, pitch and yaw rotate about fixed axes x, y, z, as in the URDF specification."""
     roll, pitch, yaw, theta = sp.symbols("r p y theta", real=True)
     cr, sr, cp, sp_ = sp.cos(roll), sp.sin(roll), sp.cos(pitch), sp.sin(pitch)
     cy, sy = sp.cos(yaw), sp.sin(yaw)

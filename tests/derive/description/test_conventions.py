@@ -26,7 +26,7 @@ def fixed(convention, **given):
 
 
 # One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a slider tilted by a right angle at d. The tool is at e along the slider.
+# a, and a slider tilted by a right angle at d. The tool of the mechanism is at e along the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -355,7 +355,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
-    """The product of elementary matrices, at random exact values and 30-digit precision."""
+    """The oracle is the product of elementary matrices, at random exact values."""
     described = read(ROBOTS / f"{name}.toml")
     (entries,) = derive(described, functions=["fk"]).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)

@@ -117,7 +117,10 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """The texts differ, so values are compared. The symbol h has no unit, but is a length here."""
+    """The texts of both files differ, so the values are compared.
+
+    The symbol h has no unit, but it is a length in this test.
+    """
     text = """\
 name = "r"
 convention = "dh"
@@ -147,7 +150,7 @@ d = "sqrt(l**2 - h**2) + %s"
 def test_parameter_kind_is_inferred_from_first_use(value, kind):
     text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
     if kind == "length":
-        # The ratio of the expression to a plain number depends on the length unit.
+        # The ratio of this expression to a plain number depends on the length unit.
         with pytest.raises(
             DescriptionError, match="with length parameters, this expression has another unit"
         ):

@@ -132,7 +132,7 @@ def test_multiples_of_fifteen_degrees_are_recovered_from_digits():
             shown = f"{float(angle):.{places}f}"
             cut = f"{float(angle):.25f}"[: len(shown)]
             for text in (shown, cut):
-                if places > 3 or not text.endswith("0"):  # 2.880 is read as 2.88.
+                if places > 3 or not text.endswith("0"):  # The text 2.880 is read as 2.88.
                     assert exact_angle(R(text)) == angle, text
                     checked += 1
     assert checked > 36 * 14 * 2 - 20
@@ -192,7 +192,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, first):
-    """Each number of digits is tested on different directions."""
+    """Each number of digits is tested on directions of its own."""
     checked = 0
     for named, numbers in exact_directions()[first::12]:
         direction = named.exact

@@ -126,7 +126,10 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """Newton's method closes the loops as rounded in the file. The closed form must agree."""
+    """Newton's method closes the loops as rounded in the file.
+
+    The closed form must agree with this solution.
+    """
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open

@@ -207,7 +207,7 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
 
 
 def test_missing_urdf_elements_take_their_defaults(path):
-    """URDF defaults for origin, axis and limit; the axis of a fixed joint is ignored."""
+    """The URDF has defaults for origin, axis and limit; a fixed joint ignores its axis."""
     bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
     bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
@@ -250,7 +250,7 @@ def test_entities_are_not_expanded(path):
         def attempt(text=text, message=message):
             message.append(wrong(path, text))
 
-        # The expanded entity has 10^10 characters.
+        # The entity would expand to 10^10 characters.
         assert calls_of(attempt) < MAX_CALLS
         assert "expected" in message[0]
 

@@ -161,7 +161,7 @@ def test_explanation_measures_deviation_from_nearest_structure():
 
 
 def test_deviation_of_nearly_meeting_axes_is_a_length():
-    """Axes 5 and 6 are 100 mm apart, and the point nearest to both axes is 50 mm from each axis."""
+    """Axes 5 and 6 are 100 mm apart, so the point nearest to both axes is 50 mm from each axis."""
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
     rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
     assert rows

@@ -225,7 +225,10 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """A second lift is one joint too many. The family determines if it may be fixed."""
+    """With a second lift, the arm has one joint too many.
+
+    The family determines if the second lift may be fixed.
+    """
     text = """
 name = "two_lifts"
 convention = "dh"

@@ -99,7 +99,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
 
 @pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
-    """The first virtual axis with a closed form misses poses, so a different axis is selected."""
+    """The first virtual axis with a closed form misses poses, so a different one is used."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
     assert not cases[0].inverses.functions["ik"].role.searches

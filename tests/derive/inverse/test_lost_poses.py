@@ -73,7 +73,7 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 def test_shipped_serial_robots_need_no_numeric_search():
     """Robots without missed poses have no search, because a search is slow for unreachable poses.
 
-    The test covers all shipped serial robots; ``python -m bench inverse`` tests all their
+    This test covers all shipped serial robots; ``python -m bench inverse`` tests all their
     right-angle poses.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
@@ -98,7 +98,10 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the missed poses. For some poses the result depends on rounding."""
+    """Independent code counts the missed poses.
+
+    For some poses, rounding decides whether the pose is missed.
+    """
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)
     q = configurations(arm, ())

@@ -52,7 +52,8 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # Without a stated design, simplified designs are tried; a single one keeps the test short.
+    # Without a stated design, several simplified designs are tried; a single one keeps the test
+    # short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(Hybrid(built()))
@@ -111,7 +112,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_in_folder):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_in_folder:
-        # A robot name refers to the installed robot, as on the command line.
+        # In this file, a robot name refers to the installed robot, as on the command line.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
@@ -225,7 +226,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(robot, joints=joints)
 
-    # The zero of a motor matters, but the zero of a passive joint is arbitrary.
+    # The zero of a motor matters; the zero of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), robot)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, robot)[1] < 3e-3

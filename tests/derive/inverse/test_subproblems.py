@@ -259,7 +259,7 @@ def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
-    """The angle of a stretched or folded elbow is accurate up to rounding error, not its root."""
+    """The angle of a stretched or folded elbow, not only its root, is accurate."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
@@ -287,13 +287,13 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # An elbow distance of 1e-9 is not treated as a fold.
+    # An elbow distance of 1e-9 does not count as a fold.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
-    """Variable vectors of lengths 1 and 1 + 3e-8, bent 1e-7 to 1e-5 away from the fold."""
+    """The vectors have lengths 1 and 1 + 3e-8, with an elbow near its fold."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
     k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))

@@ -91,7 +91,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Checks the equation that several steps share."""
+        """Checks the single equation that several steps share."""
         if not steps:
             return
         equation = steps[0].equation
@@ -108,13 +108,13 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Returns reachable values of a task's inputs, keyed by symbol."""
+    """Returns reachable input values of a task, keyed by symbol."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
     given = dict(zip((f"q{k + 1}" for k in range(len(q))), q, strict=True))
     if function.name == "ik_position":
-        # Joints that the task does not determine are 0.
+        # The joints that the task does not determine are 0.
         q[3:] = 0.0
         p = np.array(kernels(name)["fk"](q)).reshape(4, 4)[:3, 3]
     known = {
@@ -198,7 +198,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
-    """Constants of six named tilts are printed with the names of their components."""
+    """The constants of six named tilts are printed with the names of their components."""
     found = derive(named_wrist(), functions=FUNCTIONS)
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})

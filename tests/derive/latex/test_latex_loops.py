@@ -29,7 +29,7 @@ SOLVED = [
 TURNED_BACK = [*SOLVED, "planar_3rrr", "stewart_gough"]
 COMPARED = ("configuration", "margin", "chain", "chain_rates", "constraint")
 COMPARED += ("actuators", "actuator_margin", "actuator_rates")
-"""Functions that are compared with printed formulas."""
+"""Names of the functions that are compared with printed formulas."""
 TRUE = 1e-10
 NEAR = 0.05
 """Range of random values about the reference (radian, metre)."""
@@ -107,7 +107,7 @@ class Reader:
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may use the joint rate from the preceding equation.
+        # An equation may use the joint rate that the preceding equation solves.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -231,8 +231,8 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     reader, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain has more joints than degrees of freedom, so its joint rates must keep the loops
-        # closed.
+        # The chain has more joints than degrees of freedom, so its joint rates must be consistent
+        # with the loops.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     reader.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})
@@ -392,7 +392,7 @@ def test_loop_fragments_exist_only_for_closed_loops():
     assert "solution.tex" in geared
     text = (GENERATED / "four_bar" / "four_bar.tex").read_text()
     inputs = re.findall(r"\\input\{latex/(\w+)\}", text)
-    # The figure precedes the text.
+    # The figure comes before the text.
     assert inputs[0] == "drawing"
     assert sorted(f"{name}.tex" for name in inputs) == sorted(with_loops)
     assert "tikz" in text

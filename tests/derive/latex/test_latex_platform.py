@@ -20,7 +20,7 @@ PLATFORMS = ["delta", "planar_3rrr", "slider_crank", "stewart_gough"]
 TRIADS = ["planar_3rrr", "crooked"]
 WRITTEN = ("rods", "velocity_relation")
 ELIMINATED = (*WRITTEN, "assembly_polynomial", "assembly_position")
-"""Functions that are compared with printed formulas."""
+"""Names of the functions that are compared with printed formulas."""
 TRUE = 1e-12
 ROUNDING = 1e-9
 
@@ -109,7 +109,7 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # The product is invariant under rotation, and the pins are constant.
+    # The product is invariant under the platform's rotation, and the pins are constant.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))
@@ -151,8 +151,8 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the rotation by 90 degrees. Here J is evaluated as 1, and the rotation is
-    # applied afterwards.
+    # J in the formula is the rotation by 90 degrees. The test evaluates J as 1 and applies the
+    # rotation afterwards.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)

@@ -47,7 +47,7 @@ def test_fragments_written_in_any_order_are_the_same(name):
     # The pictures depend on the description alone.
     for picture in ("drawing.tex", "workspace.tex"):
         expected.pop(picture, None)
-    # Uses a different order for each robot.
+    # The writers run in a different order for each robot.
     names = list(WRITERS)
     random.Random(name).shuffle(names)
     page = Page.of(found)

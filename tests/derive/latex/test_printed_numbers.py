@@ -72,7 +72,10 @@ def test_long_limits_are_cut_and_fractions_are_kept():
 
 
 def test_no_literal_of_an_article_is_longer_than_a_double():
-    """The arm has measured errors. The dimensions of its nominal arm are exact doubles."""
+    """The arm has measured geometric errors.
+
+    The dimensions of its nominal arm are exact doubles.
+    """
     text = """
     name = "measured"
     convention = "dh"

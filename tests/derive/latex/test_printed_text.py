@@ -12,7 +12,8 @@ from tests.support.printed_robots import FUNCTIONS
 from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "iiwa14")
-"""Arms of two structures; ``python tests/derive/latex/read_all.py`` tests all arms."""
+"""Names of arms with two different structures; ``python tests/derive/latex/read_all.py`` tests
+all arms."""
 CHAIN = "R/RLP/RxrxR"
 """A random arm with a closed form and right angles, whose article has no decimal constants."""
 

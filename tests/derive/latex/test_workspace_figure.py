@@ -26,7 +26,7 @@ AREA = 0.02
 CELL = 0.011
 """Side of a cell, relative to the region's longer side."""
 ALMOST = 0.998
-"""Minimum fraction of random configurations inside the outline, whose corners are rounded."""
+"""Minimum fraction of random configurations inside the outline; the outline has rounded corners."""
 MAX_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
 """Upright and horizontal arms, redundant arms, prismatic joints and odd angles."""
@@ -71,7 +71,8 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow angle determines the distance, and the shoulder sweeps an arc: a ring sector.
+    # The elbow angle determines the distance, and the shoulder sweeps an arc, so the region is a
+    # ring sector.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -183,7 +184,7 @@ def test_five_bar_area_equals_integral_of_determinant():
 
 
 def test_configurations_without_position_are_excluded():
-    """Two links that cannot reach below the x axis; the workspace is the upper half of a ring."""
+    """The two links cannot reach below the x axis, so the workspace is half of a ring."""
 
     def at(q):
         angle = np.cumsum(q, axis=1)

@@ -11,7 +11,8 @@ from tests.support.loops.mechanisms import delta, rsur
 from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
-"""Deviation (radian, or relative to the size) above rounding error, but too small to be visible."""
+"""Deviation (radian, or relative to the size) above rounding error, but below what a drawing
+shows."""
 FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 

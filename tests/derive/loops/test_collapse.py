@@ -40,7 +40,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
     # The shoulder and elbow terms vanish, because the wrist compensates both joints. The pitch term
-    # remains.
+    # is the only term that remains.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept
@@ -54,7 +54,7 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = board.kinematics.motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # The term that makes results of open loops NaN is 0 for closed loops.
+    # The term that makes the results of open loops NaN is 0 if all loops are closed.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -70,7 +70,7 @@ def test_board_installer_translation_matches_crank_formula(board):
     for value in found:
         rest = [sp.expand(value - sign * e) for e in expected for sign in (1, -1)]
         assert any(not e.free_symbols for e in rest)
-    # The translations contain no solved terms.
+    # The translations depend on no solved terms.
     for value in translations:
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
@@ -118,7 +118,7 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """A wrist after a parallelogram: the Jacobian's derivative uses the joints in chain order."""
+    """The wrist follows a parallelogram; the Jacobian's derivative keeps the joint order."""
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(
@@ -139,7 +139,8 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     np.testing.assert_allclose(np.array(J_dot(q, qd)), rate, atol=1e-9)
     by_rate = np.array(H(q)).reshape(6, 2, 2) @ qd
     np.testing.assert_allclose(by_rate.ravel(), rate.ravel(), atol=1e-9)
-    # In the angular row of the Jacobian, only the wrist has an entry. The crank only translates.
+    # In the angular row of the Jacobian, only the wrist has an entry. The crank only translates the
+    # tool.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
@@ -167,7 +168,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """Two linkages with different arm lengths, the second on the coupler of the first."""
+    """Two linkages have different arm lengths; the second is on the coupler of the first."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

@@ -370,7 +370,7 @@ def value_along(screw, T):
 
 
 def across_closer(c, loop, z):
-    """Returns the remaining motion of the closure, from the exponentials of both chains to it."""
+    """Returns the motion that a closure still needs, from the exponentials of both chains."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731

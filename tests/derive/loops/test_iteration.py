@@ -24,7 +24,8 @@ CALLED = {
 }
 """The twist needs one linear system, the Jacobian one system per coordinate."""
 COUNTED = {"fk": 25, "jacobian_mixed": 54, "jacobian_space_dot": 379, "twist_mixed": 14}
-"""Operations after the solver calls; dense products with Jacobians would need 440 and 983."""
+"""Number of operations after the solver calls; dense products with Jacobians would need 440 and
+983."""
 
 
 @pytest.mark.parametrize("name", CALLED)

@@ -141,7 +141,7 @@ def test_jansen_leg_traces_a_closed_path_with_flat_stance():
         assert points[-1] == pytest.approx(model.tip(np.array([crank]), u)[:3, 3], abs=1e-10)
     x, y, _ = 1000 * np.array(points).T
     assert points[0] == pytest.approx(points[-1], abs=1e-12)
-    # For more than a third of a turn the foot is on the ground. There its path is straight to a few
-    # millimetres.
+    # For more than a third of a crank turn, the foot is on the ground. During this time, the path
+    # of the foot is straight to a few millimetres.
     assert np.mean(y < y.min() + 3) > 0.35
     assert np.ptp(x) > 60

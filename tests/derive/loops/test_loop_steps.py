@@ -60,7 +60,7 @@ BUILDERS = (
     *(crank_and_slider, crank_slider_offset, crossed, delta, excavator_arm, oldham, parallelogram),
     *(pushed, rssr, rsur, slider_crank, slotted_rocker),
 )
-"""Mechanisms whose joints all follow from the actuators."""
+"""Builders of mechanisms whose joints all follow from the actuators."""
 
 
 def flat_legs():
@@ -69,7 +69,7 @@ def flat_legs():
 
 
 PLATFORMS = (stewart, flat_legs, tripod)
-"""Mechanisms whose joints follow from the main chain."""
+"""Builders of mechanisms whose joints follow from the main chain."""
 
 
 @cache

@@ -98,7 +98,7 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     assert np.isfinite(np.array(chain(own))).all()
     for k in range(len(own)):
         q = own.copy()
-        # The rod has the same length with a negative sign.
+        # The solution has the same rod length with a negative sign.
         q[k] = -2 - own[k]
         assert np.isnan(np.array(chain(q))).all()
         assert (np.array(margin(q)) < 0).all()

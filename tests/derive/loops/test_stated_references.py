@@ -36,7 +36,10 @@ b = {{ body = "{b}", xyz = [{y}, 0, 0] }}
 
 
 def scissor_lift(sign, ram):
-    """A lift with two pairs of crossed bars of length 1.2 m. A ram between two bars opens it."""
+    """A lift with two pairs of crossed bars of length 1.2 m.
+
+    A ram between two bars opens the lift.
+    """
     text = 'name = "lift"\nconvention = "urdf"\nactuated = ["ram"]\nunits = { angle = "deg" }\n'
     way = (("a0", "0", 0), ("b0", "a0", 0.6), ("a1", "b0", 0.6), ("b1", "a1", 0.6))
     text += "".join(BAR.format(name=name, parent=parent, x=x) for name, parent, x in way)

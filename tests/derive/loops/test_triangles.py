@@ -1,4 +1,4 @@
-"""The three triangles of planar loops against 30-digit arithmetic, also near dead points."""
+"""Triangles of planar loops agree with 30-digit arithmetic, also near dead points."""
 
 import math
 import random
@@ -26,7 +26,7 @@ x1, x2, x3, x4, x5, x6 = X = sp.symbols("x1:7", real=True)
 
 
 def compiled(terms, symbols, *values):
-    """Returns values as one CasADi function of a vector, a graph of doubles."""
+    """Returns the values as one CasADi function of a vector, evaluated in double precision."""
     argument = Argument("x", tuple(symbols), (len(symbols),), "", "")
     result = Result("y", tuple(sp.sympify(value) for value in values), (len(values),), "", "")
     (function,) = lower([SymbolicFunction("f", "F.", "", (argument,), (result,), terms)], "test")
@@ -72,7 +72,7 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
         # Rounding errors grow in inverse proportion to the height of a thin triangle. Short bases
-        # or arms add some errors.
+        # or arms of the triangle add some errors.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 

@@ -95,7 +95,7 @@ def test_rhombus_has_a_folded_branch():
     own, other = (solution.values for solution in h.forward_branches)
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
-    # On the other branch, the bar lies along the first crank, and the second crank along the
+    # On the other branch, the bar lies along the first crank, and the second crank lies along the
     # ground.
     assert not h.terms.is_solved(other["bar"])
     assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)

@@ -51,7 +51,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Parses a statement that consists of an operation and its operands: ``* x1 v2``."""
+    """Parses a statement with an operation and its operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 
@@ -67,12 +67,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements; all except the first are results."""
+    """Reduces statements of which all except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements; only the last is a result."""
+    """Reduces statements of which only the last is a result."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -21,7 +21,7 @@
 
 #define MAX 16                       /* inputs and outputs of a function */
 #define LONGEST 40                   /* longest of the short batches */
-#define LINE 8                       /* doubles in a cache line */
+#define LINE 8                       /* number of doubles in a cache line */
 #define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */
 #define THREADS 4
 #define PART 24

@@ -22,7 +22,8 @@ from tests.support.counting import stopped_after
 FOLDER = Path(__file__).parent / "crafted"
 CANARY = "73917391"
 MAX_CALLS = 5_000_000
-"""More calls are treated as a hang; descriptions in XML have limits of their own."""
+"""A reader that needs more calls counts as hanging; descriptions in XML have limits of their
+own."""
 OUTSIDE = {
     "secret.txt": CANARY,
     "secret.yaml": f"key: {CANARY}",

@@ -1,4 +1,4 @@
-"""MJCF elements that chasles does not model: a note names them, or an error rejects them."""
+"""MJCF elements that chasles does not model: either a note names them, or an error rejects them."""
 
 import pytest
 

@@ -27,7 +27,7 @@ FORUM = {
     "alpha": "-0.00032142399895862539, -0.00565024518540147101, -0.00378922621833689211, "
     "-0.00106533274011644252, 0.000999586303470856308, 0",
 }
-"""A controller's file, published by its owner at
+"""A controller's calibration file, published by its owner at
 https://forum.universal-robots.com/t/calibrated-kinamatics-info/18921.
 """
 DRIVER = {
@@ -140,8 +140,8 @@ def compare(path, robot, deltas, dice):
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
-        # Matrix products with offsets of 90 m lose four digits more than frames shifted along the
-        # axes.
+        # Matrix products with offsets of 90 m lose four digits more than frames that are shifted
+        # along the axes.
         far = 1 + np.abs(table[:, 1]).max()
         assert np.abs(fk(q) - plain_dh(table, q)).max() <= ORACLE * far
     return measured

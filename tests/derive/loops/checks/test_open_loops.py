@@ -1,7 +1,7 @@
 """Error messages for impossible mechanisms are complete and correct.
 
 Each shipped robot with loops is corrupted in typical ways. If the message proposes a range for a
-length or coordinate, the loops must close at the middle of the range. The oracle does not use the
+length or coordinate, the loops must close in the middle of the range. The oracle does not use the
 compiler's equations.
 """
 
@@ -116,7 +116,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """A wrong length is not reported as swapped rod ends."""
+    """The message does not report a wrong length as swapped rod ends."""
     whole = mechanism(name)
     robot = with_parameter(whole, parameter, value)
     text = str(spoilt_error(name, parameter, value))
@@ -222,8 +222,8 @@ gas_strut = 20
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values the strut is 1.8 mm too short. It is vertical, far from the zero of its
-    # swing angle.
+    # At zero joint values, the strut is 1.8 mm too short to close the loop. The strut is vertical,
+    # far from the zero of its swing angle.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -291,7 +291,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 def spoilt_actuation(name):
     """Yields robots without an actuator, with a different actuated joint, or without a member.
 
-    Each robot comes with words of its error.
+    The words of the expected error accompany each robot.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
@@ -313,7 +313,7 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""Of each robot, every such case is tested; together they contain each kind of mistake."""
+"""Number of tested cases of each robot; together they contain each kind of mistake."""
 
 
 @pytest.mark.parametrize("name", LOOPED)

@@ -66,8 +66,9 @@ def test_the_table_has_forty_different_poses():
 
 
 COUNTS = {"6-6": 40, "flat": 40, "6-3": 16, "3-3": 16}
-"""Number of poses of generic platforms: Raghavan 1993 (6-6), Nanua, Waldron and Murthy 1990
-(3-3)."""
+"""Number of poses of generic platforms of each kind: Raghavan 1993 (6-6), Nanua, Waldron and Murthy
+1990 (3-3).
+"""
 
 
 @pytest.mark.parametrize("kind", COUNTS)
@@ -99,7 +100,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """The bytes are equal even if the paths end in a different order with other rounding errors."""
+    """The poses are bitwise equal even if other rounding errors change the path order."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)

@@ -1,7 +1,8 @@
 """Platforms on random legs with a ball joint: RPS, PRS, RRS legs, and UPS, PUS, RUS legs.
 
-A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave three
-degrees of freedom. Six legs with three joints, or cylinders, constrain nothing.
+A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave the
+platform three degrees of freedom. Six legs with three joints each, or six cylinders, do not
+constrain the platform.
 """
 
 from dataclasses import replace
@@ -70,8 +71,8 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # One slot contains the reference branch. Its derivative equals the actuator velocities of this
-    # branch.
+    # One slot contains the solution on the reference branch. The derivative of this slot equals the
+    # actuator velocities of the reference branch.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()

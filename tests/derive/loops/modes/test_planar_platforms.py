@@ -89,7 +89,7 @@ def cylinders(tmp_path_factory):
         CYLINDER.format(k=k, a=a, b=b) for k, (a, b) in enumerate(zip(BASE, PINS, strict=True), 1)
     )
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
-    # A leg with a cylinder has only one branch.
+    # A leg with a cylinder has only a single branch.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
     return compiled(read_text(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 

@@ -36,7 +36,8 @@ def expanded(terms, expressions):
 def eliminated(points, c, s):
     """Returns the elimination of the platform's position from three circles, about A_i - R b_i.
 
-    The first equation is subtracted from the others, which are then solved by Cramer's rule.
+    The first equation is subtracted from the other equations, which are then solved by Cramer's
+    rule.
     """
     x, y = sp.symbols("x y", real=True)
     circles = [
@@ -70,8 +71,8 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi), it has no
-    # z^4 term.
+    # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi),
+    # this square has no z^4 term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -111,7 +112,7 @@ def compiled():
 
 
 def held(pose, directions):
-    """Returns the rod ends that lie in specified directions from the platform's pins."""
+    """Returns rod ends in specified directions from the platform's pins."""
     pins = np.array(PINS, float) @ np.array(
         [[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]]
     )
