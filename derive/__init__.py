@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from .sympy_expressions import Expressions as Expressions
     from .sympy_expressions import expressions as expressions
 
-# SymPy reads its cache size at import. The default of a thousand results is too small for a robot
-# with loops: SymPy would rebuild the same expressions repeatedly.
+# SymPy reads its cache size at import. SymPy's default of a thousand cached results is too small
+# for a robot with loops: With this cache size, SymPy would rebuild the same expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

@@ -228,7 +228,7 @@ def _of_mechanism(
     asked_of_tool = [name for name in chosen if name in FUNCTIONS]
     made = hybrid.tool_functions(asked_of_tool) if has_chain and asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
-    # These functions share terms with the functions of the main chain.
+    # The tool functions share terms with the functions of the main chain.
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws

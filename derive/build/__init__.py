@@ -1,6 +1,6 @@
-"""What the command line calls: jobs of robots, their folders and whether these are up to date.
+"""The jobs of the command line: robots, their folders, and whether these are up to date.
 
-`jobs` imports SymPy and CasADi; the names here do not.
+The module `jobs` imports SymPy and CasADi; the names in this file do not.
 """
 
 from typing import TYPE_CHECKING

@@ -44,7 +44,7 @@ class Job:
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
         languages: The languages to write; empty for the default languages.
-        name: The robot's name; None for the name in the file.
+        name: The robot's name; None selects the name in the file.
     """
 
     file: Path
@@ -80,7 +80,8 @@ def is_up_to_date(job: Job) -> bool:
         path.parent: path.read_text(encoding="ascii").splitlines()
         for path in job.to.glob(f"*/{STAMP}")
     }
-    # The files in a folder are read only if the folder's stamp contains the hash of these sources.
+    # The files of a folder are hashed only if the folder's stamp contains the hash of these
+    # sources.
     return any(
         lines[:1] == [recipe] and lines[1:] == [_contents(folder)]
         for folder, lines in stamped.items()

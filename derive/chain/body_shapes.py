@@ -27,7 +27,7 @@ WITHOUT_LENGTH = 0.55
 DETOUR = 1.6
 """Maximum length ratio of a link drawn along the common normal to a straight link."""
 APART = 0.08
-"""Maximum shift of a symbol that overlaps another, relative to the robot size."""
+"""Maximum shift of a symbol that overlaps another symbol, relative to the robot size."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class _Attached:
 
 
 class _Shapes:
-    """Builds the shapes of all bodies, one member of the description at a time."""
+    """Builds the shapes of all bodies, one member of the robot at a time."""
 
     def __init__(self, rigid: RigidBodies, actuated: set[str]) -> None:
         self.rigid, self.actuated = rigid, actuated
@@ -201,7 +201,8 @@ class _Shapes:
         joint, row = body.joint, self.row_of.get(k, [k])
         if joint is None or joint.kind == "fixed" or row[0] != k or _slides(self.rigid, row) > 1:
             return
-        # A row of revolute joints is one joint from the parent of the first body to the last body.
+        # A row of revolute joints counts as one joint from the parent of the first body to the last
+        # body.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -392,7 +393,7 @@ class _Shapes:
 
 
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
-    """Returns the end points of the common normal of two lines; for parallel lines, through q."""
+    """Returns the end points of the common normal of two lines, through q for parallel lines."""
     c = float(u @ v)
     s2 = 1 - c * c
     if s2 < SAME_VIEW:

@@ -80,7 +80,7 @@ class LoopRates(Protocol):
     """Time derivatives (rates) of all terms that depend on the coordinates through loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """Returns, for each coordinate, the rates of all terms if only this coordinate moves."""
+        """Returns the rates of all terms at unit speed of each single coordinate."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
@@ -107,7 +107,7 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """Returns, for each coordinate, the rates of all terms if only this coordinate moves."""
+        """Returns the rates of all terms at unit speed of each single coordinate."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:

@@ -114,8 +114,8 @@ def rates(
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
     """Returns the derivatives of the mixed Jacobian: entry [j][k] is d(column j)/d(joint k).
 
-    With i the smaller and l the larger of j and k, dv_j/dq_k = omega_i x v_l. For k before j,
-    domega_j/dq_k = omega_k x omega_j; otherwise the derivative is zero.
+    With i the smaller and l the larger of j and k, dv_j/dq_k = omega_i x v_l. If k is before j,
+    domega_j/dq_k = omega_k x omega_j; otherwise this derivative is zero.
     """
     count = range(len(screws))
     return [

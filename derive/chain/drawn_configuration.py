@@ -22,7 +22,7 @@ _BENDS = 0.02
 _BELOW = 0.5
 """Cost of a joint below the base, per unit of depth."""
 _SHORT = 0.02
-"""Links shorter than this fraction of the robot size are drawn as one point."""
+"""Links that are shorter than this fraction of the robot size are drawn as one point."""
 
 
 def from_aside() -> Array:
@@ -48,7 +48,7 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # The last digits of equal costs may differ between computers.
+    # The last digits of equal costs may differ between computers, so costs are rounded.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 

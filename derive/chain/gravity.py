@@ -1,11 +1,11 @@
 """Gravity torques on the coordinates of a chain with point masses, and their derivatives.
 
-Let M_k be the mass beyond joint k, c_k the first moment of this mass about the base origin, and
-(v_k; omega_k) the joint screw in the base frame. The gravity torque of joint k is
+Let M_k be the mass that joint k carries, c_k the first moment of this mass about the base origin,
+and (v_k; omega_k) the joint screw in the base frame. The gravity torque of joint k is
 
     w_k = M_k v_k + omega_k x c_k,    tau_k = g . w_k,
 
-The derivative of tau_k with respect to a joint j beyond k is (g x omega_k) . w_j. It is symmetric
+The derivative of tau_k with respect to a later joint j is (g x omega_k) . w_j. It is symmetric
 in j and k because the torques have a potential.
 """
 
@@ -88,7 +88,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
         One bound per joint k (N m/rad or N/m), computed from the length of the stretched chain.
 
     Raises:
-        DescriptionError: A prismatic joint has no limits.
+        DescriptionError: A prismatic joint without limits is not allowed.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []

@@ -63,13 +63,14 @@ class Station:
     """One angle of a group, and the prismatic joints and frames that rotate by this angle.
 
     Attributes:
-        joint: Index of the revolute joint of the station; None at the start of a group.
+        joint: Index of the revolute joint that defines the station; None at the start of a group.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
         angle: Angle of the station axes in the group frame.
-        reach: Vector from this axis to the axis of the next station, in station axes.
-        slides: The prismatic joints between the two axes.
-        frames: The link frames between the two axes.
+        reach: Vector from the axis of this station to the axis of the next station, in station
+            axes.
+        slides: The prismatic joints between the axes of this station and the next.
+        frames: The link frames between the axes of this station and the next.
     """
 
     joint: int | None
@@ -289,7 +290,7 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # Antiparallel axes at the end of the group add a tilt of pi.
+        # If the axes at the end of the group are antiparallel, the tilt increases by pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()

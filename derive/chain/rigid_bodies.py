@@ -62,7 +62,7 @@ class Span:
         ends: Start and end points in the frames of these bodies (metre).
         across: A direction in the frame of the first body; its component perpendicular to the strut
             is the y axis of the strut.
-        from_end: Whether the section frame is at the end of the strut instead of the start.
+        from_end: Whether the frame of the section is at the strut's end instead of its start.
     """
 
     name: str
@@ -81,7 +81,7 @@ class TreeBody:
         parent: Index of the body that carries the joint; -1 for the ground and strut sections.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint; None for the ground and strut sections.
-        span: The end points of the strut; None for all other bodies.
+        span: The end points of the strut; None for bodies that are not sections of a strut.
     """
 
     name: str
@@ -100,7 +100,7 @@ class HeldFrames:
         kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint axis is the z axis of both
             frames.
         bodies: Indices of the two bodies.
-        frames: The two frames, expressed in the frames of the bodies (4, 4).
+        frames: The two connected frames, expressed in the frames of their bodies (4, 4).
     """
 
     name: str
@@ -222,7 +222,8 @@ class RigidBodies:
     @staticmethod
     def _aside(parts: Array) -> Array:
         """Returns the frame axis with the smallest component along the strut."""
-        # The last digits of equal components may differ between computers.
+        # The last digits of equal components may differ between computers, so components are
+        # rounded.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 

@@ -34,7 +34,7 @@ _ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Returns both functions keyed by name; empty for ideal drives and rigid joints.
+    """Returns both conversion functions, keyed by name; empty for ideal drives and rigid joints.
 
     Args:
         robot: The description.

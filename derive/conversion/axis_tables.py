@@ -31,7 +31,7 @@ from ..model.tolerances import EVALUATION_DIGITS
 from .number_text import digits_for, rounded
 
 _RIGHT = math.pi / 2 + 1e-9
-"""Largest rotation (radian) to the common normal; the opposite normal replaces a larger one."""
+"""Maximum rotation (radian) to the common normal; beyond it, the opposite normal is used."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """The rotation about and the shift along the first axis."""
+        """The rotation about the first axis and the shift along the axis."""
         return along_z(self.turn, self.shift)
 
     @property
@@ -220,7 +220,8 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Rounded fields must not accumulate: parallel axes would be read as intersecting far away.
+    # Rounding errors of the fields must not accumulate, or parallel axes would be read as
+    # intersecting far away.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)

@@ -28,7 +28,8 @@ Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
 TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
-"""Length of a table relative to the robot's size, from which the table is poorly conditioned."""
+"""Ratio of a table's longest length to the robot's size, from which the table is
+ill-conditioned."""
 _VISIBLE = 1e-12
 """Pose error (metre, radian) above which a note states the error."""
 
@@ -44,7 +45,7 @@ class Conversion:
         error: Bounds of the distance (metre) and of the angle (radian) between the tools of both
             robots, at all coordinates within the limits, if the text is read with
             :func:`~chasles.derive.read`.
-        notes: What the format cannot express, and what the conversion changed.
+        notes: Sentences on facts that the format cannot express, and on changes by the conversion.
     """
 
     format: Format
@@ -66,13 +67,14 @@ class Conversion:
     def save(self, path: str | Path) -> None:
         """Writes the text to a file, or the table to a .csv or .tex file.
 
-        The rows of a table are the joints. In metre and radian, with up to 17 digits, they contain
-        the fields of the convention. The first and last row of a .csv file contain the poses of
+        The rows of a table are the joints. The rows contain the fields of the convention, in metre
+        and radian, with up to 17 digits. The first and last row of a .csv file contain the poses of
         base and tool; a .tex file states both poses after its `tabular`.
 
         Args:
-            path: A file that ends in .urdf for this format, else in .toml. For "dh", "mdh" and
-                "poe" also in .csv, or in .tex for LaTeX with the package booktabs.
+            path: The path of the file, which ends in .urdf for URDF, else in .toml. For "dh", "mdh"
+                and "poe", the path may also end in .csv, or in .tex for LaTeX with the package
+                booktabs.
 
         Raises:
             InputValueError: The suffix belongs to another format, or the file cannot be written.
@@ -95,8 +97,8 @@ class Conversion:
 def convert(robot: Described, to: Format) -> Conversion:
     """Writes a robot as a robot file, as URDF, or as a table of joint parameters.
 
-    Reading the text gives a robot with the same coordinates and the same pose of the tool. Base and
-    tool contain the part of the pose that the table of the joints cannot express.
+    Reading the text gives a robot with the same coordinates and the same pose of the tool. The
+    poses of base and tool contain the part that the table of the joints cannot express.
 
     Args:
         robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
@@ -142,7 +144,7 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Returns the pose error of the text as it is read, and a note if the error is visible."""
+    """Returns the pose error of the robot that the text describes, and a note if it is visible."""
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():
@@ -172,7 +174,7 @@ def _error(
 
 
 def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
-    """Yields what the format cannot express, and what the conversion changed."""
+    """Yields sentences on facts that the format cannot express, and on changes."""
     if to == "urdf":
         yield from _urdf_notes(robot)
     for joint in robot.joints:

@@ -34,7 +34,7 @@ _SAME = sp.Rational(1, 10**16)
 """Change by the reader (metre, radian or 1) that is harmless: less than the rounding of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
-"""Leading zeros of a decimal beyond which it is written with an exponent."""
+"""Number of leading zeros beyond which a decimal is written with an exponent."""
 
 
 def digits_for(size: float) -> int:
@@ -93,7 +93,7 @@ class NumberText:
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
     def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
-        """Returns the number that the reader takes for a number."""
+        """Returns the number that the reader gets from a written number."""
         if value == 0 or value.free_symbols:
             return value
         if kind.startswith("angle"):

@@ -1,7 +1,8 @@
 """Writes the URDF of a serial robot whose joints have URDF origins.
 
-URDF has no joint directions and no helical joints. A joint against its coordinate has the opposite
-axis. A helical joint is a revolute joint, followed by a prismatic joint that mimics its angle.
+URDF has no joint directions and no helical joints. If a joint moves against its coordinate, its
+axis is reversed. A helical joint is a revolute joint, followed by a prismatic joint that mimics its
+angle.
 """
 
 from dataclasses import dataclass, replace

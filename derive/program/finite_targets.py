@@ -12,7 +12,7 @@ from ..model.tolerances import GREATEST_NUMBER
 from .operations import Compute, Constant, Input, Operand, Operation, Program, Store, Variable
 
 COORDINATES, RESIDUAL = 0, 1
-"""Output indices of every inverse."""
+"""Output indices of coordinates and residual in every inverse."""
 
 
 def seeing_its_inputs(program: Program) -> Program:

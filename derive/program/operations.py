@@ -53,7 +53,7 @@ LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
 """Operations with a Boolean result."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
-"""Operations that are calls of the mathematical library on every machine."""
+"""Operations that every machine computes by a call of the mathematical library."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class Compute:
     operands: tuple[Operand, ...]
 
     def __hash__(self) -> int:
-        # No two statements of a program have the same result.
+        # Two statements of a program never have the same result.
         return self.result.number
 
     @property
@@ -118,7 +118,7 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The stored value as a tuple, like the operands of :class:`Compute`."""
+        """The stored value, as a tuple like the operands of :class:`Compute`."""
         return (self.value,)
 
 

@@ -36,7 +36,7 @@ NO_PROGRAMS = Programs({}, {})
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
-    """Lowers functions to CasADi and reads their programs.
+    """Translates functions to CasADi and reads the generated programs.
 
     Args:
         functions: Functions over the same terms.

@@ -103,7 +103,7 @@ class _Signed:
 
 
 def _number(value: _Signed) -> float | None:
-    """Returns the number of a constant value; None for values that are not constant."""
+    """Returns the numerical value of a constant; None for values that are not constant."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value
@@ -129,7 +129,7 @@ class _Writer:
         self._count = 0
 
     def value(self, operation: Operation, operands: Sequence[_Signed]) -> _Signed:
-        """Returns the result of an operation."""
+        """Returns the value that results from an operation."""
         operands = [self._kept(operand) for operand in operands]
         numbers = [number for number in map(_number, operands) if number is not None]
         if operation in _FOLDED and len(numbers) == len(operands):

@@ -23,7 +23,7 @@ from ..model.placements import Rotation
 _WEIGHTS = sp.diag(1, 1, 1, 2, 2, 2)
 _TURNS = 3
 _OF_TURNS = 8
-"""The product of the weights of (v, omega)."""
+"""The product of the six weights of (v, omega)."""
 _Pair = tuple[sp.Symbol, sp.Symbol]
 
 

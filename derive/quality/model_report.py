@@ -149,7 +149,7 @@ def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[in
 
 def _rank_of(J: NDArray[np.float64]) -> int:
     size = np.linalg.norm(J, axis=0)
-    # Rounding errors can give a parameter without effect a nonzero column.
+    # The column of a parameter without effect may be nonzero because of rounding errors.
     moving = size > ZERO_SINGULAR_VALUE * size.max()
     values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))

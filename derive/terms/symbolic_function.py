@@ -81,10 +81,11 @@ class WrittenFunction(Signature):
     """A function with a handwritten solver and numerical tables, and without result entries.
 
     Attributes:
-        solver: Name of the solver, equal for all robots; each language has its own files.
+        solver: Name of the solver; it is the same for all robots, and each language has a file for
+            it.
         tables: The numbers of this robot, in the class of the solver.
         calls: Names of the functions that the solver calls, in the expected order.
-        branches: Number of output slots.
+        branches: Number of slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
         margin: Name of the function that explains NaN results; empty if there is none.
         steps: Names of the loops, one per entry, if the function returns margins.
@@ -107,7 +108,8 @@ class Call:
         system: Name of the solved equations, and of the C file that contains them.
         entry: Name of the solver's entry point.
         inputs: Names of function inputs, or of outputs of earlier calls.
-        outputs: Arrays filled by the call. Their symbols are arguments of the statements.
+        outputs: Arrays filled by the call. The symbols of these arrays are arguments of the
+            statements.
         operations: Approximate operation count of the call.
     """
 
@@ -146,7 +148,7 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """Number of branches; 1 without signs."""
+        """Number of branches; 1 for a function without signs."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:

@@ -18,7 +18,7 @@ from ..model.values import Values, to_digits
 TERM = "_t"
 CONSTANT = "_k"
 Result = TypeVar("Result")
-"""Prefixes of the names of terms and constants; robot files cannot use them."""
+"""Prefixes of the names of terms and constants; names in robot files cannot start with these."""
 
 
 class Terms:
@@ -29,8 +29,8 @@ class Terms:
         definitions: Definition of each named term in coordinates, constants and earlier terms.
         constants: Definition of each named constant in parameters and earlier constants.
         solved: Cosine and sine of each solved loop angle.
-        turning: For each named cosine or sine that a solution returns as a term: its angle, and its
-            derivative with respect to the angle.
+        turning: Cosines and sines that a solution returns as named terms, each with its angle and
+            its derivative with respect to the angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:

@@ -1,6 +1,6 @@
 """Factored minors of an arm's Jacobian; the arm is singular if all minors are 0.
 
-A square Jacobian has only one largest minor, its determinant. The Jacobian is written in the frame
+A square Jacobian has a single largest minor, its determinant. The Jacobian is written in the frame
 and at the point (:mod:`.views`) that give the minor the smallest blocks. The minor is then the
 product of the block determinants.
 """

@@ -56,7 +56,7 @@ class _Tangents:
     """A polynomial in cosines and sines, rewritten in half-angle tangents.
 
     Attributes:
-        budget: The exponent of 1 + t^2 in the denominator, per coordinate.
+        budget: For each coordinate, the exponent of 1 + t^2 in the denominator.
         factors: The factors of the numerator in tangents, parameters and prismatic coordinates.
     """
 

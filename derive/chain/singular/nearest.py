@@ -158,7 +158,7 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
     """Returns minimum-norm least-squares solutions (m, n) of slope * step = value."""
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Smaller singular values are rounding errors, which differ between computers.
+    # Singular values below this bound are rounding errors, which differ between computers.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
@@ -170,6 +170,6 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint moves the screws of the joints after it. The memory layout makes later sums fast.
+    # A joint displaces the screws of all joints after it. The memory layout makes later sums fast.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

@@ -13,7 +13,7 @@ import sympy as sp
 from .views import View
 
 Polynomial = Any
-"""An element of a polynomial ring; SymPy has no type for it."""
+"""A polynomial, as an element of a ring; SymPy has no type for such elements."""
 
 
 class ScrewRing:

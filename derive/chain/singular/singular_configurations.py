@@ -20,7 +20,7 @@ from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
-"""Number of random samples of the coordinates that the root search does not solve."""
+"""Number of random values for the coordinates that the root search does not solve for."""
 GRID = 181
 """Number of grid values of a coordinate for bracketing roots."""
 HALVINGS = 60
@@ -73,7 +73,7 @@ WHOLE_WRIST = 3
 """Number of wrist axes that intersect in the wrist center."""
 WRIST = "the wrist's centre"
 Relation = Callable[[_Configuration], float]
-"""Deviation of a configuration from a relation; 0 if the relation holds."""
+"""How far a configuration is from a relation of the axes; 0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
