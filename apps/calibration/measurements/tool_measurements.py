@@ -275,7 +275,7 @@ class Positions(Measurements):
 
 @dataclass(frozen=True, eq=False)
 class Poses(Measurements):
-    """Poses of a probe that has an unknown pose on the tool.
+    """Poses of a probe that is mounted on the tool in an unknown pose.
 
     Attributes:
         T: (N, 4, 4) poses of the probe in W.

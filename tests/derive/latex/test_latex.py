@@ -32,8 +32,7 @@ FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularit
 FILES += ["workspace.tex", "example.tex", "references.tex"]
 EVALUATED = ("iiwa14", "jaco2", "photo_robot", "awkward", "calibrated", "tilted", "named_wrist")
 EVALUATED += ("fourteen", "random0", "random3")
-"""The names of robots whose printed formulas are evaluated: every kind of joint, constant and
-name."""
+"""Robots whose printed formulas are evaluated, with every kind of joint, constant and name."""
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
 """Robots of every kind whose articles are written again.
 
