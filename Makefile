@@ -5,7 +5,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 # Some machines set it; each process, and each worker of the tests, would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel robots-wheel lock gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce wheel kernels robots-wheel robots lock gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -67,22 +67,26 @@ reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce
 # The wheel contains kernels for all processors, so that the robots load without a compiler. zig links
 # against an old glibc.
 ZIG = $(CURDIR)/$(BIN)/python -m ziglang cc -target $$(uname -m)-linux-gnu.2.28
-wheel: .venv/wheel ## the wheel with compiled robots, in dist
-	@rm -rf build/wheel build/kernels build/unrepaired && mkdir -p build/wheel dist && git archive HEAD | tar -x -C build/wheel
-	@$(BIN)/chasles build --portable build/kernels
+REPAIR = PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist
+wheel: .venv/wheel kernels ## the wheel with compiled robots, in dist
+	@rm -rf build/wheel build/unrepaired && mkdir -p build/wheel dist && git archive HEAD | tar -x -C build/wheel
 	@for kernel in build/kernels/*/*.so; do cp $$kernel build/wheel/generated/$$(basename $$(dirname $$kernel)); done
 	@cd build/wheel && CC="$(ZIG)" LDSHARED="$(ZIG) -shared" $(CURDIR)/$(BIN)/python -m build --wheel --outdir ../unrepaired . >../wheel.log
-	@PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist build/unrepaired/*.whl
-	@$(BIN)/twine check dist/*.whl
+	@$(REPAIR) build/unrepaired/*.whl
+	@$(BIN)/twine check --strict dist/*.whl
 
-# Derived robots and kernels that are up to date stay in build/shelf and build/robots.
-robots-wheel: .venv/wheel ## the wheel of chasles-robots: the shelf, derived and compiled, in dist
-	@mkdir -p build/robots dist && rm -rf build/robots/build && cp -r packages/robots/. build/robots
+kernels: .venv/derive ## the kernels of the shipped robots, in build/kernels
+	@$(BIN)/chasles build --portable build/kernels
+
+robots-wheel: .venv/wheel robots ## the wheel of chasles-robots, in dist
+	@rm -rf build/unrepaired packages/robots/build && mkdir -p dist
+	@$(BIN)/python -m build --wheel --outdir build/unrepaired packages/robots >build/robots-wheel.log
+	@$(REPAIR) build/unrepaired/*.whl
+	@$(BIN)/twine check --strict dist/chasles_robots-*.whl
+
+robots: .venv/derive ## the shelf, derived and compiled, in packages/robots; up to date parts stay
 	@$(BIN)/chasles derive derive/robots/shelf/*.toml --to build/shelf --detail none --languages c,python
-	@$(BIN)/chasles build build/shelf/*/ --portable build/robots/chasles_robots
-	@$(BIN)/python -m build --wheel --no-isolation --outdir build/unrepaired build/robots >build/robots-wheel.log
-	@PATH=$(CURDIR)/$(BIN):$$PATH auditwheel repair --plat manylinux_2_28_$$(uname -m) --wheel-dir dist build/unrepaired/chasles_robots-*.whl
-	@$(BIN)/twine check dist/chasles_robots-*.whl
+	@$(BIN)/chasles build build/shelf/*/ --portable packages/robots/chasles_robots
 
 gallery: .venv/dev ## a page with sliders of every robot in build/gallery
 	@$(BIN)/python docs/gallery.py

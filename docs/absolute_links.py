@@ -1,0 +1,26 @@
+"""Replaces the relative links of README.md by links to a tag of a repository, before a release.
+
+A package index shows README.md without the files of the repository.
+Usage: python docs/absolute_links.py https://HOST/OWNER/NAME v1.0.0
+"""
+
+import re
+import sys
+from pathlib import Path
+
+README = Path(__file__).parent.parent / "README.md"
+
+
+def absolute(text: str, repository: str, tag: str) -> str:
+    """The text of a page with links to files of a tag; pictures link to their content."""
+
+    def link(found: re.Match[str]) -> str:
+        kind = "raw" if found[1] else "blob"
+        return f"{found[1]}[{found[2]}]({repository}/{kind}/{tag}/{found[3]})"
+
+    return re.sub(r"(!?)\[([^]]*)\]\((?!https?:|#)([^)]+)\)", link, text)
+
+
+if __name__ == "__main__":
+    text = README.read_text(encoding="utf-8")
+    README.write_text(absolute(text, *sys.argv[1:]), encoding="utf-8")
