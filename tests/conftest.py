@@ -13,7 +13,7 @@ NEW_OBJECTS = 50_000
 SymPy allocates many small, long-lived objects, and a collection that scans them frees nothing.
 """
 MISSING = ("missing program", "missing package")
-"""Prefixes of skip reasons that name a program or package missing on this machine."""
+"""Prefixes of skip reasons that name a missing program or package."""
 
 
 def pytest_addoption(parser):

@@ -12,7 +12,8 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Singular value below which these tests apply damping. Many random configurations have less."""
+"""Singular value below which these tests apply damping. Many random configurations have smaller
+singular values."""
 AGREES = 1e-9
 """Relative tolerance of joint rates against NumPy, for a condition number of 1 / BORDER."""
 CHAINS, POSES = 300, 4

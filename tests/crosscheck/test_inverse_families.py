@@ -60,8 +60,8 @@ PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 """Arms that are tested with a spherical wrist, and whether skew axes are at right angles.
 
-Their position problems are a quadratic, and the two structures without a position inverse. The
-other structures, such as a quartic, are tested by position inverses.
+The position problems of these arms are a quadratic, and the two structures without a position
+inverse. The other structures, such as a quartic, are tested by position inverses.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),

@@ -14,7 +14,10 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 
 
 def models():
-    """Returns the toolbox's models. Its panda has a different hand frame, and no tool here."""
+    """Returns the toolbox's models.
+
+    The toolbox's panda has a different hand frame, and no tool in this test.
+    """
     panda = rtb.models.DH.Panda()
     panda.tool = np.eye(4)
     return {"puma560": rtb.models.DH.Puma560(), "panda": panda}

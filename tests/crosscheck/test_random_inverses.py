@@ -16,11 +16,11 @@ from tests.support.oracles.verdict import judged
 FIVE_JOINTS = (389,)
 """Five-joint arm whose poses equal the poses of a six-joint arm with the last joint at 0."""
 OBLIQUE_WRISTS = (80,)
-"""Arm with an undetermined rotation. Its wrist reaches only some orientations."""
+"""Arm with an undetermined rotation. The wrist of this arm reaches only some orientations."""
 LOST_BEFORE = (53007, 50925)
 """Arms with poses that the closed form misses.
 
-A search, or steps with a fixed joint, find these poses.
+A search, or steps with a fixed joint, find the missed poses.
 """
 FOLDED = (33, 20350, 53401)
 """Arms whose elbow is nearly folded in poses near right angles."""

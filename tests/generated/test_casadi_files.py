@@ -15,7 +15,7 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import GENERATED, ROBOTS, SAMPLE, robot_of
 
 DERIVATIVE = re.compile(r"jacobian|hessian|twist|acceleration|_rates|_D_|_dot$")
-"""Names of functions that CasADi derives from the others."""
+"""Pattern for the names of functions that CasADi derives from the other functions."""
 
 
 def loaded(name):
@@ -29,8 +29,8 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in manifest.functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if chasles.load(name).loop_solution == "newton":
-        # The margin of iterated loops is the solver's determinant. Only C code starts at stated
-        # start values.
+        # The margin of iterated loops is the solver's determinant. Start values that are inputs
+        # exist in C code only.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

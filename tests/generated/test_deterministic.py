@@ -22,7 +22,7 @@ OLD_PROCESSOR = {
 }
 """OpenBLAS and NumPy select kernels by processor.
 
-The kernels selected here run on all processors, and round differently.
+The kernels of this old processor run on all processors, and round differently.
 """
 
 DERIVED = ("five_bar",)
@@ -55,7 +55,7 @@ def test_generated_files_do_not_depend_on_environment(tmp_path):
 
 
 def committed(name):
-    """Returns the bytes of a committed file. Several robots share the support headers."""
+    """Returns the bytes of a committed file. The robots in one folder share the support headers."""
     own, shared = GENERATED / name, GENERATED / "support" / Path(name).name
     path = own if own.is_file() else shared
     return path.read_bytes() if path.is_file() else None

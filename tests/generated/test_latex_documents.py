@@ -27,7 +27,7 @@ MAX_PAGES = 12
 MAX_PAGES_OF_LOOPS = 20
 MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
-"""Files that need TikZ. Their lines may be wider than the plain article."""
+"""Files that need TikZ. The lines of pictures may be wider than the plain article."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
 """An arm, a mechanism with loops and a platform; `make docs` compiles the documents of all robots.
 """

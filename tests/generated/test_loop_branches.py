@@ -1,4 +1,4 @@
-"""Loops out of reach, at dead points and on every branch: no wrong or missed solution."""
+"""For loops out of reach, at dead points and on every branch, no solution is wrong or missed."""
 
 from contextlib import suppress
 from functools import partial
@@ -76,7 +76,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # The solution may be on any branch. Different branches have different main-chain joints.
+    # The solution may be on any branch. Different branches have different joints of the main chain.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
@@ -150,7 +150,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # The margin is linear in the distance to the dead point, up to it and beyond it.
+    # The margin is linear in the distance to the dead point, before and beyond this point.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
@@ -163,7 +163,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
     assert np.isnan(values(at(outside + 1e-9))).any(-1).all()
     for point in at(inside):
-        # Rounding decides whether the loop still closes there.
+        # Rounding decides whether the loop still closes at the dead point.
         with suppress(chasles.OutOfReachError):
             assert np.abs(slopes(point)).max() > 1e5
 

@@ -315,7 +315,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
     assert found.type_2 < 1e-12
     assert found.type_1 > 0.05
     assert found.type_3 == found.type_1
-    # The value is linear in the distance from the singularity.
+    # The value is linear in the distance from the singular pose.
     sizes = []
     for away in (1e-3, 1e-4):
         moved = np.array([0.0, 0.0, phi + away])
@@ -352,8 +352,8 @@ def elbows(q):
 def spheres(q):
     """Returns both points (N, 2, 3) at rod length from all shifted elbows.
 
-    The elbows are shifted inward by the platform radius. Differences of the sphere equations are
-    planes. The intersection line of the planes meets the first sphere twice.
+    The elbows are shifted inward by the platform radius. The differences of the sphere equations
+    are equations of planes. The intersection line of the planes meets the first sphere twice.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     centre = elbows(q) - R_P * inwards

@@ -34,7 +34,8 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
     |omega| = 2 pi k, k > 0.
 
     Args:
-        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
+            see the module.
 
     Returns:
         (3, 3) matrix, without unit.
@@ -64,7 +65,8 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
     `I - W/2 + (1 - t/2 cot(t/2))/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
     Args:
-        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
+            see the module.
 
     Returns:
         (3, 3) matrix, without unit.
@@ -96,8 +98,8 @@ def dexp_left_se3(x: Matrix) -> Matrix:
     J = `dexp_left_so3(omega)` in direction v. Singular at |omega| = 2 pi k, k > 0.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
-            the module.
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+            see the module.
 
     Returns:
         (6, 6) matrix on twists (v, omega); Q has the unit of v.
@@ -134,8 +136,8 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
     off-diagonal block is the derivative of `dexp_left_inverse_so3(omega)` in direction v.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
-            the module.
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+            see the module.
 
     Returns:
         (6, 6) matrix on twists (v, omega).

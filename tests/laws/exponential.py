@@ -35,7 +35,8 @@ def exp_so3(omega: Matrix) -> Matrix:
     `exp_so3(omega) = I + sin(t)/t W + (1 - cos t)/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
     Args:
-        omega: (3, 1) rotation vector, radian. Zero is allowed for numbers; symbols: see the module.
+        omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
+            see the module.
 
     Returns:
         (3, 3) rotation.
@@ -82,8 +83,8 @@ def exp_se3(x: Matrix) -> Matrix:
     `exp_se3(v, omega) = [[exp_so3(omega), dexp_left_so3(omega) v], [0, 1]]`.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; symbols: see
-            the module. For a screw axis times a joint variable use `exp_screw`.
+        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+            see the module. For a screw axis times a joint variable use `exp_screw`.
 
     Returns:
         (4, 4) pose.

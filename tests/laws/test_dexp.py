@@ -21,7 +21,7 @@ TWISTS = [*few_twists(ANGLES), *random_twists(4, seed=10)]
 
 
 def test_dexp_is_its_series() -> None:
-    """Tested on SE(3), which contains SO(3) as its diagonal block."""
+    """The test uses SE(3), which contains SO(3) as its diagonal block."""
     checked = 0
     for x in TWISTS:
         series = dexp_series(lie.ad(x))

@@ -72,7 +72,7 @@ def test_symbolic_exp_and_log_hold_at_negative_angles() -> None:
 
 
 def test_symbolic_and_numeric_branches_agree() -> None:
-    """The symbolic expressions agree with exact numbers at 30-digit precision."""
+    """The results for symbols agree with exact numbers at 30-digit precision."""
     checked = 0
     for x in (lie.Matrix([1, 2, -1, 1, -2, 2]) / 2, lie.Matrix([0, 3, 1, 4, 0, -3]) / 5):
         values = dict(zip(X, x, strict=True))
@@ -121,7 +121,7 @@ def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
 
 
 def test_lowered_log_undoes_exp() -> None:
-    """Tested away from the half turn, where the symbolic logarithm is undefined."""
+    """The test stays away from the half turn, where the symbolic logarithm is undefined."""
     function = lambdify([*T[:3, :]], LOGARITHM, modules="numpy")
     checked = 0
     for x in twists([1e-8, 1e-4, 0.3, 2.0, 3.0]):

@@ -1,4 +1,7 @@
-"""The robot file of a calibrated arm reproduces the arm and its inverse. A command writes it."""
+"""The robot file of a calibrated arm reproduces the arm and its inverse.
+
+The command `chasles calibrate` writes this file.
+"""
 
 import csv
 

@@ -202,7 +202,7 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     q = np.linspace(-3, 3, 60)[:, None]
     noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. The shift of an axis moves the link
-    # before it, but not the link after it.
+    # before the axis, but not the link after it.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)
@@ -283,7 +283,10 @@ def test_identification_rank_matches_paper_formula(parts, rank):
 
 @pytest.mark.parametrize("name", ["slider_crank", "delta"])
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
-    """The option "geometry" selects axes and loops. Each can also be identified with the base."""
+    """The option "geometry" selects axes and loops.
+
+    Each group can also be identified together with the base.
+    """
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
     measured = Poses(robot.fk(q), SIGMA)

@@ -24,7 +24,7 @@ TRUE = 1e-12
 CLOSED = 1e-9
 """Tolerance of poses.
 
-The loop residual of 1e-12 after Newton's method grows along a chain of bodies.
+The loop residual is 1e-12 after Newton's method and grows along a chain of bodies.
 """
 ROBOTS = chasles.robots()
 

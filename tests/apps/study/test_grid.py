@@ -32,7 +32,10 @@ def box(u, *sides):
 
 
 def shapes(rng, count):
-    """Returns random shapes of four kinds. Each is at least four cells thick on a grid of forty."""
+    """Returns random shapes of four kinds.
+
+    Each shape is at least four cells thick on a grid of forty cells.
+    """
     for k in range(count):
         a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
         yield [

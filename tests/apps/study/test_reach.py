@@ -30,8 +30,8 @@ def test_configurations_at_limits_are_reached(name):
     q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
     at = rng.integers(0, 3, q.shape)
     q = np.select([at == 0, at == 1], [robot.lower, robot.upper], q)
-    # Some joints are at their limits. Away from singularities, the inverse recovers the
-    # configuration.
+    # Some joints of these configurations are at their limits. Away from singularities, the inverse
+    # recovers the configuration.
     clear = robot.ik(robot.fk(q)).margin.min(-1) > 1e-6
     assert clear.sum() > 100
     assert reach(robot, robot.fk(q[clear])).reached.all()

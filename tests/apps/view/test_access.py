@@ -1,4 +1,4 @@
-"""Who may connect to the live view: the page with the token, and no other page of the browser."""
+"""The live view accepts the page with the token, and no other page of the browser."""
 
 import socket
 from http.client import HTTPConnection

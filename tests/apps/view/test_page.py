@@ -13,7 +13,8 @@ from tests.support.compiling import compiled
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
-"""Largest body error (metre, and entries of directions). Loop residuals are 1e-12 of the size."""
+"""Largest body error (metre, and entries of directions). Loop residuals are 1e-12 of the robot
+size."""
 STEPS = 3
 """Number of configurations per robot."""
 HELD = Path(__file__).with_name("held.toml")
@@ -109,7 +110,7 @@ def test_page_loads_no_external_resources_and_escapes_title(browser, tmp_path):
     assert browser.run("document.querySelector('h1').textContent") == Renamed.title
     script = "performance.getEntriesByType('resource').map((entry) => entry.name)"
     assert [name for name in browser.run(script) if not name.startswith("data:")] == []
-    # The picture is not empty: it has many colors.
+    # The picture is not empty, because it has many colors.
     script = """(() => {
       render();
       const gl = renderer.getContext(), size = [gl.drawingBufferWidth, gl.drawingBufferHeight];

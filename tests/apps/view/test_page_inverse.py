@@ -32,7 +32,7 @@ def page(browser, tmp_path_factory):
 
 
 def show(browser, folder, robot):
-    """Shows a robot in its first configuration, and opens its page unless it is open already."""
+    """Shows a robot in its first configuration, and opens its page if it is not open yet."""
     if not browser.run("location.href").endswith(f"/{robot.name}.html"):
         opened(browser, folder, robot)
     assert browser.run(f"setCoordinates({Display(robot).start.q.tolist()})")

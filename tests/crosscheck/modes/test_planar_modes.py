@@ -16,7 +16,7 @@ STARTS = 30
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
 THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
-"""Leg types, and how many of their lines belong to the platform."""
+"""Types of legs, and how many lines of each type belong to the platform."""
 CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 
 

@@ -60,8 +60,8 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # The angles are rounded to 1e-8 degrees. This displaces a point at a radius of one metre by
-    # 1e-7 mm.
+    # The angles are rounded to 1e-8 degrees. This rounding error displaces a point at a radius of
+    # one metre by 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
     # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
     # position with respect to the length.
@@ -401,7 +401,10 @@ def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
 
 
 def test_bricklaying_planar_arm_reaches_paper_target():
-    """Links of 7, 5 and 5 inches reach the point (11, 8). The last link points at the target."""
+    """Links of 7, 5 and 5 inches reach the point (11, 8).
+
+    The last link of the arm points at the target.
+    """
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))

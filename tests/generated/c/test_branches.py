@@ -32,14 +32,14 @@ pytestmark = needs("gcc")
 PREFIX = "ur5e"
 """Name of the robot whose sources contain the functions."""
 FASTEST = COMPILER or "gcc"
-"""Clang if available, which compiles batches four times faster than GCC."""
+"""Clang if available, because it compiles batches four times faster than GCC."""
 ROWS = 9
 """Inputs per function: a full vector of eight and a part of the next vector."""
 MANY = ("every_kind_8", "every_kind_16")
 """Functions whose batches take long to compile for the oldest processors.
 
-On this machine their batches run the code for newer processors, which is compiled by the other
-tests.
+On this machine, the batches of these functions run the code for newer processors, which other tests
+compile.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
@@ -65,7 +65,7 @@ def sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def many_sources(tmp_path_factory):
-    """The C sources of the functions with many branches."""
+    """The folder with the C sources of the functions with many branches."""
     return {
         name: branched.write(tmp_path_factory.mktemp(name), [branched_function(name)])
         for name in MANY
@@ -74,7 +74,7 @@ def many_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def arm_sources(tmp_path_factory):
-    """The C sources of the arm."""
+    """The folder with the C sources of the arm."""
     return branched.write(tmp_path_factory.mktemp("arm"), [branched_function("ik")])
 
 

@@ -128,7 +128,7 @@ def test_labels_follow_slots_through_solution_filters():
     times = wound.valid.shape[-1] // 8
     assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
     assert solutions.distinct().labels == solutions.labels
-    # After this, each pose has its own order of slots.
+    # After sorting, each pose has its own order of slots.
     assert solutions.sorted_by_distance(np.zeros(6)).labels == ()
 
 

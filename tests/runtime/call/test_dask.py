@@ -172,7 +172,10 @@ def test_mixed_array_protocols_dispatch_to_ufunc(robot):
 
 
 def test_dask_process_scheduler_gives_equal_results():
-    """Only the function's name and hash are pickled. The worker process loads the robot itself."""
+    """Only the function's name and hash are pickled.
+
+    The worker process loads the robot by itself.
+    """
     arm = chasles.load("ur5e")
     q = np.random.default_rng(0).normal(size=(100, 6))
     results = arm.fk_jacobian_mixed(lazy(q, 40, 6))

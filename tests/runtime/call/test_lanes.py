@@ -32,7 +32,7 @@ ROBOTS = {name: chasles.load(name) for name in NAMES}
 def in_C(robot):
     """Lists the generated functions whose first input is a vector of coordinates.
 
-    Other tests cover the inverses and their equations, which take poses.
+    Other tests cover the inverses and their equations, whose input is a pose.
     """
     functions = read_manifest(robot.folder).functions
     return [item.name for item in functions if item.inputs[0].name != "T"]
@@ -125,7 +125,7 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """Returns the results of a single call, or of a batch of one pose if a loop does not close."""
+    """Returns the results of a single call, or of a batch of one pose if a loop is open."""
     try:
         return call(function, *row)
     except chasles.OutOfReachError:

@@ -19,7 +19,7 @@ COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
 
 @pytest.fixture
 def eager(monkeypatch):
-    """Splits also small batches over four threads, on any machine."""
+    """Makes even small batches run on four threads, on any machine."""
     monkeypatch.setattr(chasles.call.threads, "_MIN", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
 

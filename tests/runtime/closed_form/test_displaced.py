@@ -28,7 +28,8 @@ They are selected from 60,000 samples.
 RANDOM, MAX_LOST = 30_000, 5e-5
 """Number of random configurations, and fraction that may be missed near singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
-"""Range of the smallest singular value (metre or radian per radian) in these tests."""
+"""Range of the smallest singular value (metre or radian per radian) of the configurations in
+these tests."""
 
 
 @pytest.fixture

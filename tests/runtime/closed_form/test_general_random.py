@@ -17,7 +17,7 @@ from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
 ARM = 16, "xx/x/x/"
-"""Seed and axes of an arm with seven joints; the campaign `general` draws other arms."""
+"""Seed and axes of an arm with seven joints; the campaign `general` tests other arms."""
 CHAIN = "R/R/R/R/R"
 """An arm with five skew axes."""
 COLLINEAR = {
@@ -90,7 +90,7 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
     assert (found.valid & (far < 1e-6)).any(axis=1).all()
     error = np.abs(arm.fk(found.q) - T[:, None]).max(axis=(-1, -2))
     assert error[found.valid].max() < 2e-9
-    # Valid slots come first, and no solution occurs twice.
+    # Valid slots come first, and each solution occurs only once.
     assert not (found.valid[:, 1:] & ~found.valid[:, :-1]).any()
     two = found.valid[:, 1]
     apart = np.abs(found.q[two, 0] - found.q[two, 1]).max(axis=-1)
@@ -128,7 +128,7 @@ joints = [
   { name = "j6", type = "prismatic", xyz = [0.1, 0, 0], axis = [1, 0, 0] },
 ]
 """
-"""An arm whose equations for the prismatic joint and its adjacent joint are singular at right
+"""An arm whose equations for a prismatic joint and an adjacent joint are singular at right
 angles."""
 
 

@@ -112,8 +112,8 @@ def test_path_ends_before_joint_jump(arm):
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
-    # At a self-motion an inverse may return any solution. The solution here is far away, but
-    # Newton's method finds a nearby one.
+    # At a self-motion an inverse may return any solution. The solution of the inverse is far away,
+    # but Newton's method finds a nearby one.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)
@@ -200,7 +200,7 @@ def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
         arm.loops_close  # noqa: B018
     with pytest.raises(AttributeError, match="'id'") as error:
         arm.id  # noqa: B018
-    # Python uses both attributes to suggest the most similar name in dir(arm).
+    # With both attributes, Python suggests the most similar name in dir(arm).
     assert (error.value.name, error.value.obj) == ("id", arm)
     assert arm.redundancy == ()
     assert not hasattr(arm, "ik")

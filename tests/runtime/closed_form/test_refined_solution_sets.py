@@ -24,14 +24,15 @@ joints = [
   { name = "j6", d = 65, a = 0, alpha = 0 },
 ]
 """
-"""An IRB 140 whose axis 5 misses axis 4 by 13.3 mm."""
+"""The file of an IRB 140 whose axis 5 misses axis 4 by 13.3 mm."""
 NEAR_WRIST = (
     np.pi * np.array([0, 1, 1, 0.5, 1, 0]),
     np.pi * np.array([1.5, 0, 1, 0.5, 1, 0]),
     np.pi * np.array([-0.5, 0.5, 1, -0.5, 1, 0]),
     np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
 )
-"""Configurations near the singularity of this wrist; smallest singular value 0.007 to 0.009."""
+"""Configurations near the wrist singularity of this arm; the smallest singular value is 0.007 to
+0.009."""
 
 
 def wrapped(angles):
@@ -52,7 +53,10 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
 
 
 def test_solution_beside_an_exact_pose_is_none(tmp_path):
-    """The pose is exact although its entries have few digits. Slots converge to 1e-8 from it."""
+    """The pose is exact although its entries have few digits.
+
+    Slots converge to a distance of 1e-8 from the pose.
+    """
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)

@@ -36,7 +36,7 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
     measurements = CirclePoints(points, NOISE, circle)
     first = np.searchsorted(circle, np.arange(len(joints)))
     for axis, at, k in zip(measurements.axes(robot.fk(q)), q[first], joints, strict=True):
-        # The true joint axis in the frame of the device.
+        # The true axis of the joint, in the frame of the device.
         v, omega = np.split(robot.jacobian_p(at, truth.p)[:, k], 2)
         direction = truth.T_W_base[:3, :3] @ omega
         assert_allclose(axis.direction, direction, atol=2e-3)

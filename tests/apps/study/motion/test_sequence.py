@@ -32,8 +32,8 @@ def process(robot):
     """Returns the process in section 5 of the paper.
 
     In the last stage four joints satisfy three conditions. The paper does not state how these
-    determine the joints. Minimum-norm steps from the configuration at 37 s reproduce the printed
-    amplitudes.
+    conditions determine the joints. Minimum-norm steps from the configuration at 37 s reproduce the
+    printed amplitudes.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
     ready = robot.ik_numeric(T_READY, robot.actuators(READY), fixed=("theta2", *HELD)).q

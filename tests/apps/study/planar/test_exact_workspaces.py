@@ -127,7 +127,10 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """The section planes are offset to either side of the axis. Some rotate by over a full turn."""
+    """The section planes are offset to either side of the axis.
+
+    Some of the regions rotate by more than a full turn.
+    """
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(3, seed=5)):
         turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])

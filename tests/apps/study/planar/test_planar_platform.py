@@ -151,7 +151,10 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 
 @pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
-    """Unequal links leave an unreachable disc at each pivot. This hole may orbit the tool."""
+    """Unequal links leave an unreachable disc at each pivot.
+
+    The hole of a leg may orbit the tool.
+    """
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")

@@ -70,8 +70,8 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
         known = np.isfinite(values[1:]) & np.isfinite(values[:-1])
         for k in np.flatnonzero(known & ((values[1:] > 0) != (values[:-1] > 0))):
             distance = min(np.hypot(*(curve - row[k]).T).min() for curve in found.type_2)
-            # A curve ends where a leg reaches its limit. A grid cell there may have no complete
-            # edge.
+            # A curve ends where a leg reaches its limit. A grid cell at such an end may have no
+            # complete edge.
             near = np.minimum(
                 abs(reaches(posed(row[k])) - LONG), abs(reaches(posed(row[k])) - SHORT)
             )
