@@ -8,6 +8,7 @@ field with a default is optional and is written only if its value differs.
 from __future__ import annotations
 
 import functools
+import math
 import re
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -282,14 +283,20 @@ def _mapping_reader(inner: Reader) -> Reader:
     return read_mapping
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _is_number(value: Any) -> bool:
+    if isinstance(value, float):
+        return not math.isnan(value)
+    # Python reads integers beyond the range of a double.
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _MAX_INTEGER
 
 
-def _is_count(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= _MAX_COUNT
 
 
+_MAX_INTEGER = 2**1023
+_MAX_COUNT = 2**31 - 1
+"""Largest count; the C code uses int."""
 _PLAIN: Mapping[type[Any], Check] = {
     str: Check("a string", lambda value: isinstance(value, str)),
     bool: Check("true or false", lambda value: isinstance(value, bool)),

@@ -15,13 +15,24 @@ from dataclasses import fields, is_dataclass
 from lzma import LZMAError
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any, ClassVar, Self, TypeVar
+from types import UnionType
+from typing import (
+    Any,
+    ClassVar,
+    Literal,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.contract import open_input, output_file
 
 T = TypeVar("T")
@@ -84,7 +95,7 @@ class StudyResult:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
         except (KeyError, RecursionError, TypeError, ValueError) as error:
             raise InputValueError(wrong) from error
-        if not isinstance(made, cls):
+        if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)
         return made
 
@@ -160,6 +171,32 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
         case {"type": str(name), "fields": dict(own)}:
             return types[name](**{key: _unpacked(own[key], types, arrays) for key in own})
     raise ValueError("an object without type and fields")
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value from a file has the declared type; arguments of arrays are not checked."""
+    origin, words = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(value, word) for word in words)
+    if origin is Literal:
+        return value in words
+    if origin is tuple and words[-1] is Ellipsis:
+        return isinstance(value, tuple) and all(_fits(item, words[0]) for item in value)
+    if origin is tuple:
+        return (
+            isinstance(value, tuple) and len(value) == len(words) and all(map(_fits, value, words))
+        )
+    if hint is Robot:
+        return isinstance(value, str)
+    if hint is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    kind = object if hint is Any else origin or hint
+    if not isinstance(kind, type):
+        return True
+    if not isinstance(value, kind):
+        return False
+    own = get_type_hints(kind) if _field_names(value) else {}
+    return all(_fits(getattr(value, name), own.get(name, object)) for name in _field_names(value))
 
 
 def _field_names(value: Any) -> tuple[str, ...]:

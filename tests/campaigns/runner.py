@@ -18,7 +18,18 @@ from .campaign import Campaign, Outcome
 NAMES = (
     *("field", "losses", "structures", "displaced", "general", "geometries", "chains"),
     *("mechanisms", "platforms", "planar", "loops", "as_built", "least_squares", "scenes"),
-    *("legs", "slides", "urdf", "convert", "calibration", "tracker", "robust", "mutants", "memory"),
+    *(
+        "legs",
+        "slides",
+        "urdf",
+        "convert",
+        "calibration",
+        "tracker",
+        "robust",
+        "readers",
+        "mutants",
+        "memory",
+    ),
 )
 """Names of all campaigns; each is a module of this package."""
 TRIALS_OF_A_SEED = 1_000_000

@@ -71,7 +71,10 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
     """
     file = Path(path)
     with mp.workdps(EVALUATION_DIGITS):
-        return _measured(_arm(description, file), _File(file), file)
+        try:
+            return _measured(_arm(description, file), _File(file), file)
+        except NotExact as error:
+            raise DescriptionError(f"{file}: expected moderate numbers; one is {error}") from None
 
 
 def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot:

@@ -19,7 +19,7 @@ from .xacro_expressions import (
     replaced,
     substitution_evaluator,
 )
-from .xacro_hints import incomplete, missing
+from .xacro_hints import files_like, incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
@@ -176,11 +176,11 @@ class _Packages:
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:
         """Returns the packages with a package.xml in a folder or its subfolders."""
-        files = [folder / PACKAGE_FILE, *sorted(folder.glob(f"*/{PACKAGE_FILE}"))]
+        files = [folder / PACKAGE_FILE, *files_like(folder, f"*/{PACKAGE_FILE}")]
         return {_package_name(file): file.parent for file in files if file.is_file()}
 
     def _named(self, folder: Path) -> Mapping[str, Path]:
-        inner = (path for path in sorted(folder.iterdir()) if path.is_dir())
+        inner = (path for path in files_like(folder, "*") if path.is_dir())
         return {folder.name: folder} | {path.name: path for path in inner}
 
     def _named_nearly(self, folder: Path) -> Mapping[str, Path]:

@@ -142,11 +142,20 @@ def _with(pattern: str, file: Path) -> list[Path]:
     folder = file.resolve().parent
     for up, paths in NEARBY:
         place = folder.parents[up - 1] if 0 < up <= len(folder.parents) else folder
-        near = sorted(islice(place.glob(paths), MAX_FILES))
-        having = [path for path in near if sought.search(_text(path))]
+        having = [
+            path for path in files_like(place, paths, MAX_FILES) if sought.search(_text(path))
+        ]
         if having:
             return having
     return []
+
+
+def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
+    """Returns files that match a pattern; none if a folder cannot be read or vanishes meanwhile."""
+    try:
+        return sorted(islice(folder.glob(pattern), maximum))
+    except OSError:
+        return []
 
 
 def _text(path: Path) -> str:

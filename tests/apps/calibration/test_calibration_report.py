@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from chasles import InputValueError, se3
 from chasles.calibration import Calibration, Poses, Positions, identify, select_model
 from chasles.calibration.report.contents import contents
+from chasles.study.results import read_npz
 from tests.support.faults import check_writes
 from tests.support.measured_arms import drawn
 from tests.support.tools import needs
@@ -145,6 +146,17 @@ def test_calibration_survives_round_trip_through_npz(chosen, arm, tmp_path, kind
     assert (again.poses(found.q) == found.poses(found.q)).all()
     with pytest.raises(InputValueError, match=r"\.toml or \.html or \.tex or \.csv or \.npz"):
         found.save(tmp_path / "found.json")
+
+
+@pytest.mark.parametrize("robot", ["../ur5e", "/folder", "arm.toml"])
+def test_loaded_calibration_names_no_path(chosen, tmp_path, robot):
+    file = tmp_path / "found.npz"
+    chosen.calibration.save(file)
+    arrays = read_npz(file)
+    facts = str(arrays["facts"]).replace('"robot": "ur5e"', f'"robot": "{robot}"')
+    np.savez(file, **arrays | {"facts": np.array(facts)})
+    with pytest.raises(InputValueError, match=r"found\.npz: expected the name of a robot"):
+        Calibration.load(file)
 
 
 def test_csv_holds_each_parameter_with_its_bounds(chosen, tmp_path):

@@ -5,7 +5,6 @@ import io
 import json
 import os
 import sys
-from dataclasses import fields
 from zipfile import ZIP_LZMA, ZIP_STORED, ZipFile
 
 import numpy as np
@@ -13,10 +12,12 @@ import pytest
 
 import chasles
 from chasles import ChaslesError
-from chasles.calibration import Calibration, read_measurements
-from chasles.study.motion import Trajectory
+from chasles.calibration import read_measurements
+from chasles.study.motion import MotionSequence, Trajectory
 from chasles.study.results import read_npz
 
+ARM = chasles.load("ur5e")
+Q = ARM.q_reference + 0.1
 FACTS = {"list": "[1]", "deep": "[" * 50_000, "fields": '{"type": "Trajectory", "fields": {}}'}
 
 
@@ -62,13 +63,22 @@ def test_crafted_trajectory_is_refused(name, tmp_path):
         Trajectory.load(file, chasles.load("ur5e"))
 
 
-@pytest.mark.parametrize("robot", ["../ur5e", "/tmp/folder", "arm.toml"])
-def test_calibration_names_no_path(robot, tmp_path):
+TRAJECTORY = MotionSequence(ARM, ARM.q_reference).move(Q, "quintic", duration=1).sample(3)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("coordinate_names", [["a"]] * 6), ("robot", 3), ("t", 1.0), ("q", None), ("stage", [])],
+)
+def test_fields_of_a_result_have_their_types(field, value, tmp_path):
     file = tmp_path / "result.npz"
-    packed = {item.name: None for item in fields(Calibration)} | {"robot": robot}
-    np.savez(file, facts=np.array(json.dumps({"type": "Calibration", "fields": packed})))
-    with pytest.raises(ChaslesError, match=r"result\.npz: expected the name of a robot"):
-        Calibration.load(file)
+    TRAJECTORY.save(file)
+    arrays = read_npz(file)
+    facts = json.loads(str(arrays["facts"]))
+    facts["fields"][field] = value
+    np.savez(file, **arrays | {"facts": np.array(json.dumps(facts))})
+    with pytest.raises(ChaslesError, match=r"result\.npz: expected a Trajectory written by to_npz"):
+        Trajectory.load(file, ARM)
 
 
 HEADERS = {"code": b"[" * 40, "open": b"{'descr': ("}

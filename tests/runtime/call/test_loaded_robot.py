@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import math
 import pickle
 import subprocess
 import sys
@@ -122,6 +123,12 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
         (lambda m: m.update(frames=[]), r"frames: got \[\], expected an object"),
         (lambda m: m["coordinates"][1].update(lower="0"), r"coordinates\[1\].lower: got '0'"),
         (lambda m: m["parameters"][0].update(value=True), r"parameters\[0\].value: got True"),
+        (lambda m: m["parameters"][0].update(value=10**400), r"parameters\[0\].value: got 10"),
+        (lambda m: m["parameters"][0].update(value=math.nan), r"parameters\[0\].value: got nan"),
+        (
+            lambda m: m["functions"][1]["inputs"][1].update(shape=[2**40]),
+            r"inputs\[1\].shape\[0\]: got 1099511627776, expected a count",
+        ),
         (
             lambda m: m["functions"][0].update(symbol="f();x"),
             r"functions\[0\].symbol: got 'f\(\);x'",
@@ -154,6 +161,9 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
         "frames not object",
         "limit not number",
         "value not number",
+        "value beyond a double",
+        "value NaN",
+        "size beyond an int",
         "invalid symbol",
         "no outputs",
         "negative size",

@@ -3,8 +3,8 @@
 import pytest
 
 from chasles.derive import DescriptionError
-from chasles.derive.description.importers.xacro_file import expanded
-from chasles.derive.description.importers.xacro_hints import missing
+from chasles.derive.description.importers.xacro_file import _Packages, expanded
+from chasles.derive.description.importers.xacro_hints import files_like, missing
 
 pytest.importorskip("xacro", reason="xacro is not installed")
 
@@ -130,3 +130,9 @@ def test_hint_gives_full_argument_name(tmp_path):
     message = refusal(folder / "whole.xacro")
     assert "argument tool_len" in message
     assert "set tool_len:=value" in message
+
+
+def test_folder_that_vanishes_during_a_search_has_no_files(tmp_path):
+    assert files_like(tmp_path / "vanished", "*") == []
+    packages = _Packages(tmp_path / "vanished" / "arm.xacro")
+    assert packages._named(tmp_path / "vanished").keys() == {"vanished"}
