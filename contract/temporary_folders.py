@@ -1,8 +1,6 @@
 """Temporary folders next to the files that replace them; a killed process leaves none for long."""
 
 import os
-import secrets
-import shutil
 import sys
 import time
 from collections.abc import Iterator
@@ -29,6 +27,9 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
         parent: The folder that contains the temporary folder.
         name: A part of its name, such as the name of a robot.
     """
+    # Imported here: loading a compiled robot needs no temporary folder.
+    import shutil  # noqa: PLC0415
+
     for left in parent.glob(f"{_PREFIX}*"):
         with suppress(OSError):
             _remove_unless_in_use(left)
@@ -42,7 +43,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
 
 def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:
     while True:
-        folder = parent / f"{prefix}{secrets.token_hex(8)}"
+        folder = parent / f"{prefix}{os.urandom(8).hex()}"
         folder.mkdir(mode=0o700)
         # Another process may find and remove the folder before it is locked.
         with suppress(BlockingIOError, FileNotFoundError):
@@ -53,6 +54,8 @@ def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:
 
 
 def _remove_unless_in_use(folder: Path) -> None:
+    import shutil  # noqa: PLC0415
+
     try:
         lock = _lock(folder)
     except BlockingIOError:

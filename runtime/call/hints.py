@@ -6,7 +6,6 @@ The tables are in `hints.toml`, which is read only for an error message.
 from __future__ import annotations
 
 import functools
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +25,8 @@ _REPRESENTATIONS = ("space", "body", "mixed")
 
 @functools.cache
 def _tables() -> dict[str, Any]:
+    import tomllib  # noqa: PLC0415
+
     return tomllib.loads((Path(__file__).parent / "hints.toml").read_text(encoding="utf-8"))
 
 

@@ -11,7 +11,6 @@ import itertools
 import os
 import platform
 import shlex
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -132,6 +131,8 @@ def _words(variable: str) -> list[str]:
 
 
 def _find_program() -> tuple[Sequence[str], str]:
+    import shutil  # noqa: PLC0415
+
     chosen = _words("CC")
     candidates = [chosen] if chosen else [["cc"], ["gcc"], ["clang"]]
     for command in candidates:

@@ -20,6 +20,16 @@ robot = chasles.load(sys.argv[1])
 print(*robot.fk(np.array([0.3, 0.5])).ravel())
 """
 
+MODULES = """
+import sys, numpy
+before = set(sys.modules)
+import chasles
+chasles.load(sys.argv[1]).fk([0.3, 0.5])
+print(*set(sys.modules) - before)
+"""
+SLOW = {"importlib.metadata", "secrets", "shutil", "subprocess", "tempfile", "tomllib"}
+"""Modules that would delay the start, and that only compilation and error messages need."""
+
 
 def written(path, source=tiny.SOURCE):
     """Writes a robot and returns its folder."""
@@ -49,6 +59,14 @@ def test_portable_folder_loads_without_compiler_or_cache(folder, tmp_path):
     expected = chasles.load(folder).fk([0.3, 0.5])
     np.testing.assert_allclose(np.fromstring(done.stdout, sep=" "), expected.ravel(), atol=1e-15)
     assert not (tmp_path / "cache").exists()
+
+
+def test_modules_for_compilation_are_not_imported(folder, tmp_path):
+    done = started(MODULES, folder, cache=tmp_path / "cache")
+    assert done.returncode == 0, done.stderr
+    imported = set(done.stdout.split())
+    assert "chasles.call._call" in imported
+    assert imported & SLOW == set()
 
 
 def test_kernel_of_other_version_is_refused_with_advice(folder, tmp_path):
