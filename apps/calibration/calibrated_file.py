@@ -1,14 +1,18 @@
-"""A calibrated robot as a robot file: the screw axes of its joints and its home tool pose.
+"""A calibrated robot as a robot file.
 
-Screw axes describe every chain, whatever convention the nominal file uses, without rounding.
-The compiler infers the nominal structure from the screw axes; the inverse starts from the solutions
-of this structure.
+A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
+describe every chain, whatever convention the nominal file uses, without rounding. A robot with
+loops has the nominal file with the identified parameters, and the compiler closes the loops by
+Newton's method. In both cases, the compiler infers the nominal structure from the values, and the
+inverse starts from the solutions of this structure.
 """
 
 from __future__ import annotations
 
 import json
 import math
+from string import Template
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +20,15 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.contract import Coordinate
 
-from .calibrated_mechanism import mechanism_text
-from .drives import springs_text, transmissions_text
 from .parameters import nominal as nominal_of
 from .shown_numbers import roll_pitch_yaw
 
+_PITCH = 1e-12
+"""Tolerance for rounding errors in the pitch of a revolute joint [m/rad] and in |axis| = 1."""
+_METRE = 15
+"""Decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
+_DEGREE = 13
+"""Decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
 FloatArray = NDArray[np.float64]
 
 
@@ -45,7 +53,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
     laws = [g.part in ("transmission", "compliance") for g in robot.geometry]
     straight = np.where(laws, nominal_of(robot), p)
     if robot.kind != "serial":
-        text = mechanism_text(robot, straight, name, source, nominal, roll_pitch_yaw)
+        text = mechanism_text(robot, straight, name, source, nominal)
         return text + transmissions_text(robot, p, math.degrees(1))
     head, joints = _chain_text(robot, straight, name, source)
     gravity, springs = springs_text(robot, p)
@@ -91,15 +99,90 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 
-_PITCH = 1e-12
-"""Tolerance for rounding errors in the pitch of a revolute joint [m/rad] and in |axis| = 1."""
-
-
 def _limits(coordinate: Coordinate) -> list[str]:
     if coordinate.lower is None or coordinate.upper is None:
         return []
     return [f"limits = {_row(np.array([coordinate.lower, coordinate.upper]))}"]
 
 
-def _row(values: FloatArray) -> str:
-    return f"[{', '.join(repr(float(value)) for value in values)}]"
+def _row(values: NDArray[np.floating[Any]]) -> str:
+    return f"[{', '.join(repr(float(value) + 0.0) for value in values)}]"
+
+
+def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal: str) -> str:
+    """Return the text of the robot file of a calibrated robot with loops.
+
+    Args:
+        robot: The nominal robot, with parametric functions.
+        p: The identified geometry.
+        name: Name of the calibrated robot.
+        source: Origin of the values, for the file.
+        nominal: Name or file of the nominal robot; "" to omit it.
+    """
+    texts = {
+        "name": json.dumps(name),
+        "title": json.dumps(f"{robot.title}, calibrated"),
+        "source": json.dumps(source),
+        "closure": json.dumps("least squares" if _has_turned(robot, p) else "exact"),
+    }
+    for k, T in enumerate(robot.functions["parts_p"](p)):
+        texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METRE))
+        texts[f"rpy_{k}"] = _row(np.round(np.degrees(roll_pitch_yaw(T[:3, :3])), _DEGREE))
+        texts[f"x_{k}"] = repr(float(T[0, 3]))
+    text = Template(robot.manifest.robot_file).substitute(texts)
+    return f"nominal = {json.dumps(nominal)}\n{text}" if nominal else text
+
+
+def _has_turned(robot: Robot, p: FloatArray) -> bool:
+    """Return whether any axis direction differs from nominal, so that loops are not planar."""
+    return any(
+        item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
+        for item, value in zip(robot.geometry, p, strict=True)
+    )
+
+
+def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
+    """Return the [[transmissions]] tables of inexact drives; "" if all drives are exact.
+
+    Args:
+        robot: The nominal robot, with parametric functions.
+        p: The identified geometry.
+        turn: One radian in the angle unit of the file.
+    """
+    laws: dict[str, dict[str, float]] = {}
+    for item, value in zip(robot.geometry, p, strict=True):
+        if item.part == "transmission" and value != item.value:
+            field = item.name.removeprefix(f"{item.joint}_")
+            number = value if field == "gain" else value * turn
+            laws.setdefault(item.joint, {})[field] = float(number)
+    lines = []
+    for joint, law in laws.items():
+        lines += ["", "[[transmissions]]", f"coordinate = {json.dumps(joint)}"]
+        lines += [f"{field} = {value!r}" for field, value in law.items()]
+    return "\n".join([*lines, ""]) if lines else ""
+
+
+def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
+    """Return the gravity line and the spring tables; "" if all joints are rigid.
+
+    Args:
+        robot: The nominal arm, with parametric functions.
+        p: The identified geometry.
+    """
+    compliances = {
+        item.joint: float(value)
+        for item, value in zip(robot.geometry, p, strict=True)
+        if item.part == "compliance"
+    }
+    if not any(compliances.values()):
+        return "", ""
+    if not robot.manifest.robot_file:
+        raise InputValueError(
+            "joint compliances were identified, but a coordinate moves several joints or a screw "
+            "joint; a robot file supports springs only for joints with a coordinate of their own"
+        )
+    text = Template(robot.manifest.robot_file).substitute(
+        {joint: repr(value) for joint, value in compliances.items()}
+    )
+    gravity, springs = text.split("\n", 1)
+    return f"{gravity}\n", springs

@@ -1,7 +1,9 @@
 """Builds the manifest: machine-readable facts about a generated robot."""
 
 import hashlib
+import json
 from collections.abc import Mapping
+from typing import Any
 
 import casadi as ca
 import sympy as sp
@@ -10,19 +12,29 @@ from chasles import contract
 from chasles.contract import (
     FORMAT,
     ActuatedVariable,
+    Body,
+    BodyJoint,
     CleanedNumber,
     ContractTolerances,
     Frames,
     FunctionInfo,
     GeometryParameter,
+    HeldFrames,
     InverseFacts,
     LoopFacts,
     Manifest,
+    PlacedTip,
     Reference,
+    Shape,
+    SkeletonFacts,
+    Span,
     Variable,
     manifest_entries,
 )
 
+from ..chain import rigid_bodies
+from ..chain.body_shapes import Skeleton
+from ..chain.rigid_bodies import Array, TreeBody
 from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
@@ -39,8 +51,9 @@ from ..terms.symbolic_function import Argument, Result, SymbolicFunction, Writte
 from .described_parts import robot_template
 from .described_springs import springs_template
 from .emitter import Files
-from .json_text import json_text
-from .skeleton_facts import skeleton_facts
+
+LINE = 100
+"""Maximum length of a line of JSON (characters)."""
 
 
 def manifest(
@@ -250,3 +263,79 @@ def _info(
 
 def _argument(value: Argument | Result) -> contract.Argument:
     return contract.Argument(value.name, tuple(value.shape), value.unit, value.meaning)
+
+
+def json_text(value: Any, depth: int = 0) -> str:
+    """Formats plain data as JSON; only values longer than a line are broken.
+
+    Args:
+        value: Dictionaries, lists, texts, numbers, booleans and None.
+        depth: Indentation in spaces.
+    """
+    line = json.dumps(value, ensure_ascii=False)
+    if len(line) + depth <= LINE or not isinstance(value, dict | list):
+        return line
+    if isinstance(value, dict):
+        parts = [f"{json.dumps(key)}: {json_text(part, depth + 1)}" for key, part in value.items()]
+    else:
+        parts = [json_text(part, depth + 1) for part in value]
+    begin, end = "{}" if isinstance(value, dict) else "[]"
+    within = ",\n".join(" " * (depth + 1) + part for part in parts)
+    return f"{begin}\n{within}\n{' ' * depth}{end}"
+
+
+def skeleton_facts(found: Skeleton) -> SkeletonFacts:
+    """Returns the bodies as plain data in metres and radians; poses have three rows.
+
+    Args:
+        found: The bodies with their shapes.
+    """
+    return SkeletonFacts(
+        float(f"{found.size:.6g}"),
+        PlacedTip(found.tip, _pose(found.tip_placement)),
+        tuple(_body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)),
+        tuple(found.q_drawn),
+        tuple(_held(closure) for closure in found.closures),
+    )
+
+
+def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> Body:
+    if body.joint is not None:
+        return Body(
+            body.name, body.parent, _pose(body.placement), joint=_joint(body.joint), shapes=shapes
+        )
+    return Body(body.name, span=_span(body.span) if body.span else None, shapes=shapes)
+
+
+def _joint(joint: rigid_bodies.CarryingJoint) -> BodyJoint:
+    if joint.kind == "fixed":
+        return BodyJoint(joint.name, joint.kind)
+    return BodyJoint(
+        joint.name,
+        joint.kind,
+        _vector(joint.at),
+        _vector(joint.axis),
+        joint.coordinate,
+        joint.ratio,
+        joint.offset,
+        joint.advance,
+    )
+
+
+def _span(span: rigid_bodies.Span) -> Span:
+    begin, end = span.ends
+    ends = _vector(begin), _vector(end)
+    return Span(span.name, span.bodies, ends, _vector(span.across), span.from_end)
+
+
+def _held(closure: rigid_bodies.HeldFrames) -> HeldFrames:
+    a, b = closure.frames
+    return HeldFrames(closure.name, closure.kind, closure.bodies, (_pose(a), _pose(b)))
+
+
+def _pose(T: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(_vector(row) for row in T[:3])
+
+
+def _vector(values: Array) -> tuple[float, ...]:
+    return tuple(float(value) + 0.0 for value in values)

@@ -1,13 +1,14 @@
 """Text explanation of a robot's inverse: the structure of the axes and the solution steps."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..loops.checks.mechanism_report import in_words
+from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.solution import Solution
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
@@ -100,7 +101,7 @@ class Explanation:
         """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
         if self.hybrid is not None:
-            title = f"{title}\n\n{in_words(self.hybrid)}"
+            title = f"{title}\n\n{mechanism_in_words(self.hybrid)}"
         if self.inverses is None:
             return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
@@ -353,3 +354,56 @@ def _aside(hybrid: Hybrid) -> list[str]:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' if count != 1 else ''}"
+
+
+def mechanism_in_words(h: Hybrid) -> str:
+    """Reports three counts of the mechanism's freedoms, its loops, and the solution of each loop.
+
+    Raises:
+        DescriptionError: The loops do not close at the reference, or the actuators do not match the
+            freedoms.
+    """
+    h.check()
+    paragraphs = [_freedoms(h)]
+    if h.mechanism.closers:
+        paragraphs += [_loops(h), _ways(h)]
+    paragraphs += [[f"{line[0].upper()}{line[1:]}." for line in (*limits_of(h), *doubts_of(h))]]
+    return "\n\n".join("\n".join(lines) for lines in paragraphs if lines)
+
+
+def _freedoms(h: Hybrid) -> list[str]:
+    found = h.mobility
+    actuated = ", ".join(h.mechanism.actuated)
+    return [
+        f"Freedoms: {found.true}, actuated by {actuated}. "
+        f"n = {found.bodies} bodies, j = {found.joints} joints, sum f = {found.freedoms}, "
+        f"lambda = {found.order}.",
+        *(f"  {line}" for line in found.report),
+    ]
+
+
+def _loops(h: Hybrid) -> list[str]:
+    lines = ["Loops, each with the joints around it:"]
+    for equations in h.equations:
+        around = ", ".join(dict.fromkeys(factor.name for factor in equations.factors))
+        count = len(equations.residual)
+        lines.append(f"  {equations.name} ({equations.kind}, {count} equations): {around}")
+    return lines
+
+
+def _ways(h: Hybrid) -> list[str]:
+    lines = ["From the actuators:", *_steps(h, h.forward)]
+    if h.forward.open:
+        lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
+    lines += ["From the main chain:", *_steps(h, h.backward)]
+    if h.backward.open:
+        lines.append(f"  {', '.join(h.backward.open)}: no closed form")
+    return lines
+
+
+def _steps(h: Hybrid, solution: Solution) -> Iterator[str]:
+    for number, step in enumerate(solution.steps, 1):
+        side = f", the branch {step.branch}" if step.branch else ""
+        loop = step.name(h.mechanism)
+        of_loop = f"{loop}: " if loop else ""
+        yield f"  {number}. {of_loop}{step.title}, for {', '.join(step.joints)}{side}"

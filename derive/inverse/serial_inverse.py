@@ -20,11 +20,10 @@ from ..model.tolerances import (
 )
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
-from .chain_solution import pose_task
+from .chain_solution import pose_task, solve_chain
 from .classify import Attempt, Classification, classify, others_that_fit
 from .families import FAMILIES
 from .families.family import Family
-from .followers import by_free_followers
 from .general.general_inverse import (
     GeneralInverse,
     GeneralTables,
@@ -35,9 +34,12 @@ from .lost_poses import lost_poses
 from .nominal import nominal_of
 from .nominal_convergence import Sampled, share_near
 from .polished_inverse import as_start, polished_inverse
-from .structure.lines import Lines, axes_of
+from .steps.target import of_pose
+from .steps.work import Work
+from .structure.lines import Lines, axes_of, home_of
 from .structure.numeric_arm import NumericArm
 from .structure.self_motion import joints_of_self_motion, self_motion
+from .tasks.slots import POSE_SYMBOLS, branches, pose_argument, pose_residual, tool_of, values_of
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
@@ -277,3 +279,46 @@ WAYS: tuple[Way, ...] = (
 """Derivation methods, in the order in which they are tried."""
 STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
 """Derivation methods with printable steps; excludes the general arm."""
+
+
+def by_free_followers(
+    robot: SerialRobot, terms: Terms, families: Sequence[Family]
+) -> tuple[Classification, Solved] | None:
+    """Classifies the chain with all joints free and derives the task ``ik`` of the robot.
+
+    The solutions of the free chain include all solutions of the mimic chain. The residual is
+    evaluated with the mimic equations, so it marks solutions that violate them as invalid.
+
+    Args:
+        robot: The description.
+        terms: Table of named terms.
+        families: The families to try, in order.
+
+    Returns:
+        None without mimic joints, with a non-integer mimic multiplier (whole turns are then
+        ambiguous), or if the pose does not determine all free joints.
+    """
+    laws = [joint.mimic for joint in robot.moving if joint.mimic]
+    if not laws or not all(law.multiplier.is_Integer for law in laws):
+        return None
+    free = replace(robot, joints=tuple(replace(joint, mimic=None) for joint in robot.joints))
+    classification = classify(free, terms, families=families)
+    found = classification.found
+    if found is None or found.given or not found.family.solves_pose or found.family.inputs:
+        return None
+    work = Work(terms)
+    target = of_pose(terms, POSE_SYMBOLS, home_of(free, terms))
+    solve_chain(work, classification.lines, found, target, {})
+    solved = zip(robot.moving, values_of(work, free, {}), strict=True)
+    own = [value for joint, value in solved if joint.mimic is None]
+    q = [joint.direction * value for joint, value in zip(robot.coordinates, own, strict=True)]
+    pose = tool_of(terms, robot, robot.joint_values(q))
+    return classification, branches(
+        "ik",
+        robot,
+        work,
+        (pose_argument(robot),),
+        own,
+        pose_residual(terms, pose, POSE_SYMBOLS),
+        "fk(q[k]) = T wherever residual[k] is rounding",
+    )

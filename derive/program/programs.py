@@ -1,15 +1,19 @@
 """The programs of all functions of a derivation, the source for every language."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
+from ..model.tolerances import GREATEST_NUMBER
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
-from .finite_targets import seeing_its_inputs
-from .operations import Program
+from .operations import Compute, Constant, Input, Operand, Operation, Program, Store, Variable
 from .reading import programs as read_programs
 from .unrolling import unrolled
+
+COORDINATES, RESIDUAL = 0, 1
+"""Output indices of coordinates and residual in every inverse."""
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,60 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
         for f, program in zip(functions, read, strict=True)
     }
     return Programs(whole, branch)
+
+
+def seeing_its_inputs(program: Program) -> Program:
+    """Makes the residual non-finite if an input on which the coordinates depend is not finite.
+
+    The residual of a slide along a base axis is x - x, which simplifies to 0 for every x. Without
+    this change, a target with x = NaN would count as solved.
+
+    Args:
+        program: The program of an inverse, for all slots or for a single slot.
+
+    Returns:
+        The program, with a residual that depends on every input on which the coordinates depend.
+    """
+    inputs = _inputs_behind(program)
+    unseen = inputs[COORDINATES] - inputs[RESIDUAL]
+    if not unseen:
+        return program
+    ordered = sorted(unseen, key=lambda entry: (entry.argument, entry.entry))
+    used = (s.result.number for s in program.computed)
+    unused = map(Variable, itertools.count(1 + max(used, default=0)))
+    size, computed = _total_size(ordered, unused)
+    finite = next(unused)
+    computed.append(Compute(finite, Operation.LESS_EQUAL, (size, Constant(GREATEST_NUMBER))))
+    kept = [s for s in program.statements if not (isinstance(s, Store) and s.output == RESIDUAL)]
+    stored: list[Store] = []
+    for store in program.stored:
+        if store.output == RESIDUAL:
+            chosen = next(unused)
+            computed.append(Compute(chosen, Operation.SELECT, (finite, store.value, size)))
+            stored.append(replace(store, value=chosen))
+    return replace(program, statements=(*kept, *computed, *stored))
+
+
+def _total_size(
+    entries: Sequence[Input], unused: Iterator[Variable]
+) -> tuple[Variable, list[Compute]]:
+    """Returns the sum of the inputs' absolute values, and the statements that compute it."""
+    sizes = [Compute(next(unused), Operation.ABS, (entry,)) for entry in entries]
+    total, computed = sizes[0].result, [*sizes]
+    for size in sizes[1:]:
+        computed.append(Compute(next(unused), Operation.ADD, (total, size.result)))
+        total = computed[-1].result
+    return total, computed
+
+
+def _inputs_behind(program: Program) -> dict[int, set[Input]]:
+    """Returns the inputs on which each output depends."""
+    behind: dict[Operand, set[Input]] = {entry: {entry} for entry in program.inputs}
+    outputs: dict[int, set[Input]] = {}
+    for statement in program.statements:
+        found = set().union(*(behind.get(operand, set()) for operand in statement.operands))
+        if isinstance(statement, Store):
+            outputs.setdefault(statement.output, set()).update(found)
+        else:
+            behind[statement.result] = found
+    return outputs

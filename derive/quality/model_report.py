@@ -18,22 +18,24 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ..description.conventions import CONVENTIONS
-from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of
+from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of, symbols_in
 from ..description.conventions.neighbours import Neighbours, least_singular_value, neighbours
 from ..description.conventions.suited import suitable_conventions, with_suitable_conventions
 from ..loops.freedoms import virtual_joints
-from ..model.convention import Convention
+from ..model.convention import Convention, Placements
 from ..model.errors import DescriptionError
 from ..model.geometry import geometry
 from ..model.mechanism import Described, Mechanism
-from ..model.robot import SerialRobot
+from ..model.placements import Placement, Rotation, Translation, inverse, rotation
+from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import ZERO_SINGULAR_VALUE
 from ..terms.terms import Terms
 from .determinants import completed_determinant, determinant
-from .missed import missed
-from .own_numbers import own_displacements
 from .quality_report import ConventionQuality, JointQuality, ModelReport
 
+_Numbers = dict[sp.Symbol, sp.Expr]
+_SHOWN = 1e-3
+"""Smallest reported component of a displacement, relative to the largest component."""
 POSES = 60
 """Number of random configurations for the rank."""
 
@@ -153,3 +155,115 @@ def _rank_of(J: NDArray[np.float64]) -> int:
     moving = size > ZERO_SINGULAR_VALUE * size.max()
     values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))
+
+
+def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
+    """Describes the displacements outside the span of the columns, one sentence each.
+
+    Args:
+        rows: (d, k) displacements for each of k parameters.
+        words: The name of each row.
+    """
+    U, values, _ = np.linalg.svd(rows, full_matrices=True)
+    rank = int(np.sum(values > ZERO_SINGULAR_VALUE))
+    return tuple(_named(direction, words) for direction in _sparse(U[:, rank:].T))
+
+
+def _sparse(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns a basis of the same space with many zeros (reduced row echelon form)."""
+    found = directions.copy()
+    taken: list[int] = []
+    for k in range(len(found)):
+        size = np.abs(found[k])
+        size[taken] = 0
+        pivot = int(np.argmax(size))
+        taken.append(pivot)
+        found[k] /= found[k, pivot]
+        for other in range(len(found)):
+            if other != k:
+                found[other] -= found[other, pivot] * found[k]
+    return found
+
+
+def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
+    largest = int(np.argmax(np.abs(direction)))
+    direction = direction / direction[largest]
+    others = [
+        f"{abs(part):.3g} of a {word}"
+        for k, (part, word) in enumerate(zip(direction, words, strict=True))
+        if k != largest and abs(part) > _SHOWN
+    ]
+    return " with ".join([words[largest], *others])
+
+
+def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
+    """Returns a joint axis's displacements (d, k), one column per parameter between both axes.
+
+    The parameters are the previous joint's fields that act after its motion or commute with it, the
+    previous joint's coordinate offset, and the fields of this joint that act before the joint's
+    motion. The position of a previous prismatic joint is arbitrary.
+
+    Args:
+        robot: The robot.
+        pair: The joint and the previous joint.
+    """
+    numbers: _Numbers = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    offset = sp.Symbol("_offset", real=True)
+    product: Placement = ()
+    named = {offset: sp.S.Zero}
+    if pair.before is not None:
+        before, after = _in_symbols(pair.before, named)
+        turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
+        along = _moving_along(before)
+        # The axis is expressed in the joint's frame, which is after these motions.
+        nominal = tuple(_at(motion, named) for motion in along)
+        product = inverse(nominal) + along + turn + after
+    product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
+    product = tuple(_at(motion, numbers) for motion in product)
+    symbols = [symbol for symbol in symbols_in(product) if symbol in named]
+    values = [float(named[symbol].xreplace(numbers)) for symbol in symbols]
+    return pair.by_numbers(product, symbols, values)
+
+
+def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
+    """Returns the fixed joints between the joint and its moving predecessor."""
+    joints = list(robot.joints)
+    last = joints.index(pair.joint)
+    first = joints.index(pair.before) + 1 if pair.before else 0
+    return tuple(motion for j in joints[first:last] for motion in (*j.before, *j.after))
+
+
+def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
+    """Returns the placements of a joint with symbols for its values, and records the symbols."""
+    if joint.convention is None:
+        return joint.before, joint.after
+    given = dict(joint.given)
+    fields = {}
+    for field in joint.convention.fields:
+        if field.kind == "direction":
+            fields[field.name] = tuple(given[name] for name in field.components)
+            continue
+        symbols = [sp.Symbol(f"_{joint.name}_{name}", real=True) for name in field.components]
+        named |= dict(zip(symbols, (given[name] for name in field.components), strict=True))
+        fields[field.name] = tuple(symbols) if field.is_vector else symbols[0]
+    return joint.convention(joint.kind, **fields)
+
+
+def _moving_along(before: Placement) -> Placement:
+    """Returns the last motions before a joint's own motion that commute with it."""
+    count = len(before)
+    while count and _is_along_z(before[count - 1]):
+        count -= 1
+    return before[count:]
+
+
+def _is_along_z(motion: Rotation | Translation) -> bool:
+    if isinstance(motion, Rotation):
+        return motion.axis == "z"
+    return bool(motion.vector[0] == 0 and motion.vector[1] == 0)
+
+
+def _at(motion: Rotation | Translation, numbers: _Numbers) -> Rotation | Translation:
+    if isinstance(motion, Rotation):
+        return Rotation(motion.axis, motion.angle.xreplace(numbers))
+    return Translation(tuple(part.xreplace(numbers) for part in motion.vector))

@@ -6,10 +6,10 @@ Newton's iteration recovers it. Rounded poses get least-squares solutions (docs/
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,32 @@ from ..arrays import BoolArray, FloatArray, IntArray
 from ..call._call import RIGID_TO_ROUNDING, Function, rounded_residuals
 from ..contract import FunctionInfo, Manifest
 from ..se3 import project
-from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
+from ..tolerances import (
+    AT_REST,
+    AT_REST_BEND,
+    AT_REST_RATE,
+    BEND_STEP,
+    REFINED,
+    SADDLE,
+    SADDLE_BEND,
+    SADDLE_STEP,
+    SOLVED,
+)
 from .polish import BLOCK, STEPS, iterate
-from .saddles import ways_down
 from .task_components import WHOLE, Task
+
+Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""A function of target indices (N,) and coordinates (N, n) with f (N,) and gradients (N, n)."""
+_LONGEST = 1.0
+"""Maximum distance of a start configuration from the saddle [rad or length]."""
+
+
+class Ways(NamedTuple):
+    """Start configurations q (M, n) on both sides of saddles, and the input row (M,) of each."""
+
+    row: IntArray
+    q: FloatArray
+
 
 _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
@@ -368,3 +390,36 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
     distance2 = (apart[..., :3, 3] ** 2).sum(-1)
     turned2 = (apart[..., :3, :3] ** 2).sum((-2, -1))
     return np.asarray(np.sqrt(np.maximum(distance2, turned2 / 2 * unit**2)))
+
+
+def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
+    """Return start configurations on both sides of saddles, with zero error to second order.
+
+    Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them, at which Newton's
+    iteration stalls: the gradient -J^T e is 0, but the error is not. The direction of lowest
+    curvature of f leads to both solutions (Nocedal and Wright, Numerical Optimization, ch. 3.4).
+    """
+    f, g = gradients(np.arange(len(q)), q)
+    error = np.sqrt(2 * f)
+    row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)
+    H = _hessian(gradients, row, q[row], free)
+    # Near a dead point, loops may be open at some difference points.
+    closes = np.isfinite(H).all((1, 2))
+    row, H = row[closes], H[closes]
+    curvatures, directions = np.linalg.eigh(H)
+    fall = -curvatures[:, 0] / error[row]
+    down = fall > SADDLE_BEND
+    row, way = row[down], np.zeros((np.count_nonzero(down), q.shape[1]))
+    length = np.minimum(np.sqrt(error[row] / fall[down]), _LONGEST)
+    way[:, free] = length[:, None] * directions[down, :, 0]
+    return Ways(np.tile(row, 2), np.concatenate([q[row] + way, q[row] - way]))
+
+
+def _hessian(gradients: Gradients, row: IntArray, q: FloatArray, free: list[int]) -> FloatArray:
+    """Return Hessians (N, m, m) of f with respect to the free coordinates."""
+    step = SADDLE_STEP * np.eye(q.shape[1])[free]
+    around = (q[:, None] + np.concatenate([step, -step])).reshape(-1, q.shape[1])
+    g = gradients(np.repeat(row, 2 * len(free)), around)[1][:, free]
+    ahead, behind = g.reshape(len(q), 2, len(free), len(free)).swapaxes(0, 1)
+    H = (ahead - behind) / (2 * SADDLE_STEP)
+    return np.asarray((H + H.mT) / 2)

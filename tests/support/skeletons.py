@@ -6,7 +6,7 @@ import numpy as np
 
 from chasles.contract import ActuatedVariable
 from chasles.derive.derivation import Derivation
-from chasles.derive.emit.skeleton_facts import skeleton_facts
+from chasles.derive.emit.manifest import skeleton_facts
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms

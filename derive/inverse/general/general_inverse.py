@@ -1,16 +1,39 @@
 """Inverse of a general arm (an arm of no known family), and its text for ``chasles explain``."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ...model.robot import SerialRobot
 from ...terms.symbolic_function import WrittenFunction
 from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
 from . import written_inverse
+from .line_quantities import Array
 from .raghavan_roth import JOINTS, is_fit, numbers
-from .split_choice import MAX_JOINTS, Choice, choice_at, choose, slides_of
-from .tool_joint import OWN, with_tool_joint
+from .split_choice import MAX_JOINTS, Choice, choice_at, choose, length, slides_of
 from .written_inverse import GeneralArm
+
+OWN = JOINTS - 1
+"""Number of joints of the arm itself."""
+TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
+"""Candidate axes in the tool frame: direction, and point relative to the arm length."""
+APART = (np.pi,) * OWN + (0.0,)
+"""Assumed separations of the solutions (radian): zero in the added joint."""
+
+
+@dataclass(frozen=True)
+class WithTool:
+    """A five-joint arm with an added sixth joint.
+
+    Attributes:
+        constants: The constant placements before, between and after the six joints, as floats.
+        choice: The joint orders in the equations.
+    """
+
+    constants: tuple[Array, ...]
+    choice: Choice
 
 
 @dataclass(frozen=True)
@@ -184,3 +207,43 @@ def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
         "Where roots or solutions run together, the same is done with other orders of the joints, "
         f"for {' and '.join(names)} in the place of {first}.",
     )
+
+
+def with_tool_joint(
+    constants: Sequence[Array],
+    slides: frozenset[int] = frozenset(),
+    given: tuple[int, ...] = (),
+) -> WithTool | None:
+    """Returns the best-conditioned six-joint extension of a five-joint arm, or None.
+
+    The added joint rotates the tool. Every solution of the five joints is a solution of the six
+    joints with angle 6 at 0; solutions with a nonzero angle 6 are discarded. The added axis is skew
+    to the other axes, so that the six joints fit no known family. It is far enough from the tool
+    origin to move the origin.
+
+    Args:
+        constants: The constant placements before, between and after the joints, as floats.
+        slides: Indices of the prismatic joints.
+        given: Indices of the fixed joints; five joints remain free.
+    """
+    found = []
+    for direction, point in TOOL_AXES:
+        axis = _placement(np.array(direction), length(constants) * np.array(point))
+        arm = (*constants[:-1], constants[-1] @ axis, np.linalg.inv(axis))
+        choice = choice_at(arm, given, slides, APART)
+        if choice is None:
+            continue
+        # All solutions of a pose have the same angle 6, so joint 6 cannot separate them.
+        kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
+        if kept and (own := replace(choice, ratings=kept)).good > 0:
+            found.append(WithTool(arm, own))
+    return max(found, key=lambda arm: (arm.choice.good, arm.choice.ratings[0].key), default=None)
+
+
+def _placement(z: Array, p: Array) -> Array:
+    """Returns a frame (4, 4) at point ``p`` with z axis ``z`` (unit vector)."""
+    x = np.cross([0.0, 0.0, 1.0], z)
+    x /= np.linalg.norm(x)
+    frame = np.eye(4)
+    frame[:3] = np.column_stack([x, np.cross(z, x), z, p])
+    return frame

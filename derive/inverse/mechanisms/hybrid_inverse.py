@@ -47,8 +47,14 @@ from .loop_sides import (
 )
 from .starts_beyond import beyond_dead_points
 from .substitution import substituted
-from .translating_tool import of_position_alone, position_task, still_axes
-from .translation import Translating, actuators_of, translating
+from .translation import (
+    Translating,
+    actuators_of,
+    of_position_alone,
+    position_task,
+    still_axes,
+    translating,
+)
 
 MAX_TRIED = 60
 """Maximum number of sets of inner revolute joints tried as fixed joints."""

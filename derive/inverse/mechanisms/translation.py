@@ -1,7 +1,12 @@
-"""Replaces the translating part of a chain by virtual prismatic joints; solves their actuators."""
+"""Replaces the translating part of a chain by virtual prismatic joints; solves their actuators.
+
+The rods of a built delta are not quite parallel, so its platform rotates slightly. Three
+coordinates determine the pose as well as the position. The nominal robot is solved for the position
+and ignores the orientation; Newton's method then reaches the pose, or only the position.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +17,7 @@ from ...loops.collapse import collapsed
 from ...loops.hybrid import Hybrid
 from ...model.robot import JointKind
 from ...model.tolerances import INDEPENDENT_SLIDES
+from ...terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction
 from ...terms.terms import Terms
 from ...terms.vectors import (
     IDENTITY,
@@ -27,6 +33,9 @@ from ..structure.lines import Axis, Lines, numbers
 from ..subproblems.equations import LineAndPlane
 from ..subproblems.found import FoundLength
 from ..subproblems.sp4 import on_line
+from ..tasks.partial_poses import POSITION
+from ..tasks.slots import POSE_SYMBOLS
+from .substitution import substituted
 
 
 @dataclass(frozen=True)
@@ -237,3 +246,41 @@ def _two(
         FoundLength(length, LineAndPlane(rates[row], left - lengths[row])),
     )
     return {crank: terms.solved_angle(turn.c, turn.s), along: length}
+
+
+def still_axes(design: Hybrid) -> Basis | None:
+    """Returns the tool axes if no coordinate rotates the tool, else None."""
+    axes, _ = design.kinematics.forward.tool_pose()
+    is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
+    return axes if is_still else None
+
+
+def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFunction:
+    """Returns the task ``ik`` of a design without the orientation error in its residual.
+
+    Args:
+        function: The task.
+        axes: The axes of the tool frame.
+    """
+    still = {POSE_SYMBOLS[4 * i + j]: axes[j][i] for i in range(3) for j in range(3)}
+    outputs = tuple(
+        replace(result, entries=substituted(function.terms, result.entries, still))
+        for result in function.outputs
+    )
+    return replace(function, outputs=outputs)
+
+
+def position_task(polished: WrittenFunction) -> WrittenFunction:
+    """Derives the function ``ik_position`` from a refined ``ik`` with position targets.
+
+    Both functions start from the same nominal inverse.
+    """
+    argument = Argument("p", POSITION, (3,), "m", "position of the tool in the base frame")
+    role = replace(polished.role, domain="task", components=("position",))
+    return replace(
+        polished,
+        name="ik_position",
+        identity="fk(q[k]) has its origin in p wherever residual[k] is rounding",
+        inputs=(argument,),
+        role=role,
+    )

@@ -2,21 +2,24 @@
 
 Loops that stay open inside the box are not an error, because each limit belongs to a single
 actuator. The module reports loops that close in less than half of the box. It also reports limits
-that one actuator cannot reach while the other actuators stay at the reference.
+that one actuator cannot reach while the other actuators stay at the reference, and reference values
+that are far from the configuration at which the loops close.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model.mechanism import Coordinate, Mechanism
+from ...model.tolerances import MOVED_REFERENCE
 from ...terms.casadi_graph import lower
+from ..closing import longest_length
 from ..hybrid import Hybrid
 from ..maps import margin
 from .bodies_in_numbers import BodiesInNumbers
-from .gaps import interval
-from .moved_reference import moved_reference
+from .gaps import interval, shown
 from .nearly_met import nearly_met
 from .swapped_ends import doubtful_ends
 
@@ -158,3 +161,32 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if closes(middle) else (inside, middle)
     return inside
+
+
+def moved_reference(h: Hybrid) -> str:
+    """States which described joint value is farthest from its value at the closed reference.
+
+    The described values of dependent joints only select the branch. A large difference usually
+    means wrong actuated coordinates: the default for a cylinder without a stated value is the
+    middle of its limits. The result is empty if all values agree closely, up to full turns.
+    """
+    at, size = h.at_reference, longest_length(h.mechanism, h.terms)
+    described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}
+    lengths = {v.name for v in h.variables if v.unit == "m"}
+    off = {
+        name: abs(value - at[name]) / size
+        if name in lengths
+        else abs(math.remainder(value - at[name], math.tau))
+        for name, value in described.items()
+        if name in at
+    }
+    farthest = max(off, key=lambda name: off[name], default=None)
+    if farthest is None or off[farthest] <= MOVED_REFERENCE:
+        return ""
+    is_length = farthest in lengths
+    moved = [c.moves for c in h.mechanism.coordinates]
+    actuated = ", ".join(f"{name} = {shown(at[name], name in lengths)}" for name in moved)
+    return (
+        f"reference: {farthest} is {shown(described[farthest], is_length)} in the file, and "
+        f"{shown(at[farthest], is_length)} where the loops close at {actuated}"
+    )

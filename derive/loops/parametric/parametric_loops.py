@@ -24,6 +24,8 @@ import sympy as sp
 from ...chain.kinematics import OBSERVED, common_unit, coordinates, pose_entries
 from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
 from ...model.errors import DescriptionError
+from ...model.mechanism import Mechanism
+from ...model.placements import Placement, Rotation, Translation, translation
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
@@ -31,7 +33,6 @@ from ..closing import ClosedLoops
 from ..constraints import configuration_names
 from ..hybrid import Hybrid
 from ..iterated.closure_equations import on_balls
-from .file_parts import parts
 from .loop_rows import Row, loop_rows
 from .mechanism_geometry import MechanismGeometry, mechanism_geometry
 from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
@@ -190,7 +191,7 @@ class ParametricLoops:
     def _parts(self) -> SymbolicFunction:
         """Builds the function for the frames of a robot file, in file order."""
         w = self.arguments["w"].symbols
-        placements = parts(self.hybrid.mechanism, self.geometry, w)
+        placements = file_parts(self.hybrid.mechanism, self.geometry, w)
         frames = [BASE.moved(self.terms, placement).pose for placement in placements]
         entries = tuple(entry for pose in frames for entry in pose_entries(pose))
         return replace(
@@ -290,3 +291,48 @@ class ParametricLoops:
 
 def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:
     return tuple(entry for row in rows for entry in row)
+
+
+def file_parts(
+    mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
+) -> list[Placement]:
+    """Returns the frames and lengths of a robot file at zero coordinates, in the file's order.
+
+    A robot file describes a joint only by the joint's own frame, so each body uses the frame of the
+    joint that carries it. The placement after a joint becomes part of the placements of joints,
+    ends and tool on the joint's body.
+
+    Args:
+        mechanism: The description.
+        geometry: Its geometry as variables.
+        coordinates: The symbols of coordinates and unknown variables.
+
+    Returns:
+        The base body in the base frame, each joint in its parent body, both ends of each closer in
+        their bodies, and the tool in its body. Then, for each strut along x, its far end relative
+        to its first end.
+    """
+    zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
+    behind: dict[str, Placement] = {mechanism.base_frame: ()}
+    frames = [geometry.base]
+    for joint in mechanism.joints:
+        step = geometry.steps[joint.link]
+        frames.append(behind[joint.parent] + step.before + _at(step.motion, zero))
+        behind[joint.link] = step.after
+    for closer in mechanism.closers:
+        a, b = geometry.ends[closer.name]
+        frames += [behind[closer.a.body] + a, behind[closer.b.body] + b]
+    frames.append(behind[mechanism.tool_body] + geometry.tool)
+    for strut in mechanism.struts:
+        length = geometry.lengths[strut.name].xreplace(zero)
+        frames.append(translation(length, sp.S.Zero, sp.S.Zero))
+    return frames
+
+
+def _at(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
+    return tuple(
+        Rotation(motion.axis, motion.angle.xreplace(values))
+        if isinstance(motion, Rotation)
+        else Translation(tuple(part.xreplace(values) for part in motion.vector))
+        for motion in placement
+    )

@@ -17,8 +17,8 @@ from chasles.derive.latex.setting.layout import aligned, filled
 from chasles.derive.latex.setting.names import distinct, escape, parameter
 from chasles.derive.latex.setting.notation import Notation
 from chasles.derive.latex.setting.page import Page
-from chasles.derive.latex.setting.printed_screws import printed_screws
 from chasles.derive.latex.setting.printer import Printer, number
+from chasles.derive.latex.setting.screw_displays import printed_screws
 from chasles.derive.latex.setting.transforms import matrix, placements
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.program.programs import NO_PROGRAMS

@@ -13,8 +13,7 @@ from chasles.derive.chain.body_shapes import skeleton
 from chasles.derive.chain.rigid_bodies import RigidBodies
 from chasles.derive.latex.drawing.contours import area
 from chasles.derive.latex.drawing.reached import ToolPosition, reached
-from chasles.derive.latex.drawing.reached_by_loops import reached_by_loops
-from chasles.derive.latex.drawing.region import workspace
+from chasles.derive.latex.drawing.region import reached_by_loops, workspace
 from chasles.derive.model.placements import Rotation, Translation
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.terms import Terms

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from chasles.derive import read, read_text
-from chasles.derive.program.finite_targets import seeing_its_inputs
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
+from chasles.derive.program.programs import seeing_its_inputs
 from chasles.derive.program.reading import programs as read_programs
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.compiling import compiled

@@ -5,7 +5,7 @@ import json
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chasles.derive.emit.json_text import LINE, json_text
+from chasles.derive.emit.manifest import LINE, json_text
 
 LEAVES = st.none() | st.booleans() | st.floats(allow_nan=False) | st.text() | st.integers()
 DATA = st.recursive(

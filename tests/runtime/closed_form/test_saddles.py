@@ -12,8 +12,7 @@ import pytest
 import chasles
 from chasles import so3
 from chasles.closed_form import refinement
-from chasles.closed_form.refinement import Refinement
-from chasles.closed_form.saddles import Ways, ways_down
+from chasles.closed_form.refinement import Refinement, Ways, ways_down
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.oracles.verdict import residuals
 

@@ -9,8 +9,7 @@ import sympy as sp
 
 from chasles import InputValueError
 from chasles.derive import DescriptionError, explain, kutzbach, read
-from chasles.derive.loops.checks.closable import limits_of
-from chasles.derive.loops.checks.moved_reference import moved_reference
+from chasles.derive.loops.checks.closable import limits_of, moved_reference
 from chasles.derive.loops.hybrid import Hybrid
 from tests.support.derivations import ROBOTS
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from chasles.derive.loops.modes.generic_platform import POSES, RODS
-from chasles.derive.loops.modes.hexapod_starts import RodFamily, starts
-from chasles.derive.loops.modes.path_tracking import condition, followed
+from chasles.derive.loops.modes.hexapod_starts import RodFamily, condition, followed, starts
 from chasles.derive.loops.modes.soma import SixRods, quadrics, residuals
 
 
