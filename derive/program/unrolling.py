@@ -9,6 +9,7 @@ import itertools
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from .operations import (
     COMPARISONS,
@@ -109,11 +110,6 @@ def _number(value: _Signed) -> float | None:
     return -value.operand.value if value.negative else value.operand.value
 
 
-def _turned_over(a: _Signed, b: _Signed) -> tuple[_Signed, _Signed]:
-    """Exchanges the sides of a comparison of negated values: -a < -b becomes b < a."""
-    return b.times(True), a.times(True)
-
-
 _ONE = Constant(1.0)
 _MINUS_ONE = Constant(-1.0)
 
@@ -127,6 +123,19 @@ class _Writer:
         self._computed: dict[Operand, Compute] = {}
         self._opposites: dict[Operand, Operand] = {}
         self._count = 0
+        self._rules: dict[Operation, Callable[..., _Signed]] = {
+            Operation.NEGATE: self._opposite,
+            Operation.ADD: self._sum,
+            Operation.SUBTRACT: lambda a, b: self._sum(a, b.times(True)),
+            Operation.MULTIPLY: self._product,
+            Operation.DIVIDE: self._quotient,
+            Operation.ATAN2: self._angle,
+            Operation.SELECT: self._choice,
+            **{operation: partial(self._even, operation) for operation in _EVEN},
+            **{operation: partial(self._odd, operation) for operation in _ODD},
+            **{operation: partial(self._extreme, operation) for operation in _OPPOSITE},
+            **{operation: partial(self._comparison, operation) for operation in COMPARISONS},
+        }
 
     def value(self, operation: Operation, operands: Sequence[_Signed]) -> _Signed:
         """Returns the value that results from an operation."""
@@ -134,31 +143,7 @@ class _Writer:
         numbers = [number for number in map(_number, operands) if number is not None]
         if operation in _FOLDED and len(numbers) == len(operands):
             return _Signed(Constant(float(_FOLDED[operation](*numbers))), False)
-        first, negative = operands[0], operands[0].negative
-        if operation is Operation.NEGATE:
-            return self._opposite(first)
-        if operation in (Operation.ADD, Operation.SUBTRACT):
-            other = operands[1].times(operation is Operation.SUBTRACT)
-            return self._sum(first, other)
-        if operation is Operation.MULTIPLY:
-            return self._product(first, operands[1])
-        if operation is Operation.DIVIDE:
-            quotient = self._named(operation, first.operand, operands[1].operand)
-            return _Signed(quotient, negative != operands[1].negative)
-        if operation in _EVEN:
-            return _Signed(self._named(operation, first.operand), False)
-        if operation in _ODD:
-            return _Signed(self._named(operation, first.operand), negative)
-        if operation is Operation.ATAN2:
-            return _Signed(self._named(operation, first.operand, self.plain(operands[1])), negative)
-        if operation in _OPPOSITE and all(o.negative for o in operands):
-            terms = (o.operand for o in operands)
-            return _Signed(self._named(_OPPOSITE[operation], *terms), True)
-        if operation is Operation.SELECT:
-            return self._choice(*operands)
-        if operation in COMPARISONS and any(o.negative for o in operands):
-            operands = _turned_over(*operands)
-        return _Signed(self._named(operation, *map(self.plain, operands)), False)
+        return self._rules.get(operation, partial(self._unsigned, operation))(*operands)
 
     def plain(self, value: _Signed) -> Operand:
         """Returns an operand for a value; writes a negation if the value needs one."""
@@ -167,6 +152,35 @@ class _Writer:
         if isinstance(value.operand, Constant):
             return Constant(-value.operand.value)
         return self._named(Operation.NEGATE, value.operand)
+
+    def _unsigned(self, operation: Operation, *operands: _Signed) -> _Signed:
+        """Returns the result of an operation on plain operands."""
+        return _Signed(self._named(operation, *map(self.plain, operands)), False)
+
+    def _even(self, operation: Operation, value: _Signed) -> _Signed:
+        return _Signed(self._named(operation, value.operand), False)
+
+    def _odd(self, operation: Operation, value: _Signed) -> _Signed:
+        return _Signed(self._named(operation, value.operand), value.negative)
+
+    def _quotient(self, a: _Signed, b: _Signed) -> _Signed:
+        quotient = self._named(Operation.DIVIDE, a.operand, b.operand)
+        return _Signed(quotient, a.negative != b.negative)
+
+    def _angle(self, y: _Signed, x: _Signed) -> _Signed:
+        return _Signed(self._named(Operation.ATAN2, y.operand, self.plain(x)), y.negative)
+
+    def _extreme(self, operation: Operation, a: _Signed, b: _Signed) -> _Signed:
+        """Returns a minimum or maximum; the minimum of -a and -b is the negative maximum."""
+        if a.negative and b.negative:
+            return _Signed(self._named(_OPPOSITE[operation], a.operand, b.operand), True)
+        return self._unsigned(operation, a, b)
+
+    def _comparison(self, operation: Operation, a: _Signed, b: _Signed) -> _Signed:
+        """Returns a comparison; the sides of negated values are exchanged: -a < -b is b < a."""
+        if a.negative or b.negative:
+            a, b = b.times(True), a.times(True)
+        return self._unsigned(operation, a, b)
 
     def _sum(self, a: _Signed, b: _Signed) -> _Signed:
         if a.negative == b.negative:
