@@ -145,21 +145,11 @@ class InverseMethods(RobotFacts):
         """
         label = f"{self.name}.ik_path"
         check_redundancy(label, redundancy)
-        info = inverse_for(self.manifest, "ik_path", task)
-        inverse, part = self.functions[info.name], Task(info.role.components)
-        poses, start = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
-        is_part = bool(part.components) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
-        if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
-            also = f" or (m, {part.shape[0]})" if part.components else ""
-            raise ShapeError(
-                f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
-                f"{poses.shape} and {start.shape}"
-            )
         if max_step is not None and not max_step > 0:
             raise InputValueError(f"{label}: max_step must be positive, got {max_step!r}")
-        # The inverse of complete poses handles rounded poses itself.
-        rigid = poses if is_part else project(poses, caller=label)
-        target = poses if is_part or not part.components else part.of(rigid)
+        info = inverse_for(self.manifest, "ik_path", task)
+        poses, start = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
+        target = self._target(label, Task(info.role.components), poses, start)
         seeds = np.broadcast_to(start, (len(poses), self.n))
         values: Any = fixed_values(self, label, task, fixed, seeds)
         free = {item.name for item in self.redundancy} - {*values}
@@ -167,24 +157,49 @@ class InverseMethods(RobotFacts):
             return self._best_path(label, info, target, start, values, redundancy, max_step)
         if is_own(self, values) and len(info.inputs) > 1:
             values = parameter_values(self, values, seeds)
+        inverse = self.functions[info.name]
         solutions = inverse(target, fixed=values) if values else inverse(target)
         largest = self._largest(max_step, type(solutions))
-        if not len(poses):
-            return self._report(np.empty((0, self.n)), np.empty(0), None)
-        q, margin = np.empty((len(poses), self.n)), np.empty(len(poses))
+        return self._followed(solutions, poses if task == "pose" else None, start, largest)
+
+    def _target(self, label: str, part: Task, poses: FloatArray, start: FloatArray) -> FloatArray:
+        """Return the inputs (m, ...) of the inverse for poses or partial poses."""
+        is_part = bool(part.components) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
+        if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
+            also = f" or (m, {part.shape[0]})" if part.components else ""
+            raise ShapeError(
+                f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
+                f"{poses.shape} and {start.shape}"
+            )
+        # The inverse of complete poses handles rounded poses itself.
+        rigid = poses if is_part else project(poses, caller=label)
+        return part.of(rigid) if part.components and not is_part else poses
+
+    def _followed(
+        self,
+        solutions: Solutions,
+        poses: FloatArray | None,
+        start: FloatArray,
+        max_step: FloatArray,
+    ) -> JointPath:
+        """Follow the branch nearest to the start; `poses` are None for partial poses."""
+        count = len(solutions.q)
+        q, margin = np.empty((count, self.n)), np.empty(count)
+        if not count:
+            return self._report(q, margin, None)
         index, block, step = 0, _BLOCK, self._first(solutions.at(0), start)
         while not step.reason:
             q[index], margin[index], index = step.q, step.margin, index + 1
             if step.slot is not None:
-                end = min(index + block, len(poses))
-                kept = self._kept(solutions, index, end, step.slot, step.q, largest)
+                end = min(index + block, count)
+                kept = self._kept(solutions, index, end, step.slot, step.q, max_step)
                 stays = slice(index, index + len(kept))
                 q[stays], margin[stays] = kept, solutions.margin[stays, step.slot]
                 block, index = 2 * block if stays.stop == end else _BLOCK, stays.stop
-            if index == len(poses):
+            if index == count:
                 return self._report(q, margin, None)
-            whole = poses[index] if task == "pose" else None
-            step = self._next(solutions.at(index), whole, q[index - 1], largest)
+            whole = None if poses is None else poses[index]
+            step = self._next(solutions.at(index), whole, q[index - 1], max_step)
         return self._report(q[:index], margin[:index], step)
 
     def _best_path(
