@@ -4,9 +4,9 @@ Each solution step stores its equation. The article prints its coefficients, rel
 a test evaluates them numerically.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import sympy as sp
 
@@ -17,21 +17,32 @@ Rows = tuple[Pair, Pair]
 
 
 @dataclass(frozen=True)
-class Linear:
+class Equation:
+    """An equation with its coefficients as fields: numbers, vectors or rows."""
+
+    @property
+    def coefficients(self) -> tuple[sp.Expr, ...]:
+        """The coefficients in the order of the fields, vectors and rows by entry."""
+        return tuple(sp.flatten(getattr(self, field.name) for field in fields(self)))
+
+    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
+        """Returns the same type of equation with the given coefficients."""
+        left = iter(values)
+        return type(self)(*(_filled(getattr(self, field.name), left) for field in fields(self)))
+
+
+def _filled(shape: Any, left: Iterator[sp.Expr]) -> Any:
+    """Returns the next values in the shape of a coefficient."""
+    return tuple(_filled(part, left) for part in shape) if isinstance(shape, tuple) else next(left)
+
+
+@dataclass(frozen=True)
+class Linear(Equation):
     """The equation ``a cos(theta) + b sin(theta) = d``; up to two solutions."""
 
     a: sp.Expr
     b: sp.Expr
     d: sp.Expr
-
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Coefficients a, b and d."""
-        return self.a, self.b, self.d
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equation with the given coefficients."""
-        return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
@@ -53,20 +64,11 @@ class Linear:
 
 
 @dataclass(frozen=True)
-class Direction:
+class Direction(Equation):
     """The equation ``cos(theta) : sin(theta) = a : b``; one solution."""
 
     a: sp.Expr
     b: sp.Expr
-
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Coefficients a and b."""
-        return self.a, self.b
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equations with the given coefficients."""
-        return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
@@ -79,20 +81,11 @@ class Direction:
 
 
 @dataclass(frozen=True)
-class LineAndPlane:
+class LineAndPlane(Equation):
     """The equation ``rate t + rest = 0`` for the displacement t of a prismatic joint."""
 
     rate: sp.Expr
     rest: sp.Expr
-
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Coefficients ``rate`` and ``rest``."""
-        return self.rate, self.rest
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equation with the given coefficients."""
-        return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
@@ -105,20 +98,11 @@ class LineAndPlane:
 
 
 @dataclass(frozen=True)
-class LineAndSphere:
+class LineAndSphere(Equation):
     """The equation ``t^2 + linear t + constant = 0`` for a prismatic displacement t."""
 
     linear: sp.Expr
     constant: sp.Expr
-
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Linear and constant coefficients."""
-        return self.linear, self.constant
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equation with the given coefficients."""
-        return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
@@ -133,7 +117,7 @@ class LineAndSphere:
 
 
 @dataclass(frozen=True)
-class LoopOfThree:
+class LoopOfThree(Equation):
     """The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
     Subproblem 5 solves all three angles together.
@@ -147,20 +131,9 @@ class LoopOfThree:
     k3: Vector
     p3: Vector
 
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Components of all vectors, in the order of the fields."""
-        vectors = (self.p0, self.k1, self.p1, self.k2, self.p2, self.k3, self.p3)
-        return tuple(component for vector in vectors for component in vector)
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equation with the given vectors."""
-        vectors = [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
-        return type(self)(*vectors)
-
 
 @dataclass(frozen=True)
-class TwoEllipses:
+class TwoEllipses(Equation):
     """The equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
     Subproblem 6 solves both angles together.
@@ -174,17 +147,6 @@ class TwoEllipses:
     first: Rows
     second: Rows
     right: Pair
-
-    @property
-    def coefficients(self) -> tuple[sp.Expr, ...]:
-        """Entries of A1 and A2 (row by row) and b."""
-        rows = (*self.first, *self.second, self.right)
-        return tuple(entry for row in rows for entry in row)
-
-    def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equations with the given coefficients."""
-        a, b, c, d, e = ((values[k], values[k + 1]) for k in range(0, len(values), 2))
-        return type(self)((a, b), (c, d), e)
 
 
 AngleEquation = Linear | Direction
