@@ -228,7 +228,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     """Builds the function for the polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
-    entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L, triad.lines)
+    entries = triad_polynomial(h.terms, triad)
     return h.function(
         "assembly_polynomial",
         "Coefficients of the polynomial whose zeros are the platform angles of all assembly modes.",
@@ -245,7 +245,7 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)
     find = triad_mirror if name == "assembly_mirror" else triad_position
-    x, y = find(h.terms, triad.A, triad.b, triad.L, *h.terms.cos_sin(phi), triad.lines)
+    x, y = find(h.terms, triad, *h.terms.cos_sin(phi))
     argument = Argument("phi", (phi,), (), "rad", "angle of the platform")
     residuals = "rods" if is_platform(h.mechanism) else "legs"
     return SymbolicFunction(

@@ -155,13 +155,7 @@ def elimination(
     )
 
 
-def triad_polynomial(
-    terms: Terms,
-    A: Sequence[Complex],
-    b: Sequence[Complex],
-    L: Sequence[sp.Expr],
-    lines: Sequence[LegLine] = (),
-) -> tuple[sp.Expr, ...]:
+def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
     """Returns the trigonometric polynomial whose zeros are the platform's angles in all modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
@@ -171,33 +165,22 @@ def triad_polynomial(
 
     Args:
         terms: Names of all terms.
-        A: Three fixed points (x, y), metre.
-        b: Three pins in platform axes, metre.
-        L: Rod lengths of the first legs, metre.
-        lines: The lines of the other legs.
+        triad: The legs.
 
     Returns:
         a_0, a_1, b_1, a_2, b_2, a_3, b_3, named.
     """
-    triad = _Triad(terms, A, b, L, lines)
-    scale = terms.let(triad.length_squared ** sp.Rational(-triad.degree, 2))
+    factors = _Factors(terms, triad)
+    scale = terms.let(factors.length_squared ** sp.Rational(-factors.degree, 2))
     found = [
         (terms.let(scale * terms.let(re)), terms.let(scale * terms.let(im)))
-        for re, im in _sum(*(triad.of_circle() if L else triad.of_lines()))
+        for re, im in _sum(*(factors.of_circle() if triad.L else factors.of_lines()))
     ]
     found += [(ZERO, ZERO)] * (LEGS + 1 - len(found))
     return (found[0][0], *(entry for re, im in found[1:] for entry in (re, terms.let(-im))))
 
 
-def triad_position(
-    terms: Terms,
-    A: Sequence[Complex],
-    b: Sequence[Complex],
-    L: Sequence[sp.Expr],
-    c: sp.Expr,
-    s: sp.Expr,
-    lines: Sequence[LegLine] = (),
-) -> Complex:
+def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the platform's position at an angle that is a zero of the polynomial.
 
     Along the longer of u_2 and u_3, the first rod's component is k / |u|. The component across u
@@ -210,35 +193,24 @@ def triad_position(
 
     Args:
         terms: Names of all terms.
-        A: Three fixed points (x, y), metre.
-        b: Three pins in platform axes, metre.
-        L: Rod lengths of the first legs, metre.
+        triad: The legs.
         c: Cosine of the platform's angle.
         s: Sine of the platform's angle.
-        lines: The lines of the other legs.
 
     Returns:
         x and y as named terms. At an angle that is not a zero of the polynomial, the position is
         near the first two circles.
     """
-    return _Triad(terms, A, b, L, lines).position(c, s, sp.S.One)
+    return _Factors(terms, triad).position(c, s, sp.S.One)
 
 
-def triad_mirror(
-    terms: Terms,
-    A: Sequence[Complex],
-    b: Sequence[Complex],
-    L: Sequence[sp.Expr],
-    c: sp.Expr,
-    s: sp.Expr,
-    lines: Sequence[LegLine] = (),
-) -> Complex:
+def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
     The mirror image is a second solution if the centers are collinear. Near a double zero it is a
     start value for the iteration.
     """
-    return _Triad(terms, A, b, L, lines).position(c, s, sp.S.NegativeOne)
+    return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
@@ -258,22 +230,16 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
     return found
 
 
-class _Triad:
+class _Factors:
     """The factors of the polynomial, from the vectors w_2 and w_3.
 
     w_i is the vector u of a rod or the normal of a line. A vector R t - f is stored as the pair (t,
     f): t rotates with the platform, f is fixed.
     """
 
-    def __init__(
-        self,
-        terms: Terms,
-        A: Sequence[Complex],
-        b: Sequence[Complex],
-        L: Sequence[sp.Expr],
-        lines: Sequence[LegLine],
-    ) -> None:
+    def __init__(self, terms: Terms, triad: Triad) -> None:
         self.terms = terms
+        A, b, L = triad.A, triad.b, triad.L
         self.origin, self.pin, self.rods = A[0], b[0], len(L)
         others = max(0, self.rods - 1)
         self.sides = [self._named(minus(other, b[0])) for other in b[1:]]
@@ -285,7 +251,7 @@ class _Triad:
         squares += [length**2 for length in L]
         squares += [dot(gap, gap) for gap in self.gaps[others:]]
         self.length_squared = terms.let(sp.Add(*squares) / LEGS)
-        normals = [_as_pair(line) for line in lines]
+        normals = [_as_pair(line) for line in triad.lines]
         self.first = None if L else normals[0]
         u = list(zip(self.sides, self.gaps, strict=True))
         self.w = [*u[:others], *(normals if L else normals[1:])]

@@ -11,7 +11,7 @@ import sympy as sp
 from chasles.derive.emit.c import scalar
 from chasles.derive.emit.c.header import header, support
 from chasles.derive.emit.c.written import written_files
-from chasles.derive.loops.modes.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.loops.modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
 from chasles.derive.loops.modes.triad_modes import written_modes
 from chasles.derive.model.robot import Joint, SerialRobot
 from chasles.derive.program.programs import programs
@@ -70,8 +70,9 @@ def functions(rod):
         taken = tuple(arguments[name] for name in inputs)
         return SymbolicFunction(name, f"{name}.", "", taken, outputs, terms)
 
-    x, y = triad_position(terms, A, b, L, *cs)
-    mx, my = triad_mirror(terms, A, b, L, *cs)
+    triad = Triad(tuple(A), tuple(b), tuple(L))
+    x, y = triad_position(terms, triad, *cs)
+    mx, my = triad_mirror(terms, triad, *cs)
     px, py, angle = theta
     c, s = terms.cos_sin(angle)
     residuals, rows, lines, cranks = [], [], [], []
@@ -95,7 +96,7 @@ def functions(rod):
     margins = tuple(margin for _ in slots for *_, margin in legs)
     pose = Result("x", (x, y, phi), (3,), "m, rad", "pose")
     mirror = Result("x", (mx, my, phi), (3,), "m, rad", "pose")
-    polynomial = tuple(triad_polynomial(terms, A, b, L))
+    polynomial = tuple(triad_polynomial(terms, triad))
     return (
         function("assembly_polynomial", "q", Result("a", polynomial, (7,), "1", "coefficients")),
         function("assembly_position", ("q", "phi"), pose),

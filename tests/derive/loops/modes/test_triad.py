@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.modes.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.loops.modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
@@ -56,7 +56,7 @@ def eliminated(points, c, s):
 
 def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
-    found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
+    found = harmonics(expanded(terms, triad_polynomial(terms, Triad(POINTS, PINS, RODS))), C, S)
     # Up to a constant factor, the polynomials agree for all points if c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
@@ -93,7 +93,7 @@ def compiled():
     cs = terms.cos_sin(phi)
     p = Argument("p", NAMES, (6,), "m", "points")
     angle = Argument("phi", (phi,), (), "rad", "angle")
-    a = triad_polynomial(terms, POINTS, PINS, RODS)
+    a = triad_polynomial(terms, Triad(POINTS, PINS, RODS))
     functions = [
         SymbolicFunction("a", "", "", (p,), (Result("a", a, (7,), "1", ""),), terms),
         *(
@@ -102,7 +102,7 @@ def compiled():
                 "",
                 "",
                 (p, angle),
-                (Result("x", way(terms, POINTS, PINS, RODS, *cs), (2,), "m", ""),),
+                (Result("x", way(terms, Triad(POINTS, PINS, RODS), *cs), (2,), "m", ""),),
                 terms,
             )
             for name, way in (("position", triad_position), ("mirror", triad_mirror))
@@ -152,7 +152,7 @@ def test_collinear_centers_give_double_root_and_both_positions(compiled):
 def test_polynomial_has_double_root_where_rods_stay_parallel(compiled):
     terms = Terms({})
     rods = [sp.Rational(1, 2)] * 3
-    a = triad_polynomial(terms, POINTS, PINS, rods)
+    a = triad_polynomial(terms, Triad(POINTS, PINS, rods))
     place = dict(zip(NAMES, (v for pin in PINS for v in pin), strict=True))
     found = harmonics(expanded(terms, a), C, S).subs(place)
     # At the angle 0 the platform's pins coincide with the first ends of the rods.
