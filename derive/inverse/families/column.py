@@ -14,6 +14,7 @@ import numpy as np
 from ...model.tolerances import UNDETERMINED_SUM
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot, subtracted
+from ..steps.rotations import last_turn
 from ..steps.target import Target
 from ..steps.three_joints import two_slides
 from ..steps.work import Work
@@ -74,11 +75,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, a5.h, a6.h, seen),
     )
     e = cross(terms, a6.h, a5.h)
-    left = rotated(terms, a1.h, q14_turn.back, target.turned(terms, e))
-    left = rotated(terms, a5.h, q5.back, left)
-    work.step(
-        [a6], "subproblem 1", "the rest of the rotation", sp1(terms, a6.h, e, left, sure=True)
-    )
+    last_turn(work, a6, e, target.turned(terms, e), ((a1, q14_turn), (a5, q5)), sure=True)
 
     # 4. The column rotates the plane of the prismatic joints to the wrist's target position.
     lever = rotated(terms, a1.h, q14_turn, reach)

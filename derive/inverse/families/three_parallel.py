@@ -9,6 +9,7 @@ treatment of singularities are original.
 from ...terms.vectors import cross, subtracted
 from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.plane import turn_to_plane
+from ..steps.rotations import last_turn
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
@@ -68,16 +69,11 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, a5.h, a6.h, seen, sure=found.margin is None),
     )
 
-    # 4. Any direction perpendicular to axis 6 determines the last angle.
+    # 4. The remaining rotation.
     e = cross(terms, a6.h, a5.h)
-    left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
-    left = rotated(terms, a5.h, q5.back, rotated(terms, a2.h, q234.back, left))
-    work.step(
-        [a6],
-        "subproblem 1",
-        "the rest of the rotation, behind joints 1 to 5",
-        sp1(terms, a6.h, e, left, sure=True),
-    )
+    before = (a1, q1), (a2, q234), (a5, q5)
+    last = target.turned(terms, e)
+    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", sure=True)
 
     # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, a2.h, q234, subtracted(terms, centre, a4.p))

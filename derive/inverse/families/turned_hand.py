@@ -13,6 +13,7 @@ from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.vectors import cross, subtracted
 from ..steps.least_squares import step_on_all
 from ..steps.plane import turn_to_direction
+from ..steps.rotations import last_turn
 from ..steps.target import Target
 from ..steps.triangle import remaining
 from ..steps.work import Work
@@ -60,9 +61,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, (a2, a3), q23)
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
-    left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
-    left = rotated(terms, a2.h, q23.back, left)
-    work.step([a4], "subproblem 1", "the rest of the rotation", sp1(terms, a4.h, e, left))
+    last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
     # 5. Near a double solution of step 1, all six equations together are more accurate.
     step_on_all(work, lines, target)
 

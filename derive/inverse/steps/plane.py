@@ -15,6 +15,7 @@ from ..subproblems.sp4 import sp4
 from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from ..subproblems.two_lines import EQUATIONS, component, of_two_lines
 from .parallel_slides import telescope
+from .rotations import last_turn
 from .target import Target
 from .triangle import remaining, triangle
 from .work import Work
@@ -141,12 +142,8 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
     reach(work, lines, carried, U, total)
     # 4. The remaining rotation.
     for axis in fifth:
-        across_it = cross(terms, axis.h, a2.h)
-        left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
-        left = rotated(terms, a2.h, total.back, left)
-        work.step(
-            [axis], "subproblem 1", "the rest of the rotation", sp1(terms, axis.h, across_it, left)
-        )
+        e = cross(terms, axis.h, a2.h)
+        last_turn(work, axis, e, target.turned(terms, e), ((a1, q1), (a2, total)))
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:

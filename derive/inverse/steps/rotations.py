@@ -1,12 +1,12 @@
 """Three revolute joints that produce a rotation: a spherical wrist or shoulder."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ...terms.vectors import Vector, cross
 from ..structure.lines import Axis, Lines
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..subproblems.turns import NO_TURN, rotated
+from ..subproblems.turns import NO_TURN, CosSin, rotated
 from .target import Target
 from .work import Work
 
@@ -61,13 +61,8 @@ def three_turns(
         [a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}, behind {a4.name}", q5
     )
     e = cross(terms, a6.h, a5.h)
-    left = rotated(terms, a5.h, q5.turn.back, rotated(terms, a4.h, q4.turn.back, wanted(e)))
-    work.step(
-        [a6],
-        "subproblem 1",
-        "the rest of the rotation",
-        sp1(terms, a6.h, e, left, sure=q4.margin is None),
-    )
+    before = (a4, q4.turn), (a5, q5.turn)
+    last_turn(work, a6, e, wanted(e), before, sure=q4.margin is None)
 
 
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
@@ -90,8 +85,34 @@ def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Ve
         sp1(terms, a4.h, a5.h, wanted(a5.h)),
     )
     e = cross(terms, a5.h, a4.h)
-    left = rotated(terms, a4.h, q4.back, wanted(e))
-    work.step([a5], "subproblem 1", "the rest of the rotation", sp1(terms, a5.h, e, left))
+    last_turn(work, a5, e, wanted(e), [(a4, q4)])
+
+
+def last_turn(
+    work: Work,
+    axis: Axis,
+    e: Vector,
+    wanted: Vector,
+    before: Sequence[tuple[Axis, CosSin]],
+    *,
+    behind: str = "",
+    sure: bool = False,
+) -> None:
+    """Solves the last angle, which any direction perpendicular to the last axis determines.
+
+    Args:
+        work: Records the step.
+        axis: The last axis.
+        e: A direction perpendicular to the axis.
+        wanted: The direction after all joints.
+        before: The axes and rotations of the joints before, from the base.
+        behind: Text that names these joints.
+        sure: Whether the rotated direction is perpendicular to the axis for every target.
+    """
+    for other, turn in before:
+        wanted = rotated(work.terms, other.h, turn.back, wanted)
+    found = sp1(work.terms, axis.h, e, wanted, sure=sure)
+    work.step([axis], "subproblem 1", f"the rest of the rotation{behind}", found)
 
 
 def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
