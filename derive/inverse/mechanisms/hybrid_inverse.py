@@ -7,6 +7,7 @@ joints replace this part. The actuators of this part are computed from the prism
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 
 import sympy as sp
@@ -16,7 +17,7 @@ from ...loops.hybrid import Hybrid
 from ...loops.iterated.closure_equations import LoopClosure
 from ...model.errors import DescriptionError
 from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
-from ...terms.symbolic_function import Argument
+from ...terms.symbolic_function import Argument, WrittenFunction
 from ...terms.vectors import Basis, Vector
 from ..chain_solution import given_argument, solve_chain
 from ..classify import Attempt, Classification, classify, of_lines, unfit
@@ -186,44 +187,38 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
+    """Returns the inverse refined from a nominal robot; None if few poses converge."""
     design = Hybrid(nominal.mechanism, hybrid.terms)
-    if design.forward.open:
+    exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
+    found = exact.classification.found if exact and exact.solved else None
+    if exact is None or found is None:
         return None
-    exact = _by_structure(design, families, give, hybrid)
-    if not exact.solved:
+    solved = exact.solved["ik"]
+    if solved.inputs or (found.given and closure) or not _holds(hybrid, solved, found):
         return None
-    solved, found = exact.solved["ik"], exact.classification.found
-    if solved.inputs or found is None or (found.given and closure is not None):
-        return None
-    if not _holds(hybrid, solved, found):
-        return None
-    length = exact.classification.lines.length or 1.0
     axes = still_axes(design)
     if axes is not None:
         solved = replace(solved, function=of_position_alone(solved.function, axes))
-    convergence = convergence_of(hybrid, solved.function, length, found.given, closure)
+    start, length = solved.function, exact.classification.lines.length or 1.0
+    converge = partial(convergence_of, hybrid, start, length, found.given, closure)
+    convergence = converge()
     if convergence.share < MIN_CONVERGED:
         return None
-    start = as_start(solved)
     missed = Requirement(
         "the loops have the lengths of the nominal robot", nominal.moved / length, is_length=True
     )
     nearly = replace(found, requirements=(*found.requirements, missed))
-    turns = turns_of(hybrid)
-    tasks = []
+    tables = RefinedTables(turns_of(hybrid), length, convergence.deviation)
+    tasks: tuple[WrittenFunction, ...] = ()
     if axes is not None:
-        near = convergence_of(
-            hybrid, solved.function, length, found.given, closure, is_position=True
-        )
-        tables = RefinedTables(turns, length, near.deviation)
-        tasks.append(position_task(refined_inverse(solved.function, tables)))
+        near = replace(tables, deviation=converge(is_position=True).deviation)
+        tasks = (position_task(refined_inverse(start, near)),)
+    nominal_task = as_start(solved)
     return Inverses(
         replace(exact.classification, found=nearly, missing=""),
-        {start.function.name: start},
-        polished=refined_inverse(
-            solved.function, RefinedTables(turns, length, convergence.deviation)
-        ),
-        polished_tasks=tuple(tasks),
+        {nominal_task.function.name: nominal_task},
+        polished=refined_inverse(start, tables),
+        polished_tasks=tasks,
     )
 
 
