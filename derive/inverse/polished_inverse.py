@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from ..model.tolerances import ASKED_MOVE, ASKED_SEPARATION, NEARLY_STRUCTURE
 from ..terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
 from .classify import Classification
-from .general.general_inverse import GeneralTables
-from .general.written_inverse import GeneralArm
+from .general.general_inverse import GeneralArm, GeneralTables
 from .structure.lines import Lines
 from .tasks.task import Solved
 

@@ -20,10 +20,9 @@ from chasles.derive import SerialRobot
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.general.general_inverse import general_inverse
+from chasles.derive.inverse.general.general_inverse import GeneralArm, general_inverse
 from chasles.derive.inverse.general.raghavan_roth import JOINTS
 from chasles.derive.inverse.general.split_choice import Choice, slides_of
-from chasles.derive.inverse.general.written_inverse import GeneralArm
 from chasles.derive.terms.terms import Terms
 from tests.support.generators.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from tests.support.native import UNPACKED, Source, compiled
