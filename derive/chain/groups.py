@@ -13,8 +13,9 @@ them) stay in the same group and get the sign -1. Constant right angles are exac
 need no operations.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import mpmath
@@ -86,6 +87,15 @@ class Station:
         """Indices of the moving joints of the station, in order."""
         turning = () if self.joint is None else (self.joint,)
         return (*turning, *(slide.joint for slide in self.slides))
+
+    def mapped(self, change: Callable[[Vector], Vector]) -> "Station":
+        """Returns the station with all vectors changed by a rotation or reflection."""
+        slides = (replace(slide, direction=change(slide.direction)) for slide in self.slides)
+        frames = (
+            LinkFrame(frame.name, _mapped(frame.orientation, change), change(frame.origin))
+            for frame in self.frames
+        )
+        return replace(self, reach=change(self.reach), slides=tuple(slides), frames=tuple(frames))
 
 
 @dataclass(frozen=True)
@@ -278,7 +288,7 @@ class _Builder:
         """Returns all groups; the tool frame is the last frame of the last station."""
         self._settle()
         last = self.stations[-1]
-        frame = LinkFrame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
+        frame = LinkFrame(tool, _mapped(IDENTITY, partial(_flipped, self.sign)), last.reach)
         self.stations[-1] = replace(last, frames=(*last.frames, frame))
         self.groups.append(Group(tuple(self.stations)))
         return tuple(self.groups)
@@ -297,22 +307,13 @@ class _Builder:
 
     def _fill(self, stretch: _Stretch) -> None:
         self.unsettled = ZERO
-        self.stations[-1] = replace(
+        filled = replace(
             self.stations[-1],
-            reach=_flipped(self.sign, stretch.reach),
-            slides=tuple(
-                replace(slide, direction=_flipped(self.sign, slide.direction))
-                for slide in stretch.slides
-            ),
-            frames=tuple(
-                LinkFrame(
-                    frame.name,
-                    _flipped_basis(self.sign, frame.orientation),
-                    _flipped(self.sign, frame.origin),
-                )
-                for frame in stretch.frames
-            ),
+            reach=stretch.reach,
+            slides=tuple(stretch.slides),
+            frames=tuple(stretch.frames),
         )
+        self.stations[-1] = filled.mapped(partial(_flipped, self.sign))
 
     def _settle(self) -> None:
         """Rotates the axes of the last station to the end of its section.
@@ -320,41 +321,20 @@ class _Builder:
         The end of the group and the preceding translation then use the same angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
-        station = self.stations[-1]
-        self.stations[-1] = replace(
-            station,
-            angle=self._angle(),
-            reach=rotated_z(self.terms, station.reach, c, s),
-            slides=tuple(
-                replace(slide, direction=rotated_z(self.terms, slide.direction, c, s))
-                for slide in station.slides
-            ),
-            frames=tuple(
-                LinkFrame(
-                    frame.name,
-                    _rotated_basis(self.terms, frame.orientation, c, s),
-                    rotated_z(self.terms, frame.origin, c, s),
-                )
-                for frame in station.frames
-            ),
-        )
+        settled = replace(self.stations[-1], angle=self._angle())
+        self.stations[-1] = settled.mapped(lambda v: rotated_z(self.terms, v, c, s))
         self.unsettled = ZERO
 
     def _angle(self) -> sp.Expr:
         return self.turned + self.offset
 
 
-def _rotated_basis(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
+def _mapped(basis: Basis, change: Callable[[Vector], Vector]) -> Basis:
     x, y, z = basis
-    return rotated_z(terms, x, c, s), rotated_z(terms, y, c, s), rotated_z(terms, z, c, s)
+    return change(x), change(y), change(z)
 
 
 def _flipped(sign: int, vector: Vector) -> Vector:
     """Returns ``Rx(pi) v`` for opposite axes (sign -1), else ``v``."""
     x, y, z = vector
     return x, sign * y, sign * z
-
-
-def _flipped_basis(sign: int, basis: Basis) -> Basis:
-    x, y, z = basis
-    return _flipped(sign, x), _flipped(sign, y), _flipped(sign, z)

@@ -12,7 +12,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.groups import Group, LinkFrame, SlidingJoint, Station
+from ..chain.groups import Group, SlidingJoint, Station
 from ..terms.terms import Terms
 from ..terms.vectors import ONE, ZERO, added, rotated_z
 from .planar.phasors import PhasorSum
@@ -111,20 +111,11 @@ def _merged(
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)
-    frames = tuple(
-        LinkFrame(
-            frame.name,
-            tuple(rotated_z(terms, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
-            added(terms, reach, rotated_z(terms, frame.origin, c, s)),
-        )
-        for frame in after.frames
-    )
-    slides = tuple(
-        replace(slide, direction=rotated_z(terms, slide.direction, c, s)) for slide in after.slides
-    )
+    turned = after.mapped(lambda v: rotated_z(terms, v, c, s))
+    frames = (replace(f, origin=added(terms, reach, f.origin)) for f in turned.frames)
     return replace(
         before,
-        reach=added(terms, reach, rotated_z(terms, after.reach, c, s)),
-        slides=(*before.slides, *slides),
+        reach=added(terms, reach, turned.reach),
+        slides=(*before.slides, *turned.slides),
         frames=(*before.frames, *frames),
     )
