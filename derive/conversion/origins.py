@@ -17,9 +17,8 @@ from ..model.placements import (
     Rotation,
     Translation,
     Vector,
+    filled,
     from_xyz_rpy,
-    rotation,
-    translation,
 )
 from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ZERO_COMPONENT
@@ -104,8 +103,8 @@ def with_values(robot: SerialRobot) -> SerialRobot:
     return replace(
         robot,
         joints=tuple(_with_values(joint, values) for joint in robot.joints),
-        base=_filled(robot.base, values),
-        tool=_filled(robot.tool, values),
+        base=filled(robot.base, values),
+        tool=filled(robot.tool, values),
         parameters=(),
     )
 
@@ -157,19 +156,8 @@ def _rounded(vector: Vector) -> Vector:
 def _with_values(joint: Joint, values: dict[sp.Symbol, sp.Expr]) -> Joint:
     return replace(
         joint,
-        before=_filled(joint.before, values),
-        after=_filled(joint.after, values),
+        before=filled(joint.before, values),
+        after=filled(joint.after, values),
         pitch=joint.pitch.xreplace(values),
         given=tuple((name, value.xreplace(values)) for name, value in joint.given),
     )
-
-
-def _filled(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> Placement:
-    """Substitutes parameter values into a placement."""
-    found: Placement = ()
-    for motion in placement:
-        if isinstance(motion, Rotation):
-            found += rotation(motion.axis, motion.angle.xreplace(values))
-        else:
-            found += translation(*(component.xreplace(values) for component in motion.vector))
-    return found

@@ -17,7 +17,7 @@ import sympy as sp
 from .errors import DescriptionError
 from .exact import exact, exact_vector
 from .kinds import JointKind
-from .placements import Placement, Rotation, Translation, Vector, rotation, translation
+from .placements import Placement, Rotation, Translation, Vector, filled
 
 FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
 """A scalar (metre or radian), or a vector of lengths, angles, or a direction (unitless)."""
@@ -238,7 +238,7 @@ def motions_before(transform: Placement, variable: str) -> int:
             f"{variable!r} is neither a rotation about z nor a translation along z of the link"
         )
     count = held[0] + 1
-    while count < len(transform) and _commutes_with_z(transform[count]):
+    while count < len(transform) and transform[count].is_along_z:
         count += 1
     return count
 
@@ -249,18 +249,7 @@ def _placed(
     variable = (sliding or turning) if kind == "prismatic" else turning
     count = motions_before(transform, variable)
     exact_values = {sp.Symbol(name, real=True): value for name, value in values.items()}
-    return _filled(transform[:count], exact_values), _filled(transform[count:], exact_values)
-
-
-def _filled(motions: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    """Substitutes values into elementary motions, and omits motions that become zero."""
-    filled: Placement = ()
-    for motion in motions:
-        if isinstance(motion, Rotation):
-            filled += rotation(motion.axis, motion.angle.xreplace(values))
-        else:
-            filled += translation(*(component.xreplace(values) for component in motion.vector))
-    return filled
+    return filled(transform[:count], exact_values), filled(transform[count:], exact_values)
 
 
 def _arguments(motion: Rotation | Translation) -> tuple[sp.Expr, ...]:
@@ -274,13 +263,6 @@ def _is_along_z(motion: Rotation | Translation, variable: str) -> bool:
     if isinstance(motion, Rotation):
         return motion.axis == "z"
     return str(motion.vector[2]) == variable
-
-
-def _commutes_with_z(motion: Rotation | Translation) -> bool:
-    if isinstance(motion, Rotation):
-        return motion.axis == "z"
-    x, y, _ = motion.vector
-    return bool(x == 0 and y == 0)
 
 
 def _position(order: list[str], name: str) -> int:

@@ -4,6 +4,7 @@ Lengths are in metres, angles in radians. Each motion acts in the frame that the
 reach. A placement therefore has the same order as the product of the matrices.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,6 +31,20 @@ class Rotation:
     def __post_init__(self) -> None:
         object.__setattr__(self, "angle", exact(self.angle))
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether the angle is zero."""
+        return bool(self.angle == 0)
+
+    @property
+    def is_along_z(self) -> bool:
+        """Whether the motion commutes with all motions along the z axis."""
+        return self.axis == "z"
+
+    def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Rotation":
+        """Returns the rotation with values for symbols."""
+        return Rotation(self.axis, self.angle.xreplace(values))
+
 
 @dataclass(frozen=True)
 class Translation:
@@ -40,6 +55,21 @@ class Translation:
     def __post_init__(self) -> None:
         object.__setattr__(self, "vector", exact_vector(self.vector))
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether the vector is zero."""
+        return self.vector == _ORIGIN
+
+    @property
+    def is_along_z(self) -> bool:
+        """Whether the motion commutes with all motions along the z axis."""
+        return self.vector[:2] == _ORIGIN[:2]
+
+    def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Translation":
+        """Returns the translation with values for symbols."""
+        x, y, z = (component.xreplace(values) for component in self.vector)
+        return Translation((x, y, z))
+
 
 Placement = tuple[Rotation | Translation, ...]
 """A constant pose as elementary motions from left to right."""
@@ -48,13 +78,19 @@ Placement = tuple[Rotation | Translation, ...]
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
     """Returns the rotation about one axis (radian); empty if the angle is zero."""
     turn = Rotation(axis, angle)
-    return () if turn.angle == 0 else (turn,)
+    return () if turn.is_identity else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
     """Returns the translation along the three axes (metre); empty if the vector is zero."""
     shift = Translation((x, y, z))
-    return () if shift.vector == _ORIGIN else (shift,)
+    return () if shift.is_identity else (shift,)
+
+
+def filled(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
+    """Returns a placement with values for symbols, without motions that become zero."""
+    motions = (motion.at(values) for motion in placement)
+    return tuple(motion for motion in motions if not motion.is_identity)
 
 
 def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:

@@ -26,7 +26,7 @@ from ..model.convention import Convention, Placements
 from ..model.errors import DescriptionError
 from ..model.geometry import geometry
 from ..model.mechanism import Described, Mechanism
-from ..model.placements import Placement, Rotation, Translation, inverse, rotation
+from ..model.placements import Placement, inverse, rotation
 from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import ZERO_SINGULAR_VALUE
 from ..terms.terms import Terms
@@ -216,10 +216,10 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
         # The axis is expressed in the joint's frame, which is after these motions.
-        nominal = tuple(_at(motion, named) for motion in along)
+        nominal = tuple(motion.at(named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
-    product = tuple(_at(motion, numbers) for motion in product)
+    product = tuple(motion.at(numbers) for motion in product)
     symbols = [symbol for symbol in symbols_in(product) if symbol in named]
     values = [float(named[symbol].xreplace(numbers)) for symbol in symbols]
     return pair.by_numbers(product, symbols, values)
@@ -252,18 +252,6 @@ def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
 def _moving_along(before: Placement) -> Placement:
     """Returns the last motions before a joint's own motion that commute with it."""
     count = len(before)
-    while count and _is_along_z(before[count - 1]):
+    while count and before[count - 1].is_along_z:
         count -= 1
     return before[count:]
-
-
-def _is_along_z(motion: Rotation | Translation) -> bool:
-    if isinstance(motion, Rotation):
-        return motion.axis == "z"
-    return bool(motion.vector[0] == 0 and motion.vector[1] == 0)
-
-
-def _at(motion: Rotation | Translation, numbers: _Numbers) -> Rotation | Translation:
-    if isinstance(motion, Rotation):
-        return Rotation(motion.axis, motion.angle.xreplace(numbers))
-    return Translation(tuple(part.xreplace(numbers) for part in motion.vector))

@@ -25,7 +25,7 @@ from ...chain.kinematics import OBSERVED, common_unit, coordinates, pose_entries
 from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
 from ...model.errors import DescriptionError
 from ...model.mechanism import Mechanism
-from ...model.placements import Placement, Rotation, Translation, translation
+from ...model.placements import Placement, translation
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
@@ -317,7 +317,9 @@ def file_parts(
     frames = [geometry.base]
     for joint in mechanism.joints:
         step = geometry.steps[joint.link]
-        frames.append(behind[joint.parent] + step.before + _at(step.motion, zero))
+        frames.append(
+            behind[joint.parent] + step.before + tuple(motion.at(zero) for motion in step.motion)
+        )
         behind[joint.link] = step.after
     for closer in mechanism.closers:
         a, b = geometry.ends[closer.name]
@@ -327,12 +329,3 @@ def file_parts(
         length = geometry.lengths[strut.name].xreplace(zero)
         frames.append(translation(length, sp.S.Zero, sp.S.Zero))
     return frames
-
-
-def _at(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    return tuple(
-        Rotation(motion.axis, motion.angle.xreplace(values))
-        if isinstance(motion, Rotation)
-        else Translation(tuple(part.xreplace(values) for part in motion.vector))
-        for motion in placement
-    )
