@@ -15,10 +15,8 @@ from ...terms.terms import Terms
 from ..setting.notation import numbered
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import (
-    BRACKET,
-    DEEPEST,
     Definition,
-    depth,
+    TermNames,
     is_trigonometric,
     open_terms,
 )
@@ -29,12 +27,10 @@ SHORT = 30.0
 """Maximum width (pt) of a sum that is always written in full, and of an unnamed coefficient."""
 
 
-class InverseTerms:
+class InverseTerms(TermNames):
     """The terms of one task during conversion to printed symbols.
 
     Attributes:
-        known: The printed expression of each symbol of the derivation.
-        inlined: The values of terms written in full.
         changed: Definitions that replace the derivation's definitions.
         preferred: Names of terms that are components of a named vector.
         uses: Number of printed occurrences of each term.
@@ -45,12 +41,11 @@ class InverseTerms:
         self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
         self.printed_constants = PrintedTerms(terms, symbols.notation, {})
         self.printer = self.printed_constants.printer
-        self.known: dict[sp.Symbol, sp.Expr] = {}
-        self.inlined: dict[sp.Symbol, sp.Expr] = {}
+        self.known, self.inlined = {}, {}
         self.changed: dict[sp.Symbol, sp.Expr] = {}
         self.preferred: dict[sp.Symbol, sp.Expr] = {}
         self.uses: Counter[sp.Symbol] = Counter()
-        self._taken: list[Definition] = []
+        self.definitions = []
 
     def is_open(self, term: sp.Expr) -> bool:
         """Whether an expression is an unnamed term."""
@@ -65,7 +60,7 @@ class InverseTerms:
 
     def define(self, name: sp.Symbol, value: sp.Expr) -> None:
         """Stores the definition of a symbol under its name."""
-        self._taken.append((name, value))
+        self.definitions.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
         """Returns the short symbol of the cosine or sine of a sum of coordinates."""
@@ -112,14 +107,14 @@ class InverseTerms:
         if term in self.preferred:
             sign, name = self.preferred[term].as_coeff_Mul()
             self.known[term] = sign * name
-            self._taken.append((name, sign * value))
+            self.definitions.append((name, sign * value))
         elif isinstance(value, sp.Piecewise):
             self.known[term] = self.symbols.side()
-            self._taken.append((self.known[term], value))
+            self.definitions.append((self.known[term], value))
         elif is_once or not _is_nameable(value) or self._is_short(value):
             self.inlined[term] = value
         else:
-            self._name(term, value)
+            self.name(term, value)
 
     def _named_function(self, function: sp.Expr) -> sp.Expr:
         (angle,) = function.args
@@ -132,13 +127,7 @@ class InverseTerms:
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """Converts an expression of named terms to printed symbols."""
-        for addend in sp.Add.make_args(expression):
-            factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
-            for factor in factors:
-                base = factor.base if factor.is_Pow else factor
-                value = self.inlined.get(base)
-                if value is not None and (factor.is_Pow or len(factors) > 1):
-                    self._fit_in_brackets(base, value)
+        self.name_long_factors(expression)
         known = {}
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.known:
@@ -156,20 +145,9 @@ class InverseTerms:
             shown = self.known[symbol] = self.trigonometric(shown.func, shown.args[0])
         return shown
 
-    def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
-        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
-            self._name(term, value)
-
-    def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        name = self.notation.term()
-        sign = -1 if self.printer.tex(value).startswith("-") else 1
-        self._taken.append((name, sign * value))
-        self.known[term] = sign * name
-        self.inlined.pop(term, None)
-
     def taken(self) -> list[Definition]:
         """Returns the definitions that were added since the last call."""
-        taken, self._taken = self._taken, []
+        taken, self.definitions = self.definitions, []
         return taken
 
 

@@ -87,24 +87,59 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
     )
 
 
-class _Sharing:
-    """Decides for each function which terms get a name.
+class TermNames:
+    """The names of terms whose sums do not fit into brackets.
 
     Attributes:
+        notation: The robot's short symbols.
+        printer: Prints expressions in these symbols.
         known: The printed symbol, or its negative, of each named term.
+        inlined: The values of terms written in full.
+        definitions: The definitions of named terms.
     """
+
+    notation: Notation
+    printer: Printer
+    known: dict[sp.Symbol, sp.Expr]
+    inlined: dict[sp.Symbol, sp.Expr]
+    definitions: list[Definition]
+
+    def name_long_factors(self, expression: sp.Expr) -> None:
+        """Names the terms in the factors of an expression that do not fit into brackets."""
+        for addend in sp.Add.make_args(expression):
+            factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
+            for factor in factors:
+                base = factor.base if factor.is_Pow else factor
+                value = self.inlined.get(base)
+                if value is not None and (factor.is_Pow or len(factors) > 1):
+                    self._fit_in_brackets(base, value)
+
+    def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
+        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
+            self.name(term, value)
+
+    def name(self, term: sp.Symbol, value: sp.Expr) -> None:
+        """Defines the next shared term, with the sign of its first printed term."""
+        name = self.notation.term()
+        sign = -1 if self.printer.tex(value).startswith("-") else 1
+        self.definitions.append((name, sign * value))
+        self.known[term] = sign * name
+        self.inlined.pop(term, None)
+
+
+class _Sharing(TermNames):
+    """Decides for each function which terms get a name."""
 
     def __init__(self, notation: Notation, printer: Printer) -> None:
         self.notation, self.printer = notation, printer
         self.terms = notation.terms
-        self.known: dict[sp.Symbol, sp.Expr] = {}
+        self.known = {}
 
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
         """Converts one function; later functions may use the names of its entries."""
-        self.inlined: dict[sp.Symbol, sp.Expr] = {}
-        self.definitions: list[Definition] = []
+        self.inlined, self.definitions = {}, []
         open_terms = self._open(entries)
         own = self._nameable(open_terms, entries) if names else set()
         uses = self._uses(open_terms, entries)
@@ -156,19 +191,13 @@ class _Sharing:
         value = self._value(expression)
         long = len(sp.Mul.make_args(value)) > MAX_FACTORS
         if uses > 1 and (long or (value.is_Add and not self._is_plain(value))):
-            self._name(term, value)
+            self.name(term, value)
         else:
             self.inlined[term] = value
 
     def _value(self, expression: sp.Expr) -> sp.Expr:
         """Returns an expression of named terms in printed symbols."""
-        for addend in sp.Add.make_args(expression):
-            factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
-            for factor in factors:
-                base = factor.base if factor.is_Pow else factor
-                value = self.inlined.get(base)
-                if value is not None and (factor.is_Pow or len(factors) > 1):
-                    self._fit_in_brackets(base, value)
+        self.name_long_factors(expression)
         known = {}
         # A new name takes the next index, so the order must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
@@ -177,17 +206,6 @@ class _Sharing:
             elif symbol in self.terms.definitions:
                 known[symbol] = self.known.get(symbol, self.inlined.get(symbol))
         return expression.xreplace(known)
-
-    def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
-        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
-            self._name(term, value)
-
-    def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Defines the next shared term, with the sign of its first printed term."""
-        name = self.notation.term()
-        sign = -1 if self.printer.tex(value).startswith("-") else 1
-        self.definitions.append((name, sign * value))
-        self.known[term] = sign * name
 
     def _named_entries(
         self,
@@ -208,7 +226,7 @@ class _Sharing:
         value = self._value(entry)
         if value.is_Add and width(self.printer.tex(value)) > ENTRY:
             _, symbol = entry.as_coeff_Mul()
-            self._name(symbol, self.inlined[symbol])
+            self.name(symbol, self.inlined[symbol])
             value = self._value(entry)
         return value
 
