@@ -13,7 +13,7 @@ in the frame whose axes express the columns:
 A revolute joint moves a point at position r (in joint axes) with z x r = (-r_y, r_x, 0).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -169,11 +169,8 @@ def _products(choice: tuple[Basis, Vector]) -> int:
 
 
 def _scaled(terms: Terms, twist: Twist, factor: sp.Expr) -> Twist:
-    return _mapped(terms, lambda component: factor * component, twist)
-
-
-def _mapped(terms: Terms, change: Callable[[sp.Expr], sp.Expr], twist: Twist) -> Twist:
-    return Twist(named(terms, map(change, twist.v)), named(terms, map(change, twist.omega)))
+    v, omega = (named(terms, (factor * x for x in part)) for part in (twist.v, twist.omega))
+    return Twist(v, omega)
 
 
 def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:

@@ -16,7 +16,8 @@ def rotations(quaternions: FloatArray) -> FloatArray:
     sine = np.linalg.norm(vector, axis=-1)
     angle = 2 * np.arctan2(sine, w)
     # sine is |quaternion| sin(angle / 2); if it is 0, the vector is 0.
-    return so3.exp(vector * _over(angle, sine)[:, None])
+    per_sine = np.divide(angle, sine, out=np.zeros_like(angle), where=sine > 0)
+    return so3.exp(vector * per_sine[:, None])
 
 
 def quaternions(R: FloatArray) -> FloatArray:
@@ -25,7 +26,3 @@ def quaternions(R: FloatArray) -> FloatArray:
     angle = np.linalg.norm(turned, axis=-1)
     scale = np.divide(np.sin(angle / 2), angle, out=np.full_like(angle, 0.5), where=angle > 0)
     return np.concatenate([np.cos(angle / 2)[:, None], turned * scale[:, None]], -1)
-
-
-def _over(angle: FloatArray, sine: FloatArray) -> FloatArray:
-    return np.divide(angle, sine, out=np.zeros_like(angle), where=sine > 0)

@@ -27,7 +27,7 @@ from chasles import InputValueError, ShapeError
 from chasles.summaries import short_repr
 
 from ..tolerances import STRAIGHT
-from .curves import CurvePoses, poses_at, turns_through, waypoints
+from .curves import CurvePoses, curve_poses, turns_through, waypoints
 
 FloatArray = NDArray[np.float64]
 
@@ -67,9 +67,7 @@ class ConicArc:
         speed = np.linalg.norm(by_t, axis=1, keepdims=True)
         ahead = by_t / speed
         bend = (by_tt - (by_tt * ahead).sum(1, keepdims=True) * ahead) / speed**2
-        R = self.rotations(s).as_matrix()
-        turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
-        return CurvePoses(poses_at(R, p), np.hstack([ahead, turn]), np.hstack([bend, turn_rate]))
+        return curve_poses(self.rotations, s, p, ahead, bend)
 
     def _parameter(self, s: FloatArray) -> FloatArray:
         """Return the parameter t at arc lengths (m,)."""

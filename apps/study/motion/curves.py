@@ -366,11 +366,21 @@ class Spline:
     def at(self, s: FloatArray) -> CurvePoses:
         """Poses of the tool at lengths (m,) on the curve."""
         p, v, a = (self.positions(s, order) for order in range(3))
-        R = self.rotations(s).as_matrix()
-        # SciPy returns the angular velocity in body axes. The derivative in base axes needs no
-        # further term, since omega x omega = 0.
-        turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
-        return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
+        return curve_poses(self.rotations, s, p, v, a)
+
+
+def curve_poses(
+    rotations: Any, s: FloatArray, p: FloatArray, v: FloatArray, a: FloatArray
+) -> CurvePoses:
+    """Return the poses at lengths s (m,), from a SciPy spline of rotations and (m, 3) positions.
+
+    `v` and `a` are the first and second derivatives of the positions.
+    """
+    R = rotations(s).as_matrix()
+    # SciPy returns the angular velocity in body axes. The derivative in base axes needs no further
+    # term, since omega x omega = 0.
+    turn, turn_rate = ((R @ rotations(s, order)[..., None])[..., 0] for order in (1, 2))
+    return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
 def spline(poses: ArrayLike) -> Spline:

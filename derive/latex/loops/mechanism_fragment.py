@@ -55,7 +55,8 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)
-        advance = f"${page.tex(symbol)} = {page.tex(ratio)}\\,{page.members.q[_place(page, c)]}$"
+        q = page.members.q[page.mechanism.coordinates.index(c)]
+        advance = f"${page.tex(symbol)} = {page.tex(ratio)}\\,{q}$"
         (drive,) = (drive for drive in page.mechanism.drives if drive.name == c.name)
         return tables.marked(f"{advance}{_by(drive)}", drive.assumed)
     if page.members.of[c.moves] in page.members.q:
@@ -77,10 +78,6 @@ def _followers(page: LoopPage) -> str:
         formula = tables.marked(f"${symbol} / {ratio}$", drive.assumed)
         message.append(f"the motor {escape(drive.name)} rotates by {formula}{_by(drive)}")
     return f"Not actuated but driven: {'; '.join(message)}." if message else ""
-
-
-def _place(page: LoopPage, c: Coordinate) -> int:
-    return page.mechanism.coordinates.index(c)
 
 
 def _others(page: LoopPage) -> str:

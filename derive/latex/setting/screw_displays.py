@@ -1,6 +1,6 @@
 r"""Sets displays of screw axes and home pose with exact, decimal or named entries."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -156,7 +156,8 @@ def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
     known: dict[sp.Symbol, sp.Expr] = {}
-    replacements, (S, M) = sp.cse([S, M], symbols=_symbols(), order="none")
+    symbols = (sp.Symbol(f"_{k}", real=True) for k in count())
+    replacements, (S, M) = sp.cse([S, M], symbols=symbols, order="none")
     for symbol, expression in replacements:
         value = _short(expression.xreplace(known), notation)
         if (-value if value.could_extract_minus_sign() else value).is_Atom or not _varies(robot):
@@ -168,10 +169,6 @@ def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
         matrix.applyfunc(lambda entry: _short(entry.xreplace(known), notation)) for matrix in (S, M)
     )
     return Screws(tuple(definitions), S, M)
-
-
-def _symbols() -> Iterator[sp.Symbol]:
-    return (sp.Symbol(f"_{k}", real=True) for k in count())
 
 
 def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:

@@ -92,7 +92,8 @@ class BodiesInNumbers:
         if expression not in self._numbers:
             function = _function(self._symbols, expression)
             self._uses[expression] = frozenset(symbol.name for symbol in expression.free_symbols)
-            self._numbers[expression] = float(function(*self._given()))
+            given = (self.constants[symbol.name] for symbol in self._symbols)
+            self._numbers[expression] = float(function(*given))
         return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
@@ -104,9 +105,6 @@ class BodiesInNumbers:
             else:
                 T[:3, 3] += T[:3, :3] @ np.array([self.number(x) for x in motion.vector])
         return T
-
-    def _given(self) -> list[float]:
-        return [self.constants[symbol.name] for symbol in self._symbols]
 
     def length(self, strut: Strut, values: Mapping[str, float]) -> float:
         """Returns the length of a strut (metre)."""
