@@ -6,7 +6,6 @@ partial poses, fixed joints, and poses that need refinement.
 
 from __future__ import annotations
 
-import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -310,8 +309,7 @@ class NearestMethods(RobotFacts):
         solutions = inverse(target, fixed=held)
         coordinates = [c.name for c in self.coordinates]
         exact = {coordinates.index(name): held[name] for name in held if name in coordinates}
-        fixed = moves.with_fixed(tuple(exact))
-        chosen = Chosen(info, inverse, fixed, (), exact, 1)
+        chosen = Chosen(info, inverse, moves.with_fixed(tuple(exact)), (), exact, 1)
         found = chosen.of_slots(solutions, seeds)
         _set_exact(found, exact)
         return found, solutions.valid.any(-1) & (found[3] < 0)
@@ -348,18 +346,16 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
     redundancy = robot._roles.get(("redundancy", "actuators", ""))
     if redundancy is not None and names == [redundancy.__name__]:
         parameters = redundancy
-    inverse = robot.functions[own.name]
+    inverse, bound = robot.functions[own.name], partial(method, robot)
     return Nearest(
         inverse,
-        functools.partial(method, robot),
+        bound,
         nearest_type(inverse.tolerance),
         moves.arrays,
         parameters,
         label,
         method.__doc__,
-        inspect.signature(method).replace(
-            parameters=[*inspect.signature(method).parameters.values()][1:]
-        ),
+        inspect.signature(bound),
         pickled,
     )
 

@@ -301,11 +301,8 @@ class InverseMethods(RobotFacts):
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
         """Return a solution near the previous pose; None for partial poses and redundancy."""
-        if (
-            pose is None
-            or ("pose and jacobian", "actuators", "") not in self._roles
-            or self.redundancy
-        ):
+        has_jacobian = ("pose and jacobian", "actuators", "") in self._roles
+        if pose is None or not has_jacobian or self.redundancy:
             return None
         refinement = Refinement(self.fk_jacobian_mixed, (), unit, judged=unit)
         rigid = project(pose[None], caller=f"{self.name}.ik_path")
