@@ -3,7 +3,7 @@
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
-from .input_files import MAX_TABLE, open_input, read_input
+from .input_files import MAX_TABLE, as_path, open_input, read_input
 from .manifest import (
     FORMAT,
     SUPPORT,
@@ -64,6 +64,7 @@ __all__ = [
     "TaskComponent",
     "UnknownRobotError",
     "Variable",
+    "as_path",
     "make_folder",
     "manifest_entries",
     "open_input",

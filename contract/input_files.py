@@ -4,7 +4,9 @@ import errno
 import os
 import stat
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+from .errors import InputTypeError
 
 _FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 """Without O_NONBLOCK, opening a named pipe waits for a writer. Windows has O_BINARY."""
@@ -15,6 +17,21 @@ PACKAGE_FILE = "package.xml"
 """File that marks the folder of a ROS package."""
 FOLDERS_UP = 5
 """Number of folders in which a package is searched: the folder of a file and its parents."""
+
+
+def as_path(name: str, path: Any) -> Path:
+    """Returns an argument as a path.
+
+    Args:
+        name: Name of the argument, for the error.
+        path: The argument.
+
+    Raises:
+        InputTypeError: The argument is neither text nor a path.
+    """
+    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
+        raise InputTypeError(f"{name}: expected a path, got {path!r}")
+    return Path(path)
 
 
 def input_folder(file: Path) -> Path:
@@ -37,7 +54,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     Raises:
         OSError: The file cannot be opened, or is a folder, a pipe or a device.
     """
-    if "\0" in os.fspath(path):
+    if "\0" in os.fspath(as_path("path", path)):
         raise OSError(errno.EINVAL, "a path contains no null character", repr(os.fspath(path)))
     handle = os.open(path, os.O_RDONLY | _FLAGS)
     if not stat.S_ISREG(os.fstat(handle).st_mode):

@@ -7,6 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from .errors import InputValueError
+from .input_files import as_path
 from .temporary_folders import temporary_folder
 
 
@@ -72,7 +73,7 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
 
 
 def _check_name(path: str | os.PathLike[str]) -> None:
-    if "\0" in os.fspath(path):
+    if "\0" in os.fspath(as_path("path", path)):
         raise InputValueError(f"{os.fspath(path)!r}: expected a path without a null character")
 
 

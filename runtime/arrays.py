@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputTypeError
+from .errors import InputTypeError, InputValueError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,3 +28,17 @@ def real_array(caller: str, name: str, given: Any) -> FloatArray:
     if array.dtype.kind not in "iuf":
         raise InputTypeError(f"{caller}: {name} must hold real numbers, got dtype {array.dtype}")
     return array.astype(np.float64, copy=False)
+
+
+def whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
+    """Return an integer argument of a method; raise an InputValueError for other values."""
+    try:
+        number = operator.index(given)  # type: ignore[arg-type]
+    except TypeError:
+        number = least - 1
+    if number < least or (most is not None and number > most):
+        expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
+        raise InputValueError(
+            f"{method}: expected {name} to be an integer {expected}, got {given!r}"
+        )
+    return number

@@ -11,7 +11,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import BoolArray, FloatArray, real_array
+from .arrays import BoolArray, FloatArray, real_array, whole_number
 from .call._call import Function
 from .call.capabilities import needs
 from .contract import Coordinate, Manifest
@@ -100,6 +100,7 @@ def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
     return MappingProxyType({task: tuple(names[k] for k in found[task]) for task in found})
 
 
+_MAX_SIZE = 2**40
 _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
 """Public methods by the names of the generated functions that they call."""
 
@@ -233,7 +234,10 @@ class RobotFacts(GeneratedFunctions):
         Returns:
             (*size, n) coordinates [rad or m].
         """
-        shape = (size,) if isinstance(size, int) else tuple(size)
+        method, sizes = f"{self.name}.random_q", size if isinstance(size, tuple | list) else (size,)
+        shape = [whole_number(method, "size", item, 0, _MAX_SIZE) for item in sizes]
+        if rng is not None and not isinstance(rng, np.random.Generator):
+            rng = whole_number(method, "rng", rng, 0, None)
         generator = np.random.default_rng(rng)
         lower, upper = ranges(self.coordinates, self.reference)
         q = generator.uniform(lower, upper, (math.prod(shape), self.n))

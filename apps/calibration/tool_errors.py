@@ -19,7 +19,7 @@ from chasles import Robot
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
-from ..study.arguments import finite
+from ..study.arguments import finite, key_of, whole
 from ..study.results import StudyResult
 from .parameters import deviations, nominal
 
@@ -155,7 +155,9 @@ def monte_carlo(
         InputValueError: A key is neither a parameter, a group nor a unit.
     """
     sigma, centre = deviations(robot, parameter_std), nominal(robot)
-    random = np.random.default_rng(rng)
+    random = rng if isinstance(rng, np.random.Generator) else key_of("monte_carlo", rng)
+    random = np.random.default_rng(random)
+    samples = whole("monte_carlo: samples", samples, 1)
     at = finite("monte_carlo: q", q)
     displacement, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
-from chasles.contract import output_file, requires
+from chasles.contract import as_path, output_file, requires
 
 from .figure import figure_of, rows_of
 from .scene import Scene, scenes
@@ -22,6 +22,7 @@ from .skeleton import Skeleton, skeleton
 from .views import views_of
 
 FloatArray = NDArray[np.float64]
+_MAX_FPS = 1000
 _DOTS = 200
 """Pixels per inch; a figure 8 cm wide has 630 pixels."""
 
@@ -56,7 +57,11 @@ def animate(
         OutOfReachError: Loops do not close at a configuration.
         NotInstalledError: Matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
     """
-    target = Path(file)
+    target = as_path("animate: file", file)
+    if not (isinstance(fps, int | float) and 0 < fps <= _MAX_FPS):
+        raise InputValueError(
+            f"animate: fps: expected more than 0 and at most {_MAX_FPS}, got {fps!r}"
+        )
     if target.suffix not in (".gif", ".mp4"):
         raise InputValueError(f"animate: file: got {target.name!r}, expected .gif or .mp4")
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""

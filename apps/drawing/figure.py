@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
 from chasles.arrays import real_array
-from chasles.contract import requires, write_files
+from chasles.contract import as_path, requires, write_files
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -123,7 +123,7 @@ def draw(
         return ax
     figure = figure_of(shown, labels, has_path=way is not None)
     if file is not None:
-        suffix = Path(file).suffix
+        suffix = as_path("draw: file", file).suffix
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
             expected = "expected a file that ends in .pdf, .svg or .png"
             raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")

@@ -33,7 +33,7 @@ import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from chasles import InputValueError, Robot
-from chasles.contract import open_input, output_file
+from chasles.contract import as_path, open_input, output_file
 
 T = TypeVar("T")
 _AXES = "xyz"
@@ -106,7 +106,7 @@ def by_suffix(path: str | os.PathLike[str], formats: Mapping[str, T]) -> T:
     Raises:
         InputValueError: The suffix is not supported.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = as_path("path", path).suffix.lower()
     if suffix not in formats:
         raise InputValueError(
             f"{os.fspath(path)}: expected a file {' or '.join(formats)}, got "

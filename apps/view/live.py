@@ -7,7 +7,6 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
 from chasles.arrays import real_array
-from chasles.contract import requires
+from chasles.contract import as_path, requires
 
 from .access import Access, checked_by
 from .display import COLOURS, Display, Displayed, Ghosts, quaternions
@@ -89,7 +88,7 @@ class LiveView:
         self._lock = threading.RLock()
         self._trajectory, self._begin = trajectory, 0.0
         self._units = slider_units(robot, self._display.start.q)
-        meshes = body_meshes(Path(urdf), self._display.skeleton) if urdf else ()
+        meshes = body_meshes(as_path("urdf", urdf), self._display.skeleton) if urdf else ()
         number = _free_port(port)
         access = Access()
         with checked_by(access):

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chasles.contract import SUPPORT, make_folder, write_files
+from chasles.contract import SUPPORT, as_path, make_folder, write_files
 
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
@@ -126,9 +126,9 @@ def write(
         DescriptionError: The description is invalid.
         InputValueError: A name is wrong, or two languages write one file.
     """
-    emitters = emitters_of(languages)
+    target, emitters = as_path("folder", folder), emitters_of(languages)
     texts = _texts(description, functions, fixed, emitters, parametric=parametric)
-    return put(texts, Path(folder))
+    return put(texts, target)
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from chasles.contract import output_file
+from chasles.contract import as_path, output_file
 
 from ..description.cleaned_robot import cleaned
 from ..description.conventions import dh, mdh, poe
@@ -79,7 +79,7 @@ class Conversion:
         Raises:
             InputValueError: The suffix belongs to another format, or the file cannot be written.
         """
-        path, table = Path(path), TABLES.get(self.format)
+        path, table = as_path("path", path), TABLES.get(self.format)
         text_suffix = ".urdf" if self.format == "urdf" else ".toml"
         suffixes = (text_suffix, ".csv", ".tex") if table else (text_suffix,)
         if path.suffix not in suffixes:

@@ -32,7 +32,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..model.convention import Convention
-from ..model.errors import DescriptionError, UnknownRobotError
+from ..model.errors import DescriptionError, InputTypeError, UnknownRobotError
 from ..model.mechanism import Described, Mechanism
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
@@ -127,6 +127,8 @@ def read_text(
         DescriptionError: The text or its parent file is invalid, the text is longer than a file may
             be, or the format is unknown.
     """
+    if not isinstance(text, str):
+        raise InputTypeError(f"text: expected a str, got {text!r}")
     check_length(file, text)
     if format == "urdf":
         robot = UrdfFile(file, text).robot(None, None, None)

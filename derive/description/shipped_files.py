@@ -5,6 +5,8 @@ import re
 from difflib import get_close_matches
 from pathlib import Path
 
+from chasles.contract.input_files import as_path
+
 from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
@@ -37,7 +39,7 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
     Raises:
         UnknownRobotError: No such robot or file exists.
     """
-    name = str(source)
+    name = str(as_path("source", source))
     shipped = shipped_file(name) if isinstance(source, str) else None
     if shipped is not None:
         return shipped, ()

@@ -10,14 +10,13 @@ Source:
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import BoolArray, FloatArray, real_array
+from ..arrays import BoolArray, FloatArray, real_array, whole_number
 from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..contract import Manifest
@@ -160,12 +159,12 @@ class NumericMethods(RobotFacts):
         tolerance = SOLVED * unit if tolerance is None else tolerance
         if not (isinstance(tolerance, int | float) and tolerance > 0):
             raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
-        evaluations = _whole_number(method, "max_evaluations", max_evaluations, 1, _MAX_EVALUATIONS)
+        evaluations = whole_number(method, "max_evaluations", max_evaluations, 1, _MAX_EVALUATIONS)
         n_threads = count_cores() if threads == "all" else threads
-        count = _whole_number(method, "threads", n_threads, 1, None)
+        count = whole_number(method, "threads", n_threads, 1, None)
         if rng is None or isinstance(rng, np.random.Generator):
             rng = int(np.random.default_rng(rng).integers(2**63))
-        start_set = _whole_number(method, "rng", rng, 0, None)
+        start_set = whole_number(method, "rng", rng, 0, None)
         solver = self._solvers.get((tip, start_set)) or self._new_solver(tip, start_set)
         poses = real_array(method, "T", T)
         if poses.shape[-2:] != (4, 4):
@@ -243,19 +242,6 @@ class NumericMethods(RobotFacts):
         inside = np.where(locked, begin, np.clip(begin, self.lower, self.upper))
         begin = np.broadcast_to(inside, (*batch, self.n))
         return poses, begin.reshape(-1, self.n)
-
-
-def _whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
-    try:
-        number = operator.index(given)  # type: ignore[arg-type]
-    except TypeError:
-        number = least - 1
-    if number < least or (most is not None and number > most):
-        expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
-        raise InputValueError(
-            f"{method}: expected {name} to be an integer {expected}, got {given!r}"
-        )
-    return number
 
 
 def _weights(method: str, given: Sequence[float]) -> FloatArray:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..contract import UnknownRobotError
+from ..contract import UnknownRobotError, as_path
 from ..errors import InputValueError
 from .derived import (
     PARAMETRIC,
@@ -27,7 +27,7 @@ def shipped_folders() -> dict[str, Path]:
 
 def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> Path:
     """Return the folder of a robot for `chasles.load`, after derivation with compiler options."""
-    path = Path(robot)
+    path = as_path("robot", robot)
     if is_description(path):
         return derived_folder(path, options)
     if path.is_file():

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import as_path
 from chasles.summaries import short_repr
 
 from .bare_table import header_of
@@ -77,7 +78,7 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
         InputValueError: A column or a unit is missing, a unit is of the wrong kind, or a cell is
             not a number; the message states file, line and column.
     """
-    table = _with_units(_read(Path(path), robot), robot)
+    table = _with_units(_read(as_path("path", path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
     for row in table.rows:
         _check_length(table.path, row, table.width)

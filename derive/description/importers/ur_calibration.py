@@ -21,6 +21,7 @@ import mpmath as mp
 import sympy as sp
 
 from chasles.contract.extras import requires
+from chasles.contract.input_files import as_path
 
 from ...model.errors import DescriptionError
 from ...model.exact import NotExact, read
@@ -69,7 +70,7 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
             calibration belongs to a different arm type (tools at zero differ by more than
             ``CALIBRATED_TOOL``).
     """
-    file = Path(path)
+    file = as_path("path", path)
     with mp.workdps(EVALUATION_DIGITS):
         try:
             return _measured(_arm(description, file), _File(file), file)
