@@ -3,7 +3,15 @@
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
-from .input_files import MAX_TABLE, as_path, open_input, read_input
+from .input_files import (
+    MAX_TABLE,
+    PACKAGE_FILE,
+    as_path,
+    input_folder,
+    is_inside,
+    open_input,
+    read_input,
+)
 from .manifest import (
     FORMAT,
     SUPPORT,
@@ -32,6 +40,7 @@ __all__ = [
     "FORMAT",
     "KINDS",
     "MAX_TABLE",
+    "PACKAGE_FILE",
     "ROLES",
     "SUPPORT",
     "TASK_COMPONENTS",
@@ -65,6 +74,8 @@ __all__ = [
     "UnknownRobotError",
     "Variable",
     "as_path",
+    "input_folder",
+    "is_inside",
     "make_folder",
     "manifest_entries",
     "open_input",

@@ -179,7 +179,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if origin in (Union, UnionType):
         return any(_fits(value, word) for word in words)
     if origin is Literal:
-        return value in words
+        return isinstance(value, str | int) and value in words
     if origin is tuple and words[-1] is Ellipsis:
         return isinstance(value, tuple) and all(_fits(item, words[0]) for item in value)
     if origin is tuple:

@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError
-from chasles.contract import requires
+from chasles.contract import PACKAGE_FILE, input_folder, is_inside, read_input, requires
 
 from ..drawing import Skeleton
 
 FloatArray = NDArray[np.float64]
+_MAX_FILE = 1_000_000
+"""Maximum size of a URDF file in bytes, as for the compiler."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +39,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     is attached to its nearest ancestor with a body, at zero joint positions.
 
     Args:
-        file: The URDF file. Mesh files are searched relative to this file and in surrounding ROS
-            packages.
+        file: The URDF file. Mesh files are searched relative to this file and in its ROS package.
         skeleton: The skeleton of the robot derived from this file.
 
     Returns:
@@ -46,7 +47,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
 
     Raises:
         NotInstalledError: yourdfpy is not installed.
-        InputValueError: yourdfpy cannot read the file.
+        InputValueError: yourdfpy cannot read the file, or a mesh is outside the ROS package of the
+            file; without a package, outside the folder of the file.
     """
     if file.suffix != ".urdf":
         return ()
@@ -81,7 +83,26 @@ def _base(skeleton: Skeleton, urdf: Any) -> str:
 def _read(file: Path) -> Any:
     with requires("chasles[view]"):
         import yourdfpy  # noqa: PLC0415
+        from lxml import etree  # noqa: PLC0415
+        from yourdfpy.urdf import filename_handler_magic  # noqa: PLC0415
+    folder = input_folder(file)
+
+    def found(fname: str) -> str:
+        path = Path(filename_handler_magic(fname, str(file.parent)))
+        if path.is_file() and not is_inside(path, folder):
+            raise InputValueError(
+                f"{file}: expected meshes inside {folder}, got {fname!r}; copy the mesh there, or "
+                f"put a {PACKAGE_FILE} into a folder that contains both"
+            )
+        return str(path)
+
     try:
-        return yourdfpy.URDF.load(str(file), load_meshes=True, build_scene_graph=True)
-    except (OSError, ValueError, KeyError) as error:
+        # An entity could read another file.
+        parser = etree.XMLParser(resolve_entities=False, no_network=True)
+        if etree.fromstring(read_input(file, _MAX_FILE), parser).getroottree().docinfo.doctype:
+            raise InputValueError(f"{file}: expected no document type declaration")
+        return yourdfpy.URDF.load(str(file), filename_handler=found)
+    except InputValueError:
+        raise
+    except (OSError, SyntaxError, ValueError, KeyError) as error:
         raise InputValueError(f"{file}: cannot read the meshes ({error})") from error

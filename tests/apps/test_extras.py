@@ -57,8 +57,8 @@ CALLS = {
         lambda _: time_optimal(motion(), rate_limits=1, acceleration_limits=1),
     ),
     "networkx": ("'chasles[study]'", lambda _: prm(free_map(), 2).plan([1, 1], [2, 2])),
-    "coal": ("coal", lambda _: sphere((0, 0, 0), 1)),
-    "ompl": ("ompl", lambda _: rrt_connect(free_map(), [1, 1], [2, 2])),
+    "coal": ("'chasles[planning]'", lambda _: sphere((0, 0, 0), 1)),
+    "ompl": ("'chasles[planning]'", lambda _: rrt_connect(free_map(), [1, 1], [2, 2])),
     "distributed": (
         "'chasles[cluster]'",
         lambda _: reach(robot(), [[0.3, 0.3, 0.0]], client=object()),

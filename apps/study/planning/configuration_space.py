@@ -158,7 +158,7 @@ class ConfigurationSpace:
 
     def _distances_at(self, z: FloatArray) -> FloatArray:
         """Return distances (m, checks) at configurations (m, n_z) of all joints [m]."""
-        with requires("coal"):
+        with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
 
         radii, resting, first = self._radii, self.obstacles, len(self.obstacles)

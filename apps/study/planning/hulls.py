@@ -90,7 +90,7 @@ class Hulls:
 
     def shapes(self, radii: FloatArray) -> list[Any]:
         """Return the coal shape of each hull with radii (hulls,); None for struts."""
-        with requires("coal"):
+        with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
 
         made: list[Any] = []
@@ -288,7 +288,7 @@ def joined(bones: Skeleton) -> list[set[str]]:
 
 def _rounded(corners: FloatArray, radius: float) -> Any:
     """Return the rounded hull of corners (m, 3) as a coal shape."""
-    with requires("coal"):
+    with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()

@@ -50,7 +50,7 @@ class Obstacle:
 
 def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
     """Return a sphere with a center (3,) in the base frame and a radius [m]."""
-    with requires("coal"):
+    with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     T = np.eye(4)
@@ -60,7 +60,7 @@ def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
 
 def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
     """Return a box with a center pose (4, 4) in the base frame and side lengths (3,) [m]."""
-    with requires("coal"):
+    with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     lengths = [above_0("box: size", side) for side in finite("box: size", size, (3,))]
@@ -69,7 +69,7 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
     """Return a capsule: all points within a radius [m] of a segment in the base frame."""
-    with requires("coal"):
+    with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     a, b = finite("capsule: start", start, (3,)), finite("capsule: end", end, (3,))
@@ -82,7 +82,7 @@ def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
     """Return the surface in a file (.stl, .obj, .dae; in meters) at a pose in the base frame."""
-    with requires("coal"):
+    with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
     name_of_file = os.fspath(path)

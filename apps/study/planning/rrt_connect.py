@@ -49,7 +49,7 @@ def rrt_connect(
         InputValueError: The time limit is not above 0.
         NotInstalledError: ompl is not installed.
     """
-    with requires("ompl"):
+    with requires("chasles[planning]"):
         from ompl import base, geometric, util  # noqa: PLC0415
     above_0("rrt_connect: time_limit", time_limit)
     ends = ends_of(space, q_start, q_goal)

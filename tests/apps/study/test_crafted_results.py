@@ -13,6 +13,7 @@ import pytest
 import chasles
 from chasles import ChaslesError
 from chasles.calibration import read_measurements
+from chasles.study import Workspace, workspace
 from chasles.study.motion import MotionSequence, Trajectory
 from chasles.study.results import read_npz
 
@@ -79,6 +80,17 @@ def test_fields_of_a_result_have_their_types(field, value, tmp_path):
     np.savez(file, **arrays | {"facts": np.array(json.dumps(facts))})
     with pytest.raises(ChaslesError, match=r"result\.npz: expected a Trajectory written by to_npz"):
         Trajectory.load(file, ARM)
+
+
+def test_array_in_place_of_a_choice_is_refused(tmp_path):
+    file = tmp_path / "result.npz"
+    workspace(ARM, 10, resolution=2, progress=False).save(file)
+    arrays = read_npz(file)
+    facts = json.loads(str(arrays["facts"]))
+    facts["fields"]["sampling"] = {"array": "bounds"}
+    np.savez(file, **arrays | {"facts": np.array(json.dumps(facts))})
+    with pytest.raises(ChaslesError, match=r"result\.npz: expected a Workspace"):
+        Workspace.load(file)
 
 
 HEADERS = {"code": b"[" * 40, "open": b"{'descr': ("}

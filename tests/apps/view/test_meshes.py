@@ -1,5 +1,7 @@
 """URDF meshes on the bodies of a skeleton agree with yourdfpy's kinematics."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,47 @@ def test_invalid_urdf_is_rejected_by_file_name(tmp_path):
     file.write_text("<robot", encoding="utf-8")
     with pytest.raises(InputValueError, match=r"arm\.urdf"):
         body_meshes(file, skeleton(chasles.load("scara")))
+
+
+def mesh_in(folder, meshed):
+    """Copies the mesh into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(meshed.parent / "part.stl", folder)
+
+
+@pytest.mark.parametrize("kind", ["relative", "absolute", "scheme", "package", "link"])
+def test_mesh_outside_the_package_is_refused(meshed, tmp_path, kind):
+    mesh_in(tmp_path / "outside", meshed)
+    file = tmp_path / "arm" / "urdf" / "meshed.urdf"
+    file.parent.mkdir(parents=True)
+    name = {
+        "relative": "../../outside/part.stl",
+        "absolute": f"{tmp_path}/outside/part.stl",
+        "scheme": f"file://{tmp_path}/outside/part.stl",
+        "package": "package://any/outside/part.stl",
+        "link": "part.stl",
+    }[kind]
+    file.write_text(ARM.replace("part.stl", name), encoding="utf-8")
+    if kind == "link":
+        (file.parent / name).symlink_to(tmp_path / "outside" / "part.stl")
+    (tmp_path / "arm" / "package.xml").write_text("<package><name>arm</name></package>")
+    with pytest.raises(InputValueError, match=r"meshed\.urdf: expected meshes inside .*/arm, got"):
+        body_meshes(file, skeleton(chasles.load(meshed)))
+
+
+@pytest.mark.parametrize("name", ["../meshes/part.stl", "package://arm/meshes/part.stl"])
+def test_mesh_in_the_package_is_read(meshed, tmp_path, name):
+    mesh_in(tmp_path / "arm" / "meshes", meshed)
+    file = tmp_path / "arm" / "urdf" / "meshed.urdf"
+    file.parent.mkdir(parents=True)
+    file.write_text(ARM.replace("part.stl", name), encoding="utf-8")
+    (tmp_path / "arm" / "package.xml").write_text("<package><name>arm</name></package>")
+    assert len(body_meshes(file, skeleton(chasles.load(meshed)))) == 4
+
+
+def test_entities_are_refused(meshed, tmp_path):
+    file = tmp_path / "meshed.urdf"
+    entity = f'<!DOCTYPE robot [<!ENTITY outside SYSTEM "file://{meshed}">]>'
+    file.write_text(entity + ARM.replace("</robot>", "&outside;</robot>"), encoding="utf-8")
+    with pytest.raises(InputValueError, match=r"meshed\.urdf: expected no document type"):
+        body_meshes(file, skeleton(chasles.load(meshed)))
