@@ -38,7 +38,6 @@ def whole_number(method: str, name: str, given: object, least: int, most: int | 
         number = least - 1
     if number < least or (most is not None and number > most):
         expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
-        raise InputValueError(
-            f"{method}: expected {name} to be an integer {expected}, got {given!r}"
-        )
+        wrong = f"expected {name} to be an integer {expected}, got {given!r}"
+        raise InputValueError(f"{method}: {wrong}")
     return number

@@ -100,7 +100,6 @@ def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
     return MappingProxyType({task: tuple(names[k] for k in found[task]) for task in found})
 
 
-_MAX_SIZE = 2**40
 _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
 """Public methods by the names of the generated functions that they call."""
 
@@ -234,10 +233,10 @@ class RobotFacts(GeneratedFunctions):
         Returns:
             (*size, n) coordinates [rad or m].
         """
-        method, sizes = f"{self.name}.random_q", size if isinstance(size, tuple | list) else (size,)
-        shape = [whole_number(method, "size", item, 0, _MAX_SIZE) for item in sizes]
+        sizes = size if isinstance(size, tuple | list) else (size,)
+        shape = [whole_number("random_q", "size", item, 0, 2**40) for item in sizes]
         if rng is not None and not isinstance(rng, np.random.Generator):
-            rng = whole_number(method, "rng", rng, 0, None)
+            rng = whole_number("random_q", "rng", rng, 0, None)
         generator = np.random.default_rng(rng)
         lower, upper = ranges(self.coordinates, self.reference)
         q = generator.uniform(lower, upper, (math.prod(shape), self.n))

@@ -31,7 +31,7 @@ def load_functions(
     """Return the functions of a robot, after compilation if the cache has no library.
 
     Raises:
-        MismatchError: If the library in the cache is damaged or has a different key.
+        MismatchError: If the library is damaged, and there is no compiler.
         ChaslesError: If the library cannot be compiled; the message states the reason.
     """
     library = open_library(manifest)

@@ -244,35 +244,29 @@ def build(manifest: Manifest) -> bool:
     Raises:
         ChaslesError: If the compilation fails; the message states the reason.
     """
-    recipe = make_recipe(manifest)
-    compiles = recipe.compiler is not None and not _is_sound(recipe)
-    if compiles:
-        _compile(recipe)
-    _open(recipe)
-    return compiles
+    return _opened(manifest)[0]
 
 
 def open_library(manifest: Manifest) -> _call.Library:
-    """Return the library of a robot, after compilation if there is none.
+    """Return the library of a robot, after compilation if there is no intact one.
 
     Raises:
-        MismatchError: If the library is damaged or has a different key.
+        MismatchError: If the library is damaged, and there is no compiler.
         ChaslesError: If the compilation fails; the message states the reason.
     """
+    return _opened(manifest)[1]
+
+
+def _opened(manifest: Manifest) -> tuple[bool, _call.Library]:
     recipe = make_recipe(manifest)
-    if not recipe.path.exists():
-        _compile(recipe)
-    return _open(recipe)
-
-
-def _is_sound(recipe: Recipe) -> bool:
-    if not recipe.path.exists():
-        return False
-    try:
-        _open(recipe)
-    except MismatchError:
-        return False
-    return True
+    if recipe.compiler is None or recipe.path.exists():
+        try:
+            return False, _open(recipe)
+        except MismatchError:
+            if recipe.compiler is None:
+                raise
+    _compile(recipe)
+    return True, _open(recipe)
 
 
 def _open(recipe: Recipe) -> _call.Library:
