@@ -103,7 +103,7 @@ def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil, monkeypat
     library.write_bytes(spoiled)
     with monkeypatch.context() as without_compiler:
         without_compiler.setenv("PATH", "/nonexistent")
-        with pytest.raises(chasles.MismatchError, match="damaged library; .*chasles build .*tiny"):
+        with pytest.raises(chasles.MismatchError, match=r"damaged library; .*chasles build"):
             chasles.load(folder.path)
     np.testing.assert_allclose(chasles.load(folder.path).fk(Q), tiny.fk(Q), rtol=1e-14)
     library.unlink()
