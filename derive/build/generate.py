@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chasles.contract import SUPPORT, as_path, make_folder, write_files
+from chasles.contract import SUPPORT, as_path, is_inside, make_folder, write_files
 
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
@@ -192,9 +192,8 @@ def _listed(folder: Path) -> set[str]:
     """Returns the files listed in the manifest of an earlier run; empty if there is no manifest."""
     try:
         found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        listed = found.get("files") if isinstance(found, dict) else None
+        return {name for name in listed or () if is_inside(folder / name, folder)}
+    except (OSError, RecursionError, TypeError, ValueError):
+        # No manifest, or a damaged one.
         return set()
-    listed = found.get("files") if isinstance(found, dict) else None
-    return {
-        name for name in listed or () if (folder / name).resolve().is_relative_to(folder.resolve())
-    }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import chasles
-from chasles.derive import build, read
+from chasles.derive import build, read, write
 from chasles.derive.build import freshness, jobs, time_limit
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from tests.support.command_line import run
@@ -207,6 +207,20 @@ def test_unwritable_output_folder_is_rejected(arm):
     done = run("derive", arm, "--to", arm)
     assert done.exit_code == 1
     assert f"{arm}: cannot be made (it is a file)" in done.output
+
+
+@pytest.mark.parametrize(
+    "files", ['["../precious", "old"]', '{"../precious": 1, "old": 2}', "[3]", '["\\u0000"]', "7"]
+)
+def test_files_outside_the_folder_are_never_removed(arm, tmp_path, files):
+    folder = tmp_path / "out" / "arm"
+    folder.mkdir(parents=True)
+    (tmp_path / "out" / "precious").touch()
+    (folder / "old").touch()
+    (folder / "manifest.json").write_text(f'{{"files": {files}}}', encoding="utf-8")
+    write(read(arm), folder, functions=["fk"], languages=["c"])
+    assert (tmp_path / "out" / "precious").exists()
+    assert (folder / "old").exists() != ("old" in files)
 
 
 def test_base_option_is_rejected_for_toml_files(arm, tmp_path):
