@@ -1,6 +1,6 @@
 """The manifest of a generated robot: plain dataclasses with a reader and a writer."""
 
-from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
+from .bodies import Body, BodyJoint, ClosureFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
 from .input_files import (
@@ -52,12 +52,12 @@ __all__ = [
     "ChaslesError",
     "CleanedNumber",
     "Cleaning",
+    "ClosureFrames",
     "ContractTolerances",
     "Coordinate",
     "Frames",
     "FunctionInfo",
     "GeometryParameter",
-    "HeldFrames",
     "InverseFacts",
     "LoopFacts",
     "Manifest",

@@ -87,7 +87,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldFrames:
+class ClosureFrames:
     """A joint that closes a loop between two frames on two bodies.
 
     Attributes:
@@ -151,7 +151,7 @@ class SkeletonFacts:
     tip: PlacedTip
     bodies: tuple[Body, ...]
     q_drawn: tuple[float, ...] = ()
-    closures: tuple[HeldFrames, ...] = ()
+    closures: tuple[ClosureFrames, ...] = ()
 
 
 def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import ManifestError, Robot
-from chasles.contract import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
+from chasles.contract import Body, BodyJoint, ClosureFrames, Shape, SkeletonFacts, Span
 from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
@@ -63,7 +63,7 @@ class Skeleton:
     tip_placement: FloatArray
     size: float
     q_drawn: FloatArray
-    closures: tuple[HeldFrames, ...]
+    closures: tuple[ClosureFrames, ...]
     actuators: dict[int, int] = field(repr=False)
 
     def __repr__(self) -> str:

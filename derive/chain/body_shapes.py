@@ -16,7 +16,7 @@ from chasles.contract import Shape
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .drawn_configuration import drawn_configuration
-from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
+from .rigid_bodies import Array, CarryingJoint, ClosureFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
 """Barrel length of a cylinder as a fraction of its retracted length."""
@@ -50,7 +50,7 @@ class Skeleton:
     tip_placement: Array
     q_drawn: tuple[float, ...]
     size: float
-    closures: tuple[HeldFrames, ...] = ()
+    closures: tuple[ClosureFrames, ...] = ()
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
@@ -96,7 +96,12 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
     """Whether the body between two joints has no extent and carries nothing else."""
     carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
     joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
-    if carried != [outer] or inner in _held(rigid) or inner == rigid.tip or joint is None:
+    if (
+        carried != [outer]
+        or inner in _attached_bodies(rigid)
+        or inner == rigid.tip
+        or joint is None
+    ):
         return False
     outer_joint = rigid.bodies[outer].joint
     assert outer_joint is not None
@@ -104,7 +109,7 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
     return bool(np.linalg.norm(point - joint.at) < SAME_POINT)
 
 
-def _held(rigid: RigidBodies) -> set[int]:
+def _attached_bodies(rigid: RigidBodies) -> set[int]:
     """Returns the bodies attached to closures and struts."""
     if not isinstance(rigid.robot, Mechanism):
         return set()
@@ -158,7 +163,7 @@ class _Shapes:
             self.rigid.tip_placement,
             drawn_configuration(self.rigid),
             self.size,
-            tuple(self.rigid.held(c) for c in self.closers if isinstance(c, Closure)),
+            tuple(self.rigid.closure_frames(c) for c in self.closers if isinstance(c, Closure)),
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:

@@ -92,7 +92,7 @@ class TreeBody:
 
 
 @dataclass(frozen=True)
-class HeldFrames:
+class ClosureFrames:
     """A joint that closes a loop by connecting two frames on two bodies.
 
     Attributes:
@@ -201,10 +201,10 @@ class RigidBodies:
         """Returns a placement in the frame of its body; the ground frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
-    def held(self, closure: Closure) -> HeldFrames:
+    def closure_frames(self, closure: Closure) -> ClosureFrames:
         """Returns the two frames connected by a closure."""
         (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
-        return HeldFrames(closure.name, closure.kind, (a, b), (A, B))
+        return ClosureFrames(closure.name, closure.kind, (a, b), (A, B))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
         """Returns the end points of a strut; pins align the y axis of the strut with their axis."""

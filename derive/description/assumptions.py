@@ -29,11 +29,11 @@ def assumption(
     parts = [f"{field} of {', '.join(names)}" for field, names in named.items()]
     parts += _list("parameters", (p.name for p in parameters if p.assumed))
     parts += _list("ratios of", (drive.name for drive in drives if drive.assumed))
-    parts += _list("points of", _held(closers))
+    parts += _list("points of", _assumed_sides(closers))
     return (f"assumed, not stated by the source: {'; '.join(parts)}",) if parts else ()
 
 
-def _held(closers: Iterable[Closure | Strut]) -> Iterator[str]:
+def _assumed_sides(closers: Iterable[Closure | Strut]) -> Iterator[str]:
     for closer in closers:
         for side, frame in (("a", closer.a), ("b", closer.b)):
             if frame.assumed:

@@ -51,7 +51,7 @@ class ExactNumbers:
         given = {
             each.name: self.of_field(joint.name, each, [values[c] for c in each.components])
             if not (each.is_of_motion and joint.kind == "fixed")
-            else _held(each, [values[c] for c in each.components])
+            else _grouped(each, [values[c] for c in each.components])
             for each in convention.fields
         }
         if len(self.numbers) == known:
@@ -66,12 +66,12 @@ class ExactNumbers:
             x, y, z = values
             taken: Iterable[sp.Expr] = exact_direction((x, y, z))
             found = zip(_called(each), values, taken, strict=True)
-            return _held(each, [self.noted(at, name, kind, *pair) for name, *pair in found])
+            return _grouped(each, [self.noted(at, name, kind, *pair) for name, *pair in found])
         if kind == "length" and each.is_vector:
             x, y, z = values
             return self.point(at, (x, y, z), _called(each))
         pairs = zip(_called(each), values, strict=True)
-        return _held(each, [self.scalar(at, name, kind, value) for name, value in pairs])
+        return _grouped(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
         """Returns a point without noise, or the exact point of an arrangement of points."""
@@ -130,7 +130,7 @@ def _called(each: Field) -> tuple[str, ...]:
     return tuple(_UPRIGHT.sub(r"\1", name) for name in each.headings or each.components)
 
 
-def _held(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
+def _grouped(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
     """Returns component values as the scalar or vector that the convention expects."""
     if not each.is_vector:
         return values[0]

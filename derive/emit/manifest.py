@@ -15,11 +15,11 @@ from chasles.contract import (
     Body,
     BodyJoint,
     CleanedNumber,
+    ClosureFrames,
     ContractTolerances,
     Frames,
     FunctionInfo,
     GeometryParameter,
-    HeldFrames,
     InverseFacts,
     LoopFacts,
     Manifest,
@@ -295,7 +295,7 @@ def skeleton_facts(found: Skeleton) -> SkeletonFacts:
         PlacedTip(found.tip, _pose(found.tip_placement)),
         tuple(_body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)),
         tuple(found.q_drawn),
-        tuple(_held(closure) for closure in found.closures),
+        tuple(_closure_frames(closure) for closure in found.closures),
     )
 
 
@@ -328,9 +328,9 @@ def _span(span: rigid_bodies.Span) -> Span:
     return Span(span.name, span.bodies, ends, _vector(span.across), span.from_end)
 
 
-def _held(closure: rigid_bodies.HeldFrames) -> HeldFrames:
+def _closure_frames(closure: rigid_bodies.ClosureFrames) -> ClosureFrames:
     a, b = closure.frames
-    return HeldFrames(closure.name, closure.kind, closure.bodies, (_pose(a), _pose(b)))
+    return ClosureFrames(closure.name, closure.kind, closure.bodies, (_pose(a), _pose(b)))
 
 
 def _pose(T: Array) -> tuple[tuple[float, ...], ...]:

@@ -22,7 +22,7 @@ from .checks.gaps import not_closing
 from .closing import ClosedLoops, Vector, longest_length
 from .collapse import collapsed
 from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
-from .iterated.left_open import left_open
+from .iterated.residual_gaps import residual_gaps
 from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility_of
 from .planar.loop_step import HALF, LoopStep
@@ -50,8 +50,8 @@ class Hybrid:
         terms: Names of all terms.
         loops: The loops by kind.
         arguments: The arguments of all functions, by name.
-        left_open: The residual gaps of loops that close only in the least-squares sense; None if
-            all loops close.
+        residual_gaps: The gaps of loops that close only in the least-squares sense; None if all
+            loops close.
         missing: Number of branches that each all-branch function omits, keyed by function name.
     """
 
@@ -67,9 +67,11 @@ class Hybrid:
         self._known_behind: dict[sp.Symbol, set[sp.Symbol]] = {}
         self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
         mechanism = closable(mechanism, self.terms)
-        self.left_open = left_open(mechanism) if mechanism.closure == "least squares" else None
-        if self.left_open is not None:
-            text = f"closed in least squares: {self.left_open}"
+        self.residual_gaps = (
+            residual_gaps(mechanism) if mechanism.closure == "least squares" else None
+        )
+        if self.residual_gaps is not None:
+            text = f"closed in least squares: {self.residual_gaps}"
             mechanism = replace(mechanism, notes=(*mechanism.notes, text))
         self.mechanism = mechanism
         self.robot = mechanism.main_chain
@@ -103,7 +105,7 @@ class Hybrid:
 
         A robot designed with loops that have no closed form has no inverse.
         """
-        is_built = self.left_open is not None or self.mechanism.nominal is not None
+        is_built = self.residual_gaps is not None or self.mechanism.nominal is not None
         return is_built or self.chain_is_known
 
     @property
@@ -114,7 +116,7 @@ class Hybrid:
     @property
     def _solvable(self) -> Loops:
         """The loops that may have a closed form; loops that cannot close are excluded."""
-        if self.left_open is None:
+        if self.residual_gaps is None:
             return self.loops
         return replace(self.loops, planar=(), spatial=())
 
@@ -217,14 +219,14 @@ class Hybrid:
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:
         """The independent scalar equations of all loops, in z."""
-        z, is_open = self.arguments["z"].symbols, self.left_open is not None
+        z, is_open = self.arguments["z"].symbols, self.residual_gaps is not None
         return constraints(self.mechanism, self.terms, z, may_stay_open=is_open)
 
     @cached_property
     def in_numbers(self) -> ClosedLoops:
         """The constraints in double precision, near the reference configuration."""
-        if self.left_open is not None:
-            return ClosedLoops(self.mechanism, self.left_open.at, in_least_squares=True)
+        if self.residual_gaps is not None:
+            return ClosedLoops(self.mechanism, self.residual_gaps.at, in_least_squares=True)
         return ClosedLoops(self.mechanism, {} if self.forward.open else self.at_reference)
 
     @cached_property

@@ -8,7 +8,7 @@
 #include "call/function/nearest.h"
 #include "call/function/nearest_rows.h"
 #include "call/kernel/compiled_library.h"
-#include "call/kernel/kept_blocks.h"
+#include "call/kernel/buffer_pool.h"
 #include "call/kernel/python_api.h"
 #include "numerics/_rigid.h"
 
@@ -104,7 +104,7 @@ PyMODINIT_FUNC PyInit__call(void)
     import_array();
     import_umath();
     LibraryType.tp_methods = library_methods;
-    if (kept_blocks_init() < 0 || import_names() < 0 || PyType_Ready(&LibraryType) < 0 ||
+    if (buffer_pool_init() < 0 || import_names() < 0 || PyType_Ready(&LibraryType) < 0 ||
         PyType_Ready(&FunctionType) < 0 || PyType_Ready(&NearestType) < 0) {
         return NULL;
     }

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...loops.checks.bodies_in_numbers import BodiesInNumbers
+from ...loops.checks.numeric_mechanism import NumericMechanism
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.robot import Joint
 
@@ -43,7 +43,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
         built: The robot as built.
         design: The numeric design, with the same members.
     """
-    mine, other = BodiesInNumbers(built), BodiesInNumbers(design)
+    mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [
         abs(mine.length(a, mine.values) - other.length(b, mine.values))
         for a, b in zip(built.struts, design.struts, strict=True)
@@ -70,7 +70,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
 
 def _configuration(
-    bodies: BodiesInNumbers, values: Mapping[str, float]
+    bodies: NumericMechanism, values: Mapping[str, float]
 ) -> dict[str, list[Feature]]:
     """Returns the features of each body for given coordinates, with the loops closed."""
     m = bodies.mechanism
@@ -154,7 +154,7 @@ def _rows(
 
 
 def _zeros(
-    bodies: BodiesInNumbers, twists: Mapping[str, FloatArray], size: float
+    bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
     """Yields zero-offset differences of actuated joints; True marks a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)

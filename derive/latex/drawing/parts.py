@@ -11,7 +11,7 @@ import numpy as np
 from chasles.contract import Shape
 
 from ...chain.body_shapes import Skeleton
-from ...chain.rigid_bodies import Array, HeldFrames, Span, tree_poses
+from ...chain.rigid_bodies import Array, ClosureFrames, Span, tree_poses
 from ...loops.planar.planes import Loop
 
 
@@ -167,7 +167,7 @@ class _Builder:
         self.root = self._roots()
         joints = [body.joint for body in skeleton.bodies]
         self.body_of = {joint.name: k for k, joint in enumerate(joints) if joint}
-        self.held = {closure.name: closure for closure in skeleton.closures}
+        self.closures = {closure.name: closure for closure in skeleton.closures}
         self.spans = {body.span.name: body.span for body in skeleton.bodies if body.span}
         self.solids = [
             Solid(is_main=joint is None or joint.name in members.main, is_base=k == 0)
@@ -201,7 +201,7 @@ class _Builder:
     def _foot(self) -> tuple[Array, Array] | None:
         """Adds the line from the ground to the single base joint as a separate body."""
         lines = [shape for shape in self.skeleton.shapes[0] if shape.kind == "link"]
-        ends = [end for held in self.held.values() for end in held.bodies]
+        ends = [end for closure in self.closures.values() for end in closure.bodies]
         ends += [end for span in self.spans.values() for end in span.bodies]
         ends += [body.parent for k, body in enumerate(self.skeleton.bodies) if k in self.root[1:]]
         if not lines or sum(end >= 0 and self.root[end] == 0 for end in ends) != 1:
@@ -217,8 +217,8 @@ class _Builder:
             self._solid(k, shape)
         elif shape.kind in ("rod", "barrel"):
             self._strut(self.spans[shape.name], shape)
-        elif shape.name in self.held and shape.kind != "guide":
-            self._closure(k, self.held[shape.name], shape)
+        elif shape.name in self.closures and shape.kind != "guide":
+            self._closure(k, self.closures[shape.name], shape)
         elif shape.name in self.body_of:
             self._joint(k, shape)
 
@@ -277,8 +277,8 @@ class _Builder:
             )
         )
 
-    def _closure(self, k: int, held: HeldFrames, shape: Shape) -> None:
-        a, b = (self.root[body] for body in held.bodies)
+    def _closure(self, k: int, closure: ClosureFrames, shape: Shape) -> None:
+        a, b = (self.root[body] for body in closure.bodies)
         if shape.kind == "carriage":
             self._slide(k, shape, a, travel=tuple(self._points(shape.name, "guide")))
         elif k == a:
@@ -319,9 +319,9 @@ class _Builder:
 
     def _ends(self, name: str) -> list[Array]:
         """Returns the two points that a closure or strut connects."""
-        if name in self.held:
-            held = self.held[name]
-            frames = zip(held.bodies, held.frames, strict=True)
+        if name in self.closures:
+            closure = self.closures[name]
+            frames = zip(closure.bodies, closure.frames, strict=True)
             return [(self.poses[k] @ T)[:3, 3] for k, T in frames]
         span = self.spans[name]
         return [self._at(k, end) for k, end in zip(span.bodies, span.ends, strict=True)]

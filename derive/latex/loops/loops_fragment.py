@@ -25,7 +25,7 @@ def loops(page: LoopPage) -> str:
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
     z = listed(map(page.tex, page.joints.values()))
-    if page.hybrid.left_open is not None:
+    if page.hybrid.residual_gaps is not None:
         return text(_introduction(equations), *shown, _least_squares(page, count, z))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
@@ -51,8 +51,8 @@ def _least_squares(page: LoopPage, count: int, z: str) -> str:
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Some constraints are redundant and contradict each other for the robot as"
         rf" built:"
-        rf" {escape(str(page.hybrid.left_open))}. The configuration minimizes the sum of squared"
-        rf" gaps, entries of rotations times ${metres}$,",
+        rf" {escape(str(page.hybrid.residual_gaps))}. The configuration minimizes the sum of"
+        rf" squared gaps, entries of rotations times ${metres}$,",
         aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
         r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
         r" accelerations satisfy $\frac{\partial g}{\partial z}\,\dot{z} = 0$ and its derivative.",

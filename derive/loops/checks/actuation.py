@@ -13,7 +13,7 @@ import numpy as np
 from ...model.errors import DescriptionError
 from ...model.tolerances import REPEATED_EQUATION
 from ..closing import ClosedLoops, Vector
-from .bodies_in_numbers import BodiesInNumbers
+from .numeric_mechanism import NumericMechanism
 
 MAX_NAMED = 6
 
@@ -38,7 +38,7 @@ def check_actuation(loops: ClosedLoops) -> None:
         return
     has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
     if freedoms == 0:
-        bodies = BodiesInNumbers(loops.mechanism)
+        bodies = NumericMechanism(loops.mechanism)
         across = [
             f"{c.name}: {words}" for c in loops.mechanism.closers if (words := bodies.across(c))
         ]

@@ -18,9 +18,9 @@ from ...terms.casadi_graph import lower
 from ..closing import longest_length
 from ..hybrid import Hybrid
 from ..maps import margin
-from .bodies_in_numbers import BodiesInNumbers
 from .gaps import interval, shown
 from .nearly_met import nearly_met
+from .numeric_mechanism import NumericMechanism
 from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
     """States the joint limits at which a robot's loops do not close; empty if all loops close."""
     mechanism = h.mechanism
     if h.forward.open:
-        search = BySearch(BodiesInNumbers(mechanism), h.at_reference)
+        search = BySearch(NumericMechanism(mechanism), h.at_reference)
         return tuple(limits_in_words(mechanism, h.q_at_reference, search.is_closed, FEW, FEW_STEPS))
     if not h.forward.margins:
         return ()
@@ -64,7 +64,7 @@ def doubts_of(h: Hybrid) -> tuple[str, ...]:
 class BySearch:
     """Closure test without a closed form: a numerical search from the reference."""
 
-    def __init__(self, bodies: BodiesInNumbers, configuration: Mapping[str, float]) -> None:
+    def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
         """Stores a configuration with closed loops as the start of the search."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}

@@ -18,7 +18,7 @@ from ...model.tolerances import GAP
 from ..closing import ClosedLoops
 from ..iterated.tilted_pins import what_holds_it_open
 from .actuation import check_actuation
-from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
+from .numeric_mechanism import NumericMechanism, length_of, offset_of
 from .swapped_ends import swapped_ends
 
 STARTS = 8
@@ -72,7 +72,7 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
     Returns:
         The error; None if all loops close at the actuated coordinates of the reference.
     """
-    bodies = BodiesInNumbers(mechanism)
+    bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
     for closer in mechanism.closers:
         tried.append(closer.name)
@@ -99,7 +99,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
         return LoopError(text, gap=found.gap, remedies=found.remedies)
     if swapped:
         return type(error)(f"{error}\n    Perhaps {swapped}")
-    bodies = BodiesInNumbers(mechanism)
+    bodies = NumericMechanism(mechanism)
     for closer in mechanism.closers:
         across = bodies.across(closer)
         if across:
@@ -149,7 +149,7 @@ def _wrapped(value: float, is_length: bool) -> float:
 
 
 def _closed(
-    bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]
+    bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
     """Returns the values with the smallest gaps, found from the given values or random starts."""
     random = np.random.default_rng(0)
@@ -172,7 +172,7 @@ def _closed(
     return min(least, key=lambda at: _gap(bodies, at, loops))
 
 
-def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]) -> float:
+def _gap(bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]) -> float:
     gaps = bodies.gaps(values)
     return max(gaps[name].distance / bodies.size + gaps[name].turn for name in loops)
 
@@ -181,7 +181,7 @@ def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[s
 
 
 def _loop_error(
-    bodies: BodiesInNumbers,
+    bodies: NumericMechanism,
     closer: Closure | Strut,
     values: Mapping[str, float],
     loops: Sequence[str],
@@ -200,7 +200,7 @@ def _loop_error(
     return LoopError(text, gap=gap, remedies=tuple(remedies))
 
 
-def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
+def _where(bodies: NumericMechanism, closer: Closure | Strut) -> str:
     """Lists the actuated coordinates of the loop at the reference."""
     names = {name for name, _, _ in _candidates(bodies, closer)}
     stated = [
@@ -212,7 +212,7 @@ def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
 
 
 def _gap_in_words(
-    bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]
+    bodies: NumericMechanism, closer: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
     """Returns the gap (metre) and its description, including the angle between the frames."""
     _, _, d = bodies.ends(closer, values)
@@ -235,7 +235,7 @@ def _gap_in_words(
 
 
 def _remedies(
-    bodies: BodiesInNumbers,
+    bodies: NumericMechanism,
     closer: Closure | Strut,
     values: Mapping[str, float],
     loops: Sequence[str],
@@ -252,7 +252,7 @@ def _remedies(
 
 
 def _candidates(
-    bodies: BodiesInNumbers, closer: Closure | Strut
+    bodies: NumericMechanism, closer: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
     """Yields the constants and actuated coordinates in a loop, each with description and factor."""
     mechanism = bodies.mechanism
@@ -273,7 +273,7 @@ def _candidates(
 
 
 def _constants(
-    bodies: BodiesInNumbers, closer: Closure | Strut, placements: Sequence[Placement]
+    bodies: NumericMechanism, closer: Closure | Strut, placements: Sequence[Placement]
 ) -> Iterator[tuple[str, str, float]]:
     if (
         isinstance(closer, Strut)
@@ -307,7 +307,7 @@ def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 
 
 def _range(
-    bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
+    bodies: NumericMechanism, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
     """Returns the interval of a length or angle in which the loops close, or None."""
     now = values.get(name, bodies.constants.get(name, 0.0))
@@ -338,7 +338,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 
 
 def _off_dead_point(
-    bodies: BodiesInNumbers, configuration: Mapping[str, float]
+    bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
     """Returns a configuration off a dead point, so that the joint directions are defined."""
     moved = dict(configuration)
@@ -347,7 +347,7 @@ def _off_dead_point(
     return moved
 
 
-def _is_sensible(bodies: BodiesInNumbers, name: str, now: float, value: float) -> bool:
+def _is_sensible(bodies: NumericMechanism, name: str, now: float, value: float) -> bool:
     if bodies.is_length(name):
         positive = name not in bodies.constants or value > 0
         return positive and abs(value) < FARTHEST * bodies.size
@@ -355,7 +355,7 @@ def _is_sensible(bodies: BodiesInNumbers, name: str, now: float, value: float) -
 
 
 def _inside(
-    bodies: BodiesInNumbers,
+    bodies: NumericMechanism,
     name: str,
     now: float,
     values: Mapping[str, float],
@@ -375,7 +375,7 @@ def _inside(
 
 
 def _nearest_with(
-    bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
+    bodies: NumericMechanism, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
     before = bodies.constants
     if name in bodies.constants:
@@ -386,7 +386,7 @@ def _nearest_with(
 
 
 def _at(
-    bodies: BodiesInNumbers,
+    bodies: NumericMechanism,
     name: str,
     value: float,
     values: Mapping[str, float],
@@ -405,7 +405,7 @@ def _at(
 
 
 def _edge(
-    bodies: BodiesInNumbers,
+    bodies: NumericMechanism,
     name: str,
     inside: float,
     outside: float,
@@ -423,7 +423,7 @@ def _edge(
     return inside
 
 
-def _change(bodies: BodiesInNumbers, remedy: Remedy) -> float:
+def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
     """Returns the smallest change that closes the loop (radian, or relative to the size)."""
     ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import SAMPLED_RANGE
-from .bodies_in_numbers import BodiesInNumbers
+from .numeric_mechanism import NumericMechanism
 
 Floats = NDArray[np.float64]
 SAMPLES = 20
@@ -39,8 +39,8 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
     """Yields distances (metre) and angles (radian) between the tools at random configurations."""
-    exact = BodiesInNumbers(mechanism)
-    own = BodiesInNumbers(written, _normals(exact, written))
+    exact = NumericMechanism(mechanism)
+    own = NumericMechanism(written, _normals(exact, written))
     names = [closer.name for closer in mechanism.closers]
     moved, random = mechanism.coordinates, np.random.default_rng(0)
     reach = 0.0
@@ -53,7 +53,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
             yield _apart(_tool(exact, at), _tool(own, own.polished(at)))
 
 
-def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
+def _normals(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
     """Returns the planar loop normals of the robot as written, whose base may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
@@ -64,7 +64,7 @@ def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
     }
 
 
-def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
+def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
     """Returns a joint value between the joint's limits, or around the reference without limits.
 
     Args:
@@ -82,7 +82,7 @@ def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
     return lower + (1 + part) / 2 * (upper - lower)
 
 
-def _tool(bodies: BodiesInNumbers, at: dict[str, float]) -> Floats:
+def _tool(bodies: NumericMechanism, at: dict[str, float]) -> Floats:
     m = bodies.mechanism
     pose: Floats = bodies.matrix(m.base) @ bodies.poses(at)[m.tool_body] @ bodies.matrix(m.tool)
     return pose

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from ...model.mechanism import Mechanism, Strut
-from .bodies_in_numbers import BodiesInNumbers, Floats
+from .numeric_mechanism import Floats, NumericMechanism
 
 NEAR = 0.2
 """Largest accepted distance from the reference (radian, or relative to the mechanism size).
@@ -30,7 +30,7 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
         mechanism: A description whose loops close far from the reference.
         closed: The values of all members at that configuration (radian or metre).
     """
-    motion = _change(BodiesInNumbers(mechanism), closed)
+    motion = _change(NumericMechanism(mechanism), closed)
     names, left = _best(mechanism) if motion > CLEARLY else ((), math.inf)
     if left > PART * motion:
         return ""
@@ -55,7 +55,7 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     """Returns the rods whose exchange closes all loops, and the distance from the reference."""
-    normals = BodiesInNumbers(mechanism).normals
+    normals = NumericMechanism(mechanism).normals
     found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
         # An exchange of ends may move the pins of a rod out of the loop's plane.
@@ -104,13 +104,13 @@ def _turned(strut: Strut) -> Strut:
 
 def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
     """Returns the distance from the reference to the nearest closed configuration, or inf."""
-    bodies = BodiesInNumbers(mechanism, normals)
+    bodies = NumericMechanism(mechanism, normals)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)
     return _change(bodies, closed) if bodies.all_closed(closed, names) else math.inf
 
 
-def _change(bodies: BodiesInNumbers, closed: Mapping[str, float]) -> float:
+def _change(bodies: NumericMechanism, closed: Mapping[str, float]) -> float:
     return max(
         (
             abs(closed[name] - bodies.values[name]) / (bodies.size if bodies.is_length(name) else 1)

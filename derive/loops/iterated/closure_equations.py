@@ -111,7 +111,7 @@ class LoopClosure:
         """The equations of each loop."""
         if self.of_actuators is not None:
             return self.of_actuators.equations
-        is_open = self.hybrid.left_open is not None
+        is_open = self.hybrid.residual_gaps is not None
         return constraints(self.mechanism, self.hybrid.terms, self.w, may_stay_open=is_open)
 
     @cached_property
@@ -119,7 +119,7 @@ class LoopClosure:
         """Terms that are zero if the loops are closed, or as nearly closed as possible."""
         if self.of_actuators is not None:
             return self.of_actuators.entries
-        if self.hybrid.left_open is None:
+        if self.hybrid.residual_gaps is None:
             return tuple(entry for loop in self.equations for entry in loop.residual)
         following = [self.w[k] for k in self._follows]
         lengths = [self.is_length[k] for k in self._follows]
@@ -128,7 +128,7 @@ class LoopClosure:
     @cached_property
     def units(self) -> list[str]:
         """The unit of each entry, m or 1."""
-        if self.hybrid.left_open is not None:
+        if self.hybrid.residual_gaps is not None:
             return [UNIT for _ in self.entries]
         return [unit for loop in self.equations for unit in loop.units]
 

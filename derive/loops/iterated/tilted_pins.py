@@ -18,7 +18,7 @@ from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ..planar.planes import Loop, axes_in_numbers, linkages
-from .left_open import left_open
+from .residual_gaps import residual_gaps
 
 Vector = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
             tilt = tilt_of(mechanism, terms, loop)
             if tilt.is_small:
                 found += f"\n    Its loop is nearly planar: {tilt}."
-    redundant = left_open(mechanism)
+    redundant = residual_gaps(mechanism)
     if redundant is not None:
         return (
             f'{found}\n    {redundant}.\n    closure = "least squares" at the top of the file '

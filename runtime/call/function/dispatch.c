@@ -14,7 +14,7 @@
 #include "call/function/arguments.h"
 #include "call/function/function.h"
 #include "call/function/results.h"
-#include "call/kernel/kept_blocks.h"
+#include "call/kernel/buffer_pool.h"
 #include "call/kernel/rigid_poses.h"
 
 #define MIN_LONG 8192 /* rows */

@@ -153,7 +153,7 @@ def linearized(random, noise, few=12, parameters=30):
     return Linearized(J @ -true + noise * random.normal(size=few), J, np.zeros(parameters), D)
 
 
-def test_noise_beside_tolerances_is_that_of_drawn_measurements():
+def test_noise_estimate_with_tolerances_equals_noise_of_random_measurements():
     """Over many samples, the estimated noise scatters about the true noise and is never zero."""
     many = [linearized(np.random.default_rng(s), 3.0, few=200).noise() for s in range(10)]
     assert np.median(many) == pytest.approx(3.0, rel=0.1)

@@ -102,7 +102,7 @@ def test_damaged_kernel_is_rejected(folder, tmp_path, monkeypatch):
         chasles.load(moved)
 
 
-def test_chosen_flags_compile_beside_a_kernel(folder, monkeypatch):
+def test_selected_flags_compile_next_to_a_kernel(folder, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     manifest = read_manifest(folder)

@@ -52,7 +52,7 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
     assert len(regular_solutions(arm, arm.fk(q[21]))) == solutions.count[21]
 
 
-def test_solution_beside_an_exact_pose_is_none(tmp_path):
+def test_exact_pose_with_few_digits_is_solved_exactly(tmp_path):
     """The pose is exact although its entries have few digits.
 
     Slots converge to a distance of 1e-8 from the pose.

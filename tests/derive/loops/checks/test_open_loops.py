@@ -26,9 +26,9 @@ from chasles.derive import (
     read_text,
 )
 from chasles.derive.loops.checks import gaps
-from chasles.derive.loops.checks.bodies_in_numbers import BodiesInNumbers
 from chasles.derive.loops.checks.closable import doubts_of
 from chasles.derive.loops.checks.gaps import open_loop
+from chasles.derive.loops.checks.numeric_mechanism import NumericMechanism
 from chasles.derive.loops.checks.swapped_ends import doubtful_ends
 from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
@@ -152,13 +152,13 @@ def test_loop_error_holds_gap_and_remedies():
 
 
 def test_open_delta_is_diagnosed_with_few_evaluations(monkeypatch):
-    counted, poses = [], BodiesInNumbers.poses
+    counted, poses = [], NumericMechanism.poses
 
     def counting(bodies, values):
         counted.append(1)
         return poses(bodies, values)
 
-    monkeypatch.setattr(BodiesInNumbers, "poses", counting)
+    monkeypatch.setattr(NumericMechanism, "poses", counting)
     text = str(open_loop(with_parameter(mechanism("delta"), "l_r", "0.1")))
     assert re.search(r"the loop of 'rod_\w+' does not close", text)
     assert "510.1 mm too short" in text

@@ -4,15 +4,15 @@
  * For a large batch this takes as long as the kernel. Therefore large results use a memory handler
  * (NEP 49) that keeps freed blocks for the next call. A block belongs to one array or to the pool.
  * The interpreter lock (GIL) protects the pool. */
-#ifndef CHASLES_KEPT_BLOCKS_H
-#define CHASLES_KEPT_BLOCKS_H
+#ifndef CHASLES_BUFFER_POOL_H
+#define CHASLES_BUFFER_POOL_H
 
 #include "call/kernel/python_api.h"
 
 #define MIN_KEPT ((size_t)32 << 20) /* minimum size of results in the pool, in bytes */
 
 /* Prepares the memory handler; -1 with an error set. */
-int kept_blocks_init(void);
+int buffer_pool_init(void);
 
 /* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */
 PyObject *new_large(int ndim, npy_intp *dims);

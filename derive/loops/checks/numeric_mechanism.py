@@ -37,7 +37,7 @@ class Gap(NamedTuple):
     turn: float
 
 
-class BodiesInNumbers:
+class NumericMechanism:
     """Bodies, loops and constants of one mechanism as numerical values.
 
     Attributes:

@@ -1,4 +1,4 @@
-#include "call/kernel/kept_blocks.h"
+#include "call/kernel/buffer_pool.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -123,7 +123,7 @@ static PyDataMem_Handler block_handler = {
 
 static PyObject *block_capsule;
 
-int kept_blocks_init(void)
+int buffer_pool_init(void)
 {
     block_capsule = PyCapsule_New(&block_handler, "mem_handler", NULL);
     return block_capsule ? 0 : -1;

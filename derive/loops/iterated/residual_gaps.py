@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
-from ..checks.bodies_in_numbers import BodiesInNumbers
+from ..checks.numeric_mechanism import NumericMechanism
 from ..closing import swings_at
 
 Floats = NDArray[np.float64]
@@ -23,7 +23,7 @@ REPORTED = 0.05
 
 
 @dataclass(frozen=True)
-class LeftOpen:
+class ResidualGaps:
     """Overconstrained loops that cannot all close.
 
     Attributes:
@@ -50,13 +50,13 @@ class LeftOpen:
         return f"{message}; omitting {spare} adds no freedom"
 
 
-def left_open(mechanism: Mechanism) -> LeftOpen | None:
+def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     """Returns the overconstrained loops that cannot all close near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a gap exceeds as-built
     errors. It is also None if the actuated coordinates are not independent.
     """
-    bodies = BodiesInNumbers(mechanism)
+    bodies = NumericMechanism(mechanism)
     closers = [closer.name for closer in mechanism.closers]
     at = bodies.nearest(bodies.values, bodies.unknown, closers)
     gaps = bodies.gaps(at)
@@ -83,7 +83,7 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
         == J.shape[1]
     )
     message = _message(bodies, mechanism.closers, at)
-    return LeftOpen(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], message, spare)
+    return ResidualGaps(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], message, spare)
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
@@ -99,7 +99,7 @@ def _rank(J: Floats, least: float) -> int:
 
 
 def _message(
-    bodies: BodiesInNumbers, closers: Sequence[Closure | Strut], at: Mapping[str, float]
+    bodies: NumericMechanism, closers: Sequence[Closure | Strut], at: Mapping[str, float]
 ) -> dict[str, str]:
     gaps = bodies.gaps(at)
     sizes = {name: gap.distance / bodies.size + gap.turn for name, gap in gaps.items()}
@@ -117,7 +117,7 @@ def _message(
     return found
 
 
-def _distance(bodies: BodiesInNumbers, closer: Closure | Strut, at: Mapping[str, float]) -> str:
+def _distance(bodies: NumericMechanism, closer: Closure | Strut, at: Mapping[str, float]) -> str:
     """Describes a distance, for a pin as components along and across its axis."""
     gap = bodies.gaps(at)[closer.name].distance
     if isinstance(closer, Strut):
