@@ -113,7 +113,7 @@ def compare(
     same: tuple[str, ...],
     exactly: bool = False,
 ) -> list[str]:
-    """Print counts next to the expected counts.
+    """Print the counted calls and the expected counts.
 
     Args:
         kind: "kernels" or "python".

@@ -24,7 +24,7 @@ out = Console(width=110, highlight=False)
 
 @dataclass(frozen=True)
 class Plan:
-    """Extent of a benchmark run.
+    """Options of a benchmark run.
 
     Attributes:
         rounds: Number of alternating repetitions, A B A B.
@@ -70,7 +70,7 @@ class Ratio:
 
     @property
     def holds(self) -> bool:
-        """Whether the median reaches the required value."""
+        """Whether the median ratio reaches the required ratio."""
         return self.bar is None or bool(self.median >= self.bar)
 
 
@@ -85,7 +85,7 @@ class Limit:
 
     @property
     def holds(self) -> bool:
-        """Whether the value is at most the limit."""
+        """Whether the measured value is at most its limit."""
         return self.bar is None or bool(self.value <= self.bar)
 
 

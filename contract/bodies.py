@@ -94,7 +94,7 @@ class ClosureFrames:
         name: Name of the closure.
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
-        bodies: Indices of the two bodies.
+        bodies: Indices of the two bodies that the closure connects.
         frames: The first three rows of the frames' poses in those bodies.
     """
 
@@ -110,10 +110,10 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries this body's joint; None for the ground and for
-            struts.
+        parent: Index of the body that carries this body's joint; None for the ground and for bodies
+            of struts.
         placement: The first three rows of the pose in the parent, at joint value 0.
-        joint: The joint that carries the body; None for the ground and for struts.
+        joint: The joint that carries the body; None for the ground and for bodies of struts.
         span: The end points of a strut; None for other bodies.
         shapes: The shapes in the body's own frame. Among bodies fixed to each other, the first body
             has all shapes.

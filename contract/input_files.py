@@ -68,7 +68,7 @@ def read_input(path: str | os.PathLike[str], max_bytes: int) -> bytes:
 
     Args:
         path: The file.
-        max_bytes: Maximum size of the file.
+        max_bytes: Maximum size of the file in bytes.
 
     Raises:
         OSError: The file cannot be read, is not a regular file, or is larger.

@@ -85,7 +85,7 @@ class Parameter:
         value: Value as a float.
         exact: Exact value, such as "pi/2".
         unit: Unit of the value.
-        meaning: A description in a few words.
+        meaning: Meaning of the parameter, in a few words.
         assumed: Whether the value is assumed rather than published.
     """
 
@@ -107,12 +107,12 @@ class GeometryParameter:
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch, "rad/(N m)" or "m/N" for a compliance, or "1" for a
             gain.
-        joint: The joint, closure or strut, "base" or "tool".
+        joint: Name of the joint, closure or strut, or "base" or "tool".
         part: The group: "joint" for the joint's own description, "offset" for its coordinate
             offset, "axis" for axis corrections, "transmission" for gain and waves of its drive,
             "compliance" for deflection under gravity, "loop" for end positions and strut lengths,
             "base" or "tool" for corrections of these frames.
-        meaning: A description in a few words.
+        meaning: Meaning of the parameter, in a few words.
     """
 
     name: Name
@@ -186,7 +186,7 @@ class CleanedNumber:
     Attributes:
         at: Name of the joint or parameter, or "base" or "tool".
         field: Name of the field, such as "alpha" or "roll"; "" for a parameter.
-        found: The value as written.
+        found: The value as written in the description.
         taken: The exact value that the robot uses, such as "pi/2".
     """
 
@@ -206,7 +206,7 @@ class Cleaning:
         orientation: Upper bound of the angle (rad) between the tool's orientations. For a robot
             with loops, both bounds are maxima over random configurations; the notes state the
             number of configurations.
-        numbers: The cleaned values, in order from the base.
+        numbers: The cleaned values, in order from the base to the tool.
     """
 
     position: float = 0.0
@@ -223,7 +223,7 @@ class LoopFacts:
         passive: The joints that are neither actuated nor in the main chain.
         configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
-        reference: The reference configuration; None if the manifest states none.
+        reference: The reference configuration; None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
     """
@@ -263,7 +263,7 @@ class Manifest:
         functions: The generated functions.
         tolerances: Tolerances of the generated code.
         files: SHA-256 of each generated file.
-        loops: Facts about the loops.
+        loops: Facts about the loops of the robot.
         format: The format version of the manifest.
         notes: Remarks, such as snapped values.
         cleaning: The values of the description that were replaced by exact values, and their
@@ -316,8 +316,8 @@ class Manifest:
 
         Args:
             role: Name of the role.
-            domain: The vector of the first input.
-            codomain: The vector that maps and branches return.
+            domain: Name of the coordinate vector that is the first input.
+            codomain: Name of the coordinate vector that maps and branches return.
 
         Returns:
             The first match in the manifest; None if there is none.

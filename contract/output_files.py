@@ -61,13 +61,13 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
     If a file cannot be written, for example because the disk is full, all paths keep their content.
 
     Args:
-        contents: The content by path.
+        contents: The content of each file, keyed by path.
 
     Raises:
         InputValueError: A file cannot be written.
     """
     with ExitStack() as stack:
-        # The stack ends in reverse order.
+        # Context managers of the stack are closed in reverse order.
         for path, content in reversed(list(contents.items())):
             stack.enter_context(output_file(path)).write_bytes(content)
 

@@ -11,7 +11,7 @@ if sys.platform != "win32":
     import fcntl
 
 _PREFIX = ".chasles-"
-"""Prefix of temporary folders. CHASLES_CACHE may name a folder with files of other programs."""
+"""Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if its file system has no locks."""
 

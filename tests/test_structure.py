@@ -64,7 +64,7 @@ def handwritten(root: Path) -> list[Path]:
 
 
 def modules(root: Path) -> dict[tuple[str, ...], Path]:
-    """Returns a half's Python files, keyed by relative dotted names.
+    """Returns the Python files below a folder, keyed by their dotted module names.
 
     The key of its __init__ is ().
     """

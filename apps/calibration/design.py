@@ -173,7 +173,7 @@ def _derivatives(
         measurements, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
     problem = problem_at(robot, q, Start(np.eye(4), unknowns, measurements, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
-    tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
+    tool = robot.identification_jacobian(q, problem.start_geometry)[:, :3, problem.sought] * SMALL
     targets = np.zeros((len(q), 3, len(problem.open_unknowns)))
     return (
         B.reshape(len(q), -1, B.shape[-1]),

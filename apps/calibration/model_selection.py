@@ -106,8 +106,8 @@ def select_model(
     for model in models:
         problem = problem_at(robot, at, start, model.vary, model.parameter_std)
         found[model.name] = problem.solved(problem.x0, robust=robust)
-        held = _held_back(problem, found[model.name], FOLDS, robust=robust)
-        errors[model.name] = float(np.median(problem.measurements._lengths(held)))
+        tested = _validation_errors(problem, found[model.name], FOLDS, robust=robust)
+        errors[model.name] = float(np.median(problem.measurements._lengths(tested)))
     good = EQUAL * min(errors.values())
     model = next(model for model in models if errors[model.name] <= good)
     check_result(found[model.name], model.vary)
@@ -143,10 +143,12 @@ def cross_validate(
     start = located(robot, q, measurements)
     problem = problem_at(robot, finite("cross_validate: q", q), start, vary, parameter_std)
     whole = problem.solved(problem.x0, robust=robust)
-    return _held_back(problem, whole, folds, robust=robust)
+    return _validation_errors(problem, whole, folds, robust=robust)
 
 
-def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool) -> FloatArray:
+def _validation_errors(
+    problem: Problem, whole: Calibration, folds: int, *, robust: bool
+) -> FloatArray:
     """Return the error of each row, predicted by the fit that omits the row's configuration.
 
     Each fit starts from the solution with all configurations; the start does not change the result.
@@ -155,9 +157,9 @@ def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))
     used = measured.configurations % folds
     for fold in range(folds):
-        others, held = every[every % folds != fold], every[every % folds == fold]
+        others, tested = every[every % folds != fold], every[every % folds == fold]
         start = Fit(whole.values, whole.used[used != fold], whole.noise)
         x = problem.at(others).settled(start, robust=robust).x
-        T = problem.poses(problem.q[held], x)
-        errors[part == fold] = measured.at(held)._errors(T, problem.unknowns(x))
+        T = problem.poses(problem.q[tested], x)
+        errors[part == fold] = measured.at(tested)._errors(T, problem.unknowns(x))
     return errors

@@ -89,8 +89,8 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
         # The ends on joints: the first end of a barrel, the last of a piston, both of a rod.
-        held = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
-        for end in held:
+        ends = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
+        for end in ends:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
 
 

@@ -1,1 +1,1 @@
-"""The benchmarks: each module exports `run(plan)`."""
+"""The benchmarks: each module of this package exports `run(plan)`."""

@@ -55,7 +55,7 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
     Args:
         robot: The arm.
         number: Seed of the poses.
-        bar: The maximum of the 99th percentile.
+        bar: Upper bound of the 99th percentile, for a robot to pass.
     """
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))

@@ -19,7 +19,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Return the ratios of an arm."""
+    """Return the time ratios of single C calls for an arm."""
     loops: list[Loop] = [*setups("loops", arm, plan.leave_out), verified(plain_loop(arm), arm)]
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
     T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)

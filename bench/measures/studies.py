@@ -25,7 +25,7 @@ from ..report import out
 LOOPED = 20_000
 """Number of configurations in a peer's loop."""
 ASKED = 200
-"""Number of poses for a peer's inverse."""
+"""Number of poses that a peer's inverse solves."""
 SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])

@@ -57,8 +57,8 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     """Returns the bodies with their shapes.
 
     Consecutive passive joints share one symbol if no extended body is between them: two revolute
-    joints are ``universal``, three are ``ball``. A row of joints with more than one prismatic joint
-    only positions a platform and has no symbol.
+    joints are ``universal``, three are ``ball``. Several prismatic joints in a row only position a
+    platform, so they have no symbol.
 
     Args:
         rigid: The bodies on joints.

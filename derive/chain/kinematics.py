@@ -88,7 +88,7 @@ class Kinematics:
             groups: The chain in its minimal form.
             motion: The joint motion as a function of the coordinates.
             arguments: The arguments ``q``, ``qd`` and ``qdd``.
-            links: The chain with all links, if ``groups`` omits some.
+            links: The forward kinematics with all links, if ``groups`` omits links.
         """
         forward = Forward(terms, groups)
         return cls(robot, terms, motion, arguments, forward, links or forward)

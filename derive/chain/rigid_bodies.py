@@ -99,7 +99,7 @@ class ClosureFrames:
         name: Name of the closure.
         kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint axis is the z axis of both
             frames.
-        bodies: Indices of the two bodies.
+        bodies: Indices of the two bodies that the closure connects.
         frames: The two connected frames, expressed in the frames of their bodies (4, 4).
     """
 

@@ -74,7 +74,7 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
     return int(inputs[0].shape[1])
 
 
-def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
+def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
     """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle joints.
 
     A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. Such a
@@ -84,5 +84,5 @@ def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])
     slides = np.add.outer(offsets, offsets).reshape(-1)
     q = np.stack([rng.choice(QUARTERS if turns else slides, SAMPLES) for turns in arm.turns], 1)
-    q[:, list(held)] = 0.0
+    q[:, list(fixed)] = 0.0
     return np.unique(q, axis=0)

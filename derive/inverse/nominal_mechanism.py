@@ -213,7 +213,7 @@ def convergence_of(
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
-    held, turns = list(nominal.role.given), np.array(turns_of(hybrid))
+    fixed, turns = list(nominal.role.given), np.array(turns_of(hybrid))
     q = _configurations(hybrid)
     T, _ = fk(q)
     closed = np.flatnonzero(np.isfinite(T).all((-2, -1)))[:SAMPLES]
@@ -233,7 +233,7 @@ def convergence_of(
         # If it has few degrees of freedom, the design cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
-        found = _newton(fk, T, start, weights, held)
+        found = _newton(fk, T, start, weights, fixed)
         back = np.abs(_shorter(found - q, turns)).max(-1) < RECOVERED * max(length, 1.0)
         first = np.where(back, np.fmin(first, begin), first)
         is_recovered |= back
@@ -283,13 +283,13 @@ def _numbers(
 
 
 def _newton(
-    fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
+    fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, fixed: Sequence[int]
 ) -> FloatArray:
     """Returns coordinates (N, n) after Newton's method with some coordinates fixed."""
     q, moving = q.copy(), np.arange(len(q))
     for _ in range(STEPS):
         here, J = fk(q[moving])
-        J[..., held] = 0.0
+        J[..., fixed] = 0.0
         sound = np.isfinite(here).all((-2, -1)) & np.isfinite(J).all((-2, -1))
         q[moving[~sound]] = np.nan
         moving = moving[sound]

@@ -102,7 +102,7 @@ class ClosedLoops:
 
     Attributes:
         mechanism: The description.
-        terms: The terms of the constraints.
+        terms: The named terms that occur in the constraints.
         names: Names of the entries of z.
         is_length: Mask of the entries that are lengths.
         z: Symbols of the entries.

@@ -48,12 +48,12 @@ def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
 def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> bool:
     sliders = PLANAR if len(run) == SPATIAL else PLANAR - 1
     expected = ["prismatic"] * sliders + ["revolute"] * (len(run) - sliders)
-    held = {frame.body for closer in mechanism.closers for frame in (closer.a, closer.b)}
+    attached = {frame.body for closer in mechanism.closers for frame in (closer.a, closer.b)}
     between = {joint.link for joint in run[:-1]}
     actuated = {c.moves for c in mechanism.coordinates}
     if (
         [joint.kind for joint in run] != expected
-        or between & (held | {mechanism.tool_body})
+        or between & (attached | {mechanism.tool_body})
         or actuated & {joint.name for joint in run}
     ):
         return False

@@ -232,12 +232,12 @@ def motions_before(transform: Placement, variable: str) -> int:
     The joint motion follows the factor with the joint variable, and adjacent rotations about z and
     translations along z, which commute with the motion.
     """
-    held = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
-    if not held or not _is_along_z(transform[held[0]], variable):
+    indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
+    if not indices or not _is_along_z(transform[indices[0]], variable):
         raise DescriptionError(
             f"{variable!r} is neither a rotation about z nor a translation along z of the link"
         )
-    count = held[0] + 1
+    count = indices[0] + 1
     while count < len(transform) and transform[count].is_along_z:
         count += 1
     return count

@@ -70,7 +70,7 @@ class GeometryParameter:
         unit: "m", "rad", or "1" for a gain.
         joint: The joint, "base" or "tool".
         part: The group of the parameter.
-        meaning: A description in a few words.
+        meaning: Meaning of the parameter, in a few words.
     """
 
     name: str

@@ -1,8 +1,8 @@
 """Board installer: a hybrid robot in screw theory, its workspace and its errors.
 
 The paper derives the kinematics of a hybrid robot for board installation at height by screw theory.
-Its lengths, equations and figures are lost. The robot `board_installer` has reconstructed lengths,
-which agree with all remaining sentences of the paper.
+The lengths, equations and figures of the paper are lost. The robot `board_installer` has
+reconstructed lengths, which agree with all remaining sentences of the paper.
 """
 
 from __future__ import annotations

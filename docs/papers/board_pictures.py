@@ -40,7 +40,7 @@ SHORT = {
 
 
 def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, Any]:
-    """Returns all pictures, keyed by caption."""
+    """Returns all pictures of the paper, keyed by caption."""
     return {
         "Figure 2: the robot at the reference (pale) and in another configuration": in_space(),
         "Figure 3: structure and reference configuration, seen from the side": structure(),
@@ -60,7 +60,7 @@ class Skeleton:
     pins: dict[str, FloatArray]
 
     def line(self, letters: str | Sequence[str]) -> FloatArray:
-        """Returns the pins (m, 3) in this order."""
+        """Returns the positions of pins (m, 3), in the order of `letters`."""
         return np.array([self.pins[letter] for letter in letters])
 
 

@@ -312,8 +312,8 @@ class Triangle:
 
     Attributes:
         q: (2, 3) both solutions, elbow above the line first [rad].
-        wrist: (2,) the wrist center [m].
-        line: Angle of the line [rad].
+        wrist: (2,) position of the wrist center [m].
+        line: Angle of the line from the origin to the target [rad].
     """
 
     q: FloatArray

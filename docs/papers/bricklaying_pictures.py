@@ -26,7 +26,7 @@ STAGES = 8
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
-    """Returns all pictures, keyed by caption."""
+    """Returns all pictures of the paper, keyed by caption."""
     return {
         "Figure 1: frame, platforms and guide of the gantry, from its link poses": gantry(),
         "Figure 3: drop spots of both set-ups in polar coordinates": drop_spots(spots),

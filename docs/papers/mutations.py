@@ -29,7 +29,7 @@ class Digit:
 
     Attributes:
         path: Indices of its text in the rows of the item.
-        index: Its position in the text.
+        index: Position of the digit in the printed text.
     """
 
     path: tuple[int, ...]
@@ -53,7 +53,7 @@ def has_cause(row: Row) -> bool:
 
 
 def exempt(rows: Sequence[Row]) -> Counter[str]:
-    """Counts the rows of each exemption."""
+    """Counts the table rows that each exemption covers."""
     return Counter(reason for row in rows if (reason := exemption(row)))
 
 

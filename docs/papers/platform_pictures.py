@@ -174,7 +174,7 @@ def modes() -> Any:
 
 
 def singular() -> Any:
-    """Draws the singular positions at 0 deg."""
+    """Draws the singular tool positions at an orientation of 0 deg."""
     figure, axes = panels(3.3)
     bounds = (-0.2, 0.2)
     found = singularity_curves(platform.platform(), 0.0, x=bounds, y=bounds, resolution=161)
@@ -189,7 +189,7 @@ def singular() -> Any:
 
 
 def the_map() -> Any:
-    """Draws our map with start and goal."""
+    """Draws our roadmap with start and goal."""
     figure, axes = panels(3.0)
     on_map(axes)
     legend_below(figure, axes, 2)
@@ -229,7 +229,7 @@ def roads(samples: int, step: float) -> Any:
 
 
 def success() -> Any:
-    """Plots the success rate over points and steps."""
+    """Plots the success rate over the number of points and the step."""
     figure, axes = panels(2.5)
     roadmaps.trials().plot(axes)
     axes.set_xscale("log")

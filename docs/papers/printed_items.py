@@ -68,13 +68,15 @@ class Printed:
 
     Attributes:
         item: Name of the item.
-        value: The printed number or words, or rows of them; None if not printed, or lost.
+        value: The printed number or words, or rows of them; None if the paper does not print the
+            value, or if it is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.
         about: The tolerance [unit] implied by the paper's words; None means half a unit of the
             last printed digit.
         text: The paper's words.
-        digits: Decimals of ours in the table; None means one decimal more than printed.
+        digits: Decimals of our value in the table; None means one decimal more than the paper
+            prints.
         is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
 

@@ -66,7 +66,7 @@ Verdict = Literal[
 Equation = Callable[[Printed], Value]
 """Evaluates the equations of an item."""
 ECHO = "an input, copied from the paper"
-"""Note on inputs, which are compared with the printed values that they copy."""
+"""Note on rows that only repeat an input of the paper."""
 TWICE = "the same model, computed twice"
 """Note on values that chasles and an independent program compute from the paper's equations."""
 
@@ -81,7 +81,7 @@ _MAX_SHOWN = 6
 
 
 class Refuted(AssertionError):
-    """The numbers contradict a verdict."""
+    """The comparison contradicts the verdict."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Finding:
 
     Attributes:
         holds: Whether the statement is true.
-        evidence: The numbers that show it, for the table.
+        evidence: Numbers that prove the statement, for the table.
     """
 
     holds: bool

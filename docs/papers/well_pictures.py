@@ -33,7 +33,7 @@ PISTONS = ("cylinder 1", "cylinder 2", "cylinder 3", "cylinder 4")
 
 
 def drawn(process: Process) -> dict[str, Any]:
-    """Returns all pictures, keyed by caption."""
+    """Returns all pictures of the paper, keyed by caption."""
     sampled = process.sampled
     q, qd = sampled.q[:, CYLINDERS], sampled.qd[:, CYLINDERS]
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]

@@ -97,10 +97,10 @@ class LoopMethods(NewtonMethods):
         from the reference configuration, or if an input is not finite. `actuator_branches` returns
         the actuated coordinates on all branches.
         """
-        held = np.asarray(np.isfinite(theta).all(-1))
+        is_closed = np.asarray(np.isfinite(theta).all(-1))
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
-            held = np.asarray(held & _closes(guard(theta)))
+            is_closed = np.asarray(is_closed & _closes(guard(theta)))
         # An iteration finds only one of several assembly modes.
         is_free = self.manifest.is_iterated and len(self.chain_joints) == self.n
         if ("map", "actuators", "chain") in self._roles and not is_free:
@@ -108,8 +108,8 @@ class LoopMethods(NewtonMethods):
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
             again = self._roles["map", "actuators", "chain"](q)
             back = self._is_same(again, np.atleast_2d(rows))
-            held = np.asarray(held & back.reshape(rows.shape[:-1]))
-        return held
+            is_closed = np.asarray(is_closed & back.reshape(rows.shape[:-1]))
+        return is_closed
 
     def _is_same(self, theta: FloatArray, other: FloatArray) -> BoolArray:
         """Test whether two sets of main-chain joints (..., n_theta) are equal."""

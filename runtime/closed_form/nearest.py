@@ -152,9 +152,9 @@ class NearestMethods(RobotFacts):
         target, seeds, batch = self._rows(label, task, info, T, q_seed)
         moves = self._moves(label, info, limits, weights)
         n_threads = splitting.read_threads(label, threads)
-        held = fixed_values(self, label, task, fixed, seeds)
+        fixed_q = fixed_values(self, label, task, fixed, seeds)
         found, limited = self._best(
-            label, info, moves, (target, seeds), held, redundancy, n_threads
+            label, info, moves, (target, seeds), fixed_q, redundancy, n_threads
         )
         return _packed(label, self.functions[info.name], found, limited, batch, out)
 
@@ -230,22 +230,22 @@ class NearestMethods(RobotFacts):
         info: FunctionInfo,
         moves: Moves,
         rows: tuple[FloatArray, FloatArray],
-        held: Mapping[str, FloatArray],
+        fixed_q: Mapping[str, FloatArray],
         redundancy: NearestRedundancy,
         threads: int,
         max_step: FloatArray | float = np.inf,
     ) -> tuple[Rows, Any]:
         """Return the best solutions for targets and seeds, if possible within `max_step`."""
         inverse, (target, seeds) = self.functions[info.name], rows
-        if held and not is_own(self, held):
+        if fixed_q and not is_own(self, fixed_q):
             if redundancy != "fixed":
                 raise InputValueError(
                     f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
                     "parameters; other fixed joints leave none free"
                 )
-            return self._with_joints_fixed(info, inverse, moves, target, seeds, held)
+            return self._with_joints_fixed(info, inverse, moves, target, seeds, fixed_q)
         make = partial(self._chosen, info, inverse, moves, threads)
-        free = [item.name for item in self._parameters(info) if item.name not in held]
+        free = [item.name for item in self._parameters(info) if item.name not in fixed_q]
         if redundancy != "fixed" and free:
             value = self._objective(redundancy, moves)
 
@@ -253,8 +253,8 @@ class NearestMethods(RobotFacts):
                 is_near = (np.abs(q - q_seed) <= max_step).all(-1)
                 return np.where(is_near, value(q, q_seed), -np.inf)
 
-            held = best_parameters(self, make, objective, rows, held, free)
-        return _settled(make(seeds, held), target, seeds)
+            fixed_q = best_parameters(self, make, objective, rows, fixed_q, free)
+        return _settled(make(seeds, fixed_q), target, seeds)
 
     def _best_step(
         self,
@@ -262,14 +262,14 @@ class NearestMethods(RobotFacts):
         info: FunctionInfo,
         target: FloatArray,
         q_seed: FloatArray,
-        held: Mapping[str, FloatArray],
+        fixed_q: Mapping[str, FloatArray],
         redundancy: NearestRedundancy,
         max_step: FloatArray | float = np.inf,
         limits: Any = "robot",
     ) -> NearestSolution:
         """Return the best solution for a target, from a configuration (n,)."""
         moves, rows = self._moves(label, info, limits), (target[None], q_seed[None])
-        found, limited = self._best(label, info, moves, rows, held, redundancy, 1, max_step)
+        found, limited = self._best(label, info, moves, rows, fixed_q, redundancy, 1, max_step)
         return _packed(label, self.functions[info.name], found, limited, (), None)
 
     def _chosen(
@@ -279,18 +279,18 @@ class NearestMethods(RobotFacts):
         moves: Moves,
         threads: int,
         seeds: FloatArray,
-        held: Mapping[str, FloatArray],
+        fixed_q: Mapping[str, FloatArray],
         *,
         free: bool = False,
     ) -> Chosen:
         """Return the inverse with its redundancy parameters, by default those of the seeds."""
         own = self._parameters(info)
-        parameters = parameter_values(self, held, seeds) if own else ()
+        parameters = parameter_values(self, fixed_q, seeds) if own else ()
         exact: dict[int, FloatArray] = {}
         for item, value in zip(own, parameters, strict=True):
             if item.index is not None and not self.manifest.loops.chain:
                 exact[item.index] = value
-            elif item.index is not None and item.name not in held:
+            elif item.index is not None and item.name not in fixed_q:
                 exact[item.index] = seeds[:, item.index]
         return Chosen(
             info, inverse, moves.with_fixed(info.role.given, free=free), parameters, exact, threads
@@ -303,12 +303,12 @@ class NearestMethods(RobotFacts):
         moves: Moves,
         target: FloatArray,
         seeds: FloatArray,
-        held: Mapping[str, FloatArray],
+        fixed_q: Mapping[str, FloatArray],
     ) -> tuple[Rows, Any]:
         """Return the nearest solutions with fixed joints other than redundancy parameters."""
-        solutions = inverse(target, fixed=held)
+        solutions = inverse(target, fixed=fixed_q)
         coordinates = [c.name for c in self.coordinates]
-        exact = {coordinates.index(name): held[name] for name in held if name in coordinates}
+        exact = {coordinates.index(name): fixed_q[name] for name in fixed_q if name in coordinates}
         chosen = Chosen(info, inverse, moves.with_fixed(tuple(exact)), (), exact, 1)
         found = chosen.of_slots(solutions, seeds)
         _set_exact(found, exact)

@@ -217,11 +217,11 @@ class InverseMethods(RobotFacts):
         q, margin = np.empty((len(target), self.n)), np.empty(len(target))
         for k, pose in enumerate(target):
             here, near = (q[k - 1], largest) if k else (start, np.full(self.n, np.inf))
-            held = {name: value[k : k + 1] for name, value in values.items()}
-            found = self._best_step(label, info, pose, here, held, redundancy, near)
+            fixed_q = {name: value[k : k + 1] for name, value in values.items()}
+            found = self._best_step(label, info, pose, here, fixed_q, redundancy, near)
             step = None if found.valid else _Step(here, np.nan, "no solution")
             if found.reason == "limits":
-                found = self._best_step(label, info, pose, here, held, "fixed", limits=None)
+                found = self._best_step(label, info, pose, here, fixed_q, "fixed", limits=None)
                 beyond = np.maximum(self.lower - found.q, found.q - self.upper)
                 step = _Step(found.q, np.nan, "limit", int(np.argmax(beyond)))
             elif (np.abs(found.q - here) > near).any():

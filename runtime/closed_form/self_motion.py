@@ -49,7 +49,7 @@ def best_parameters(
     make: Callable[..., Any],
     objective: Objective,
     rows: tuple[FloatArray, FloatArray],
-    held: Mapping[str, FloatArray],
+    fixed_q: Mapping[str, FloatArray],
     free: Sequence[str],
 ) -> dict[str, FloatArray]:
     """Return all parameters (N,) that maximize an objective, for targets and seeds."""
@@ -59,9 +59,9 @@ def best_parameters(
     for first in range(0, len(seeds), block):
         part = slice(first, first + block)
         search = _Search(robot, make, objective, target[part], seeds[part])
-        parts.append(search.best({name: v[part] for name, v in held.items()}, free))
+        parts.append(search.best({name: v[part] for name, v in fixed_q.items()}, free))
     found = np.concatenate(parts) if parts else np.empty((0, len(free)))
-    return {**held, **{name: found[:, k].copy() for k, name in enumerate(free)}}
+    return {**fixed_q, **{name: found[:, k].copy() for k, name in enumerate(free)}}
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class _Search:
     target: FloatArray
     seeds: FloatArray
 
-    def best(self, held: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
+    def best(self, fixed_q: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
         """Return the best values (N, p) of the free parameters."""
         start, low, high = self._ranges(free)
         per_axis = _SAMPLES.get(len(free), _FEW)
@@ -82,7 +82,7 @@ class _Search:
         grid = np.array(list(itertools.product(unit, repeat=len(free))))
         values = low[:, None] + grid * (high - low)[:, None]
         values = np.concatenate([start[:, None], values], 1)
-        found = self._values(held, free, values)
+        found = self._values(fixed_q, free, values)
         order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
         centers = np.take_along_axis(values, order[..., None], 1)
         best = np.take_along_axis(found, order, 1)
@@ -93,7 +93,7 @@ class _Search:
             near = centers[:, :, None] + offsets * step[:, :, None]
             near = np.clip(near, low[:, None, None], high[:, None, None])
             size = near.shape[1] * near.shape[2]
-            found = self._values(held, free, near.reshape(len(near), size, -1))
+            found = self._values(fixed_q, free, near.reshape(len(near), size, -1))
             found = found.reshape(near.shape[:3])
             chosen = found.argmax(-1)
             is_better = found.max(-1) > best
@@ -125,12 +125,12 @@ class _Search:
         return start, low, high
 
     def _values(
-        self, held: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+        self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
         """Return the objective (N, m) at parameters (N, m, p); -inf without a solution."""
         m = values.shape[1]
         target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
-        at = {name: np.repeat(value, m) for name, value in held.items()}
+        at = {name: np.repeat(value, m) for name, value in fixed_q.items()}
         at |= {name: values[..., k].flatten() for k, name in enumerate(free)}
         chosen = self.make(seeds, at, free=True)
         q, _, _, slot = chosen.solve(target, seeds)

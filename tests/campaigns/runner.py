@@ -55,7 +55,7 @@ class Tally:
     Attributes:
         trials: Number of finished trials.
         seconds: Total time of the finished trials.
-        counts: Sums of the counts.
+        counts: Number of configurations by outcome, summed over all robots.
         largest: Maxima of the values.
         failures: Trial number and text of each failure.
     """

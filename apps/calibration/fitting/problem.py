@@ -131,7 +131,7 @@ def _whole(
         q=q,
         measurements=start.measurements,
         T_W_base=start.T_W_base,
-        held=p,
+        start_geometry=p,
         held_unknowns=start.unknowns,
         sought=sought,
         open_unknowns=np.arange(len(start.unknowns)),
@@ -165,7 +165,7 @@ def problem_nearby(
         robust: Whether the first fit uses a robust loss.
     """
     sought = _candidates(first.robot, vary, start.measurements, bool(parameter_std))
-    whole = _whole(first.robot, first.q, start, first.held, sought, np.zeros(len(sought)))
+    whole = _whole(first.robot, first.q, start, first.start_geometry, sought, np.zeros(len(sought)))
     whole, x0 = whole.weighted(first.weights), whole.x0
     designed = np.zeros(len(x0), dtype=bool)
     designed[: len(sought)] = [first.robot.geometry[k].part not in FRAMES for k in sought]
@@ -220,7 +220,7 @@ class Problem:
         q: (N, n) coordinates.
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
-        held: Geometry parameters before identification.
+        start_geometry: Geometry parameters before identification.
         held_unknowns: Unknowns of the measurements before identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
@@ -234,7 +234,7 @@ class Problem:
     q: FloatArray
     measurements: Measurements
     T_W_base: FloatArray
-    held: FloatArray
+    start_geometry: FloatArray
     held_unknowns: FloatArray
     sought: IntArray
     open_unknowns: IntArray
@@ -259,7 +259,7 @@ class Problem:
 
     def geometry(self, x: FloatArray) -> FloatArray:
         """Return the geometry of the robot at variables x."""
-        p = self.held.copy()
+        p = self.start_geometry.copy()
         p[self.sought] = x[: len(self.sought)]
         return p
 

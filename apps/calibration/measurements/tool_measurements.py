@@ -118,7 +118,7 @@ class Measurements(ABC):
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
         """Update the start values for a known base frame, from tool poses T (N, 4, 4) in W.
 
-        Subclasses that can estimate an ambiguous base frame estimate their unknowns again from T.
+        Subclasses with an ambiguous base frame also estimate the other unknowns again.
         """
         return start
 

@@ -73,7 +73,7 @@ def contents(found: Calibration) -> Contents:
     tables = [_of_targets(found, before, after), _of_frames(found)]
     if found.model_errors:
         rows = tuple((name, f"{MM * error:.3f}") for name, error in found.model_errors)
-        tables.append(Table("Models, held-back error", ("model", "median [mm]"), rows))
+        tables.append(Table("Models, validation error", ("model", "median [mm]"), rows))
     if strong := _correlated(found):
         tables.append(Table("Strong correlations", ("parameters", "", "r"), strong))
     return Contents(

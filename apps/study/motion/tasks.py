@@ -53,14 +53,14 @@ def task_rates(
         InputValueError: More joints move than the task has coordinates.
     """
     names = robot.free_coordinates.get(task, ())
-    held = [robot.coordinate_names.index(name) for name in names]
-    if robot.n - len(held) != by_s.shape[1]:
+    fixed = [robot.coordinate_names.index(name) for name in names]
+    if robot.n - len(fixed) != by_s.shape[1]:
         raise InputValueError(
             f"{robot.name}: task {task} has {by_s.shape[1]} coordinates, which do not determine "
-            f"the rates of {robot.n - len(held)} joints"
+            f"the rates of {robot.n - len(fixed)} joints"
         )
     T, J = robot.fk_jacobian_mixed(q)
-    J[..., held] = 0
+    J[..., fixed] = 0
     inverse = np.linalg.pinv(_jacobian(task, T, J))
     rate = (inverse @ by_s[..., None])[..., 0]
     # The task acceleration for zero joint accelerations.

@@ -45,7 +45,7 @@ class Call:
 
     Attributes:
         name: The peer and its interface.
-        fk: The timed function from q (n,) to a pose in the type of the peer.
+        fk: The timed function, from q (n,) to a pose of the type that the peer uses.
         fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the peer's types.
         read: Function that converts these results to (T,) or (T, J), shapes (4, 4) and (6, n).
     """

@@ -1,6 +1,6 @@
 """Six revolute joints; axes 2, 3 and 4 intersect in one point inside the arm.
 
-Numbered from the tool, the family covers arms whose axes 3, 4 and 5 intersect in one point. Maximum
+Reversed, the family solves arms whose axes 3, 4 and 5 intersect in one point. Maximum
 number of solutions: 8.
 
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).

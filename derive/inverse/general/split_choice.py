@@ -68,7 +68,10 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """Minimum of ``separations`` and ``pairs`` per configuration; NaN propagates."""
+        """Smaller of ``separations`` and ``pairs`` at each configuration.
+
+        NaN propagates. NaN propagates.
+        """
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property

@@ -225,8 +225,8 @@ def _of_nominal(
 def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
     """Whether each fixed joint depends only on its own actuated coordinate."""
     given = {hybrid.theta[k] for k in found.given}
-    held = (hybrid.actuator(k) for k in solved.function.role.given)
-    return all(_arguments(hybrid, entry) <= given for entry in held)
+    fixed = (hybrid.actuator(k) for k in solved.function.role.given)
+    return all(_arguments(hybrid, entry) <= given for entry in fixed)
 
 
 def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
@@ -259,11 +259,11 @@ def _on_chain(
     theta = dict(zip(hybrid.theta, joints, strict=True))
     solution = solved_on_sides(hybrid, work)
     margins = [margin for _, margin in solution.margins]
-    held = _coordinates(hybrid, found.given)
+    fixed = _coordinates(hybrid, found.given)
     entries = list(hybrid.actuators_in(solution))
     if built is not None:
         entries = list(beyond_dead_points(terms, entries))
-        for k in held:
+        for k in fixed:
             entries[k] = built.actuator(k)
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]
@@ -271,7 +271,7 @@ def _on_chain(
     if built is None:
         residual = _while_closed(hybrid, residual, closing)
     names = tuple(hybrid.robot.moving[k].name for k in found.given)
-    return _solved(hybrid, work, arguments, found.family.inputs, q, residual, names, held, closing)
+    return _solved(hybrid, work, arguments, found.family.inputs, q, residual, names, fixed, closing)
 
 
 def _start_on_chain(
@@ -290,9 +290,9 @@ def _start_on_chain(
     theta = dict(zip(built.theta, joints, strict=True))
     values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
     q, closing = values[: len(actuators)], values[len(actuators) :]
-    held = _coordinates(design, found.given)
+    fixed = _coordinates(design, found.given)
     names = tuple(built.robot.moving[k].name for k in found.given)
-    return _solved(built, work, arguments, found.family.inputs, q, residual, names, held, closing)
+    return _solved(built, work, arguments, found.family.inputs, q, residual, names, fixed, closing)
 
 
 def _joints_of(

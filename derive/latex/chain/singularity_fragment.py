@@ -50,8 +50,8 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     assert found.determinant is not None
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
-    if found.held:
-        names = in_words([f"${page.tex(symbol)}$" for symbol in found.held])
+    if found.fixed:
+        names = in_words([f"${page.tex(symbol)}$" for symbol in found.fixed])
         opening = (
             f"With {names} fixed, as in the inverse, the Jacobian of the other joints has, up to"
             " its sign, the determinant"
@@ -63,7 +63,7 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
         )
     product = sp.Mul(constant, *(factor**power for factor, power in factors))
     several = len(factors) > 1 or found.conditions[0].words
-    who = "these joints are" if found.held else "the robot is"
+    who = "these joints are" if found.fixed else "the robot is"
     closing = f"and {who} singular where {'a factor is 0:' if several else 'it is 0.'}"
     if width(page.tex(product)) <= WIDEST:
         return opening, aligned([(r"\det J", [page.tex(product)])], end=","), closing
@@ -126,7 +126,7 @@ def _configurations(page: Page, found: PrintedSingularities) -> str:
     sought = r"$J^{\mathsf{T}} y = 0$ (a wrench $y$ that needs no joint torque or force)"
     if len(joints) < WHOLE:
         sought = "$J x = 0$ (joint rates $x$ that do not move the tool)"
-    whose = "of six columns of the full Jacobian" if found.held else "of the Jacobian"
+    whose = "of six columns of the full Jacobian" if found.fixed else "of the Jacobian"
     return sentence(
         f"The determinants {whose} have no short factors. Newton's method for"
         f" {sought} found these singular configurations (angles in degrees{metres}):",

@@ -46,7 +46,7 @@ class PrintedSingularities:
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         configurations: Singular configurations (radian, metre), if there are no short conditions.
-        held: The fixed coordinates, if the determinant is that of the joints that are not fixed.
+        fixed: The fixed coordinates, if the determinant is that of the joints that are not fixed.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
@@ -54,7 +54,7 @@ class PrintedSingularities:
     determinant: tuple[sp.Expr, tuple[tuple[sp.Expr, int], ...]] | None
     conditions: tuple[PrintedCondition, ...]
     configurations: tuple[tuple[float, ...], ...] = ()
-    held: tuple[sp.Symbol, ...] = ()
+    fixed: tuple[sp.Symbol, ...] = ()
     rank: int | None = None
     is_regular: bool = False
 
@@ -89,10 +89,12 @@ def printed_singularities(
     ]
     configurations = nearest_singular(robot, start, CONFIGURATIONS)
     numbers = tuple(tuple(map(float, q)) for q in configurations)
-    return replace(_held(robot, notation, given), configurations=numbers)
+    return replace(_singularities_with_fixed_joints(robot, notation, given), configurations=numbers)
 
 
-def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
+def _singularities_with_fixed_joints(
+    robot: SerialRobot, notation: Notation, given: Sequence[int]
+) -> PrintedSingularities:
     """Returns the Jacobian determinant of the joints that are not fixed."""
     if not given:
         return PrintedSingularities(None, ())
@@ -111,12 +113,12 @@ def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> Print
     return replace(
         found,
         conditions=tuple(_counted(condition, numbers) for condition in found.conditions),
-        held=tuple(notation.q[k] for k in given),
+        fixed=tuple(notation.q[k] for k in given),
     )
 
 
 def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
-    """Returns a condition whose axis numbers are the numbers in the complete arm.
+    """Returns a condition with its axes numbered as in the complete arm.
 
     Args:
         condition: A condition whose axis numbers are the numbers among the moving axes.

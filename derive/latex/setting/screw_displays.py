@@ -84,7 +84,7 @@ class _Constants:
     """Sets constant vectors and matrices; too wide entries get a name.
 
     Attributes:
-        named: The names with the terms of their entries.
+        named: The terms of the entries of each named vector or matrix, keyed by name.
     """
 
     def __init__(self, equations: PrintedEquations) -> None:

@@ -90,8 +90,8 @@ def assemblies(
 ) -> Iterator[Assembly]:
     """Yields the assemblies on all existing branches, the reference branch first.
 
-    The branch of the last step varies fastest. Two branches share all steps before the first step
-    at which they differ.
+    The branch of the last step varies fastest. Branches share the expressions of all steps up to
+    the first different sign.
 
     Args:
         terms: Names of all terms.

@@ -48,7 +48,7 @@ def test_report_tables_match_calibration_results(chosen):
     assert [row[0] for row in said.tables[0].rows] == ["target 1", "target 2", "target 3"]
     assert [row[1] for row in said.tables[0].rows] == ["60", "59", "60"]
     assert any("measurement 5, target 2" in note for note in said.notes)
-    (held,) = (table for table in said.tables if "held-back" in table.title)
+    (held,) = (table for table in said.tables if "validation" in table.title)
     assert {row[0] for row in held.rows} == set(chosen.errors)
 
 

@@ -39,7 +39,7 @@ def errors_elsewhere(arm, truth, found, random):
     return (np.linalg.norm(x - true, axis=-1).mean() for x in (placed, of_nominal))
 
 
-def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
+def test_identify_from_unknown_targets_reduces_validation_error(arm, truth):
     random = np.random.default_rng(1)
     found = identify(arm, truth.q, measured_positions(arm, truth, random))
     assert len(found.names) == 4 * 6 + 9

@@ -229,7 +229,7 @@ def test_determinant_with_last_joint_fixed_matches_six_columns(name):
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
-    assert found.held == (notation.q[6],)
+    assert found.fixed == (notation.q[6],)
     constant, factors = found.determinant
     assert len(factors) == 4
     whole = sp.Mul(constant, *(factor**power for factor, power in factors))
@@ -305,7 +305,10 @@ def test_arms_with_singularities_are_not_reported_as_regular(name):
 
 def test_singularity_text_numbers_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), functions=["ik"]))
-    assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
+    assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.fixed] == [
+        0,
+        3,
+    ]
     # Joints 1 and 4 are fixed, so the first revolute joint is axis 2, and the wrist is axes 6, 7
     # and 8.
     assert {condition.words for condition in page.singular.conditions} == {

@@ -198,7 +198,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
-    """The constants of six named tilts are printed with the names of their components."""
+    """Six constant axis directions get names, and the text prints their components."""
     found = derive(named_wrist(), functions=FUNCTIONS)
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})

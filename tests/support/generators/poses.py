@@ -215,7 +215,7 @@ CASES = (
 
 
 def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
-    """Yields all coordinate sets of a case."""
+    """Yields the sets of joint coordinates at which a case is tested."""
     rng = np.random.default_rng(seed)
     yield PoseSet("random", case.random(rng, sizes.random), regular=True)
     if not case.robot.loops:

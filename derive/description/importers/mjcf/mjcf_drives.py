@@ -25,7 +25,7 @@ class Tendon:
         bodies: The bodies with the sites of a spatial tendon.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
-        is_held: Whether an equality constraint fixes the tendon length.
+        is_fixed: Whether an equality constraint fixes the tendon length.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Tendon:
     bodies: tuple[str, ...]
     is_spring: bool
     is_driven: bool
-    is_held: bool
+    is_fixed: bool
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
         """Whether the tendon runs over one of the joints or bodies."""
@@ -48,7 +48,7 @@ class Tendon:
             for text, holds in (
                 ("driven by an actuator", self.is_driven),
                 ("a spring", self.is_spring),
-                ("held by an equality", self.is_held),
+                ("fixed by an equality", self.is_fixed),
             )
             if holds
         ]
@@ -94,7 +94,7 @@ class Drives:
         """
         known = {*joints}
         for tendon in self.tendons:
-            if tendon.is_held and known & {*tendon.joints}:
+            if tendon.is_fixed and known & {*tendon.joints}:
                 raise DescriptionError(
                     f"an equality fixes the length of tendon {tendon.name!r} over joints "
                     f"{', '.join(tendon.joints)}; expected an equality of two joints, by which one "
@@ -107,11 +107,11 @@ def drives_of(spec: Any, mujoco: Any) -> Drives:
     kinds = [getattr(mujoco.mjtTrn, name) for name in OF_JOINTS]
     driven = {str(a.target) for a in spec.actuators if a.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     equalities = [e for e in spec.equalities if e.type == mujoco.mjtEq.mjEQ_TENDON and e.active]
-    held = {str(name) for e in equalities for name in (e.name1, e.name2)}
+    constrained = {str(name) for e in equalities for name in (e.name1, e.name2)}
     return Drives(
         joints=tuple(str(a.target) for a in spec.actuators if a.trntype in kinds),
         tendons=tuple(
-            _tendon(tendon, str(tendon.name or f"tendon{k + 1}"), driven, held, mujoco)
+            _tendon(tendon, str(tendon.name or f"tendon{k + 1}"), driven, constrained, mujoco)
             for k, tendon in enumerate(spec.tendons)
         ),
         cranks=tuple(
@@ -124,7 +124,7 @@ def drives_of(spec: Any, mujoco: Any) -> Drives:
 
 
 def _tendon(
-    tendon: Any, name: str, driven: Collection[str], held: Collection[str], mujoco: Any
+    tendon: Any, name: str, driven: Collection[str], constrained: Collection[str], mujoco: Any
 ) -> Tendon:
     wraps = list(tendon.path)
     joints = [w.target for w in wraps if w.type == mujoco.mjtWrap.mjWRAP_JOINT]
@@ -135,5 +135,5 @@ def _tendon(
         tuple(dict.fromkeys(str(site.parent.name) for site in sites)),
         is_spring=bool(np.any(np.asarray(tendon.stiffness))),
         is_driven=name in driven,
-        is_held=name in held,
+        is_fixed=name in constrained,
     )

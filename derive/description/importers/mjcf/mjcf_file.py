@@ -84,8 +84,11 @@ class MjcfFile:
         title = self.model.name
         source = f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
-        held = self.loops.links(closers)
-        parts = [*way, *(carried[j.child] for h in held for j in self.tree.way(ends.base, h) or ())]
+        connected = self.loops.links(closers)
+        parts = [
+            *way,
+            *(carried[j.child] for h in connected for j in self.tree.way(ends.base, h) or ()),
+        ]
         tree = [joint for joint in self.bodies.joints if joint in parts] if closers else way
         self.loops.check_laws(tree, is_in_a_tree=bool(closers))
         if not closers:

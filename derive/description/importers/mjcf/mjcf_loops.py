@@ -27,7 +27,7 @@ MAX_CONNECTS = 2
 
 
 @dataclass(frozen=True)
-class _Held:
+class _End:
     """A frame that an equality connects, on its link: position (metre) and angles (radian)."""
 
     link: str
@@ -41,8 +41,8 @@ class _Equality:
 
     name: str
     kind: Literal["connect", "weld", "rod"]
-    a: _Held
-    b: _Held
+    a: _End
+    b: _End
     length: sp.Expr = sp.S.Zero
 
 
@@ -78,10 +78,10 @@ class ModelLoops:
         self.notes += [f"{equality.name}: not on the way to the tip" for equality in left]
         found.sort(key=self.equalities.index)
         for equality in found:
-            for held in (equality.a, equality.b):
-                if self.bodies.tree.way(base, held.link) is None:
+            for end in (equality.a, equality.b):
+                if self.bodies.tree.way(base, end.link) is None:
                     raise DescriptionError(
-                        f"equality {equality.name!r} refers to {held.link!r}, which is not below "
+                        f"equality {equality.name!r} refers to {end.link!r}, which is not below "
                         f"the base {base!r}; choose another base, such as world"
                     )
         return tuple(_closures(found))
@@ -89,8 +89,8 @@ class ModelLoops:
     def links(self, closers: Iterable[Closure | Strut]) -> set[str]:
         """Returns the links attached to closures and rods."""
         names = {closer.name for closer in closers}
-        held = [e for e in self.equalities if e.name in names]
-        return {frame.link for equality in held for frame in (equality.a, equality.b)}
+        selected = [e for e in self.equalities if e.name in names]
+        return {frame.link for equality in selected for frame in (equality.a, equality.b)}
 
     def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
         """Raises an error for unsupported joint couplings.
@@ -156,7 +156,7 @@ class ModelLoops:
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
         """Returns the tree joints between the two bodies of an equality."""
-        to_a, to_b = (self._way(held.link) for held in (equality.a, equality.b))
+        to_a, to_b = (self._way(end.link) for end in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
     def _way(self, link: str) -> list[BodyJoint]:
@@ -176,17 +176,21 @@ class ModelLoops:
                 if ball is not None and self._is_rod(ball, equality, others):
                     xyz = self._from_ball(ball, rod)
                     far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
-                    begin = _Held(ball.parent, ball.xyz)
+                    begin = _End(ball.parent, ball.xyz)
                     return _Equality(equality.name, "rod", begin, end, far)
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
         """Whether a ball joint carries no moving body and no other equality."""
         links = set(self.bodies.tree.rigid(ball.child))
-        held = [e for e in others if {e.a.link, e.b.link} & links]
-        return ball.kind == "ball" and held == [equality] and not self.bodies.tree.moved(ball.child)
+        attached = [e for e in others if {e.a.link, e.b.link} & links]
+        return (
+            ball.kind == "ball"
+            and attached == [equality]
+            and not self.bodies.tree.moved(ball.child)
+        )
 
-    def _from_ball(self, ball: BodyJoint, point: _Held) -> Vector:
+    def _from_ball(self, ball: BodyJoint, point: _End) -> Vector:
         """Returns a point on a rod relative to the center of its ball joint."""
         x, y, z = point.xyz
         for joint in self._way(point.link):
@@ -223,16 +227,16 @@ class ModelLoops:
     def _is_of_sites(self, k: int) -> bool:
         return int(self.arrays.eq_objtype[k]) == int(self.model.mujoco.mjtObj.mjOBJ_SITE)
 
-    def _of_sites(self, k: int) -> tuple[_Held, _Held]:
+    def _of_sites(self, k: int) -> tuple[_End, _End]:
         a, b = (self._site(int(ids[k])) for ids in (self.arrays.eq_obj1id, self.arrays.eq_obj2id))
         return a, b
 
-    def _site(self, site: int) -> _Held:
+    def _site(self, site: int) -> _End:
         link = self.bodies.names[int(self.arrays.site_bodyid[site])]
         rpy = roll_pitch_yaw(self.arrays.site_quat[site])
-        return _Held(link, lengths(self.arrays.site_pos[site]), rpy)
+        return _End(link, lengths(self.arrays.site_pos[site]), rpy)
 
-    def _of_bodies(self, k: int, is_weld: bool) -> tuple[_Held, _Held]:
+    def _of_bodies(self, k: int, is_weld: bool) -> tuple[_End, _End]:
         """Returns the points of a ``connect`` on both bodies, or the frame and point of a ``weld``.
 
         For a ``weld``, MuJoCo stores first the point on the second body, then the point on the
@@ -243,8 +247,8 @@ class ModelLoops:
         data: Any = self.arrays.eq_data[k]
         one, other = lengths(data[:3]), lengths(data[3:6])
         if is_weld:
-            return _Held(first, other, roll_pitch_yaw(data[6:10])), _Held(second, one)
-        return _Held(first, one), _Held(second, other)
+            return _End(first, other, roll_pitch_yaw(data[6:10])), _End(second, one)
+        return _End(first, one), _End(second, other)
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
@@ -253,7 +257,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
         if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)
         if equality.kind == "rod":
-            a, b = (_frame(held, ORIGIN) for held in (equality.a, equality.b))
+            a, b = (_frame(end, ORIGIN) for end in (equality.a, equality.b))
             yield Strut(equality.name, a, b, equality.length, ends="ball")
     connects = [equality for equality in equalities if equality.kind == "connect"]
     pairs = {equality: frozenset((equality.a.link, equality.b.link)) for equality in connects}
@@ -275,7 +279,7 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
         )
     second = others[0]
     ends = (second.a, second.b) if second.a.link == first.a.link else (second.b, second.a)
-    axes = [_between(held, end) for held, end in zip((first.a, first.b), ends, strict=True)]
+    axes = [_between(begin, end) for begin, end in zip((first.a, first.b), ends, strict=True)]
     lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
     if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
         raise DescriptionError(
@@ -283,21 +287,21 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
             f"one body and {lengths_of[1]} m on the other; expected two points on one hinge axis"
         )
     a, b = (
-        Frame(identifier(held.link), from_xyz_rpy(held.xyz, ORIGIN) + align_z(axis))
-        for held, axis in zip((first.a, first.b), axes, strict=True)
+        Frame(identifier(end.link), from_xyz_rpy(end.xyz, ORIGIN) + align_z(axis))
+        for end, axis in zip((first.a, first.b), axes, strict=True)
     )
     return Closure(first.name, "pin", a, b)
 
 
-def _between(start: _Held, end: _Held) -> Vector:
+def _between(start: _End, end: _End) -> Vector:
     x, y, z = (b - a for a, b in zip(start.xyz, end.xyz, strict=True))
     return x, y, z
 
 
-def _closure(name: str, kind: ClosureKind, a: _Held, b: _Held) -> Closure:
-    angles = [ORIGIN if kind == "ball" else held.rpy for held in (a, b)]
+def _closure(name: str, kind: ClosureKind, a: _End, b: _End) -> Closure:
+    angles = [ORIGIN if kind == "ball" else end.rpy for end in (a, b)]
     return Closure(name, kind, _frame(a, angles[0]), _frame(b, angles[1]))
 
 
-def _frame(held: _Held, rpy: Vector) -> Frame:
-    return Frame(identifier(held.link), from_xyz_rpy(held.xyz, rpy))
+def _frame(end: _End, rpy: Vector) -> Frame:
+    return Frame(identifier(end.link), from_xyz_rpy(end.xyz, rpy))

@@ -69,7 +69,7 @@ def test_station_derivatives_match_central_differences(arm, truth):
     assert_allclose(by_x, np.transpose(differences), atol=1e-3, rtol=1e-7)
 
 
-def test_held_back_measurements_use_identified_station_frames(arm, truth):
+def test_validation_measurements_use_identified_station_frames(arm, truth):
     random = np.random.default_rng(6)
     measured, _ = seen_from(arm, truth, random, 2)
     first, last = np.arange(45), np.arange(45, 60)

@@ -153,7 +153,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
     """Unequal links leave an unreachable disc at each pivot.
 
-    The hole of a leg may orbit the tool.
+    While the platform rotates, the unreachable disc of a leg may move around the tool.
     """
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
