@@ -158,7 +158,7 @@ def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
     """Replaces the shipped robots by one robot, because only a check of all of them tells."""
     to = tmp_path / "out"
     monkeypatch.setattr(build, "GENERATED", to)
-    monkeypatch.setattr("chasles.cli.compiling.shipped_folders", lambda: {"arm": to / "arm"})
+    monkeypatch.setattr(build, "ROBOTS", arm.parent)
     for name in ("arm", "gone"):
         (to / name).mkdir(parents=True)
         (to / name / "manifest.json").write_text("{}")

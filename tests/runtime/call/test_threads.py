@@ -137,6 +137,18 @@ def test_threaded_outs_may_share_one_table(eager, robot):
         np.testing.assert_array_equal(a, b)
 
 
+def test_threaded_outs_may_overlap_each_other(eager, robot):
+    q = np.random.default_rng(38).normal(size=(100, 2))
+    results = []
+    for threads in (1, *[3] * 20):
+        buffer = np.zeros(1400)
+        outs = buffer[200:].reshape(100, 3, 4), buffer[:400].reshape(100, 2, 2)
+        robot.fused(q, out=outs, threads=threads)
+        results.append(buffer)
+    for result in results[1:]:
+        np.testing.assert_array_equal(result, results[0])
+
+
 def test_threads_argument_starts_worker_threads(eager):
     arm = chasles.load("ur5e")
     q = np.zeros((200_000, 6))

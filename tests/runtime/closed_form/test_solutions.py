@@ -320,6 +320,10 @@ def test_within_limits_without_windings_keeps_slot_count(arm, q):
     np.testing.assert_array_equal(after.q[..., 1], solutions.q[..., 1])
     np.testing.assert_allclose(apart(after.q, solutions.q), 0, atol=1e-12)
     assert (np.abs(after.q - solutions.q)[..., [0, 3]] <= 4 * np.pi + 1e-9).all()
+    # A joint with a single limit counts whole turns as well.
+    turns = 2 * np.pi * np.array([0, 1, 0, -1])
+    moves = after.distances_from(after.q[:, 0] + turns)[:, 0]
+    np.testing.assert_allclose(np.abs(moves), np.tile(np.abs(turns), (len(q), 1)), atol=1e-12)
 
 
 def test_joint_exactly_at_limit_stays_valid(arm):
