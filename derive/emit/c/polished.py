@@ -138,22 +138,17 @@ def _tables(function: WrittenFunction) -> RefinedTables:
 
 
 def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
-    """Prints the general solver's macros. The solver requires a compiler with vector types."""
+    """Prints the general solver's macros."""
     robot, tables = derivation.robot, _tables(function)
     if tables.general is None:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
     name = f"{robot.name}_{function.name}_tables"
     return [
-        "#ifdef __GNUC__",
         '#include "chasles_general.h"\n',
         *table_lines(robot, "chasles_general_arm", name, function.calls[1:], tables.general),
         "#define POLISH_IS_GENERAL 1",
         f"#define POLISH_IS_ASKED {int(tables.is_asked)}",
         f"#define POLISH_GENERAL {name}",
-        "#else",
-        "#define POLISH_IS_GENERAL 0",
-        "#define POLISH_IS_ASKED 0",
-        "#endif",
     ]
 
 

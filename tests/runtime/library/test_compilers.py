@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import read, write
+from chasles.derive.build import ROBOTS
 from tests.support.tools import path_of
 
 N = 16
@@ -12,12 +14,15 @@ SAME = 1e-12
 SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
 
+SOLUTIONS_OF_GEN3 = 456
+"""Solutions of 64 poses of the Kinova Gen3, found by code of gcc with vectors and without."""
 
-def configurations(robot, rng):
+
+def configurations(robot, rng, n=N):
     """Samples configurations around the reference, where the loops close."""
     centre = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
     lower, upper = np.maximum(robot.lower, centre - 1), np.minimum(robot.upper, centre + 1)
-    return centre + 0.5 * (rng.uniform(lower, upper, (N, robot.n)) - centre)
+    return centre + 0.5 * (rng.uniform(lower, upper, (n, robot.n)) - centre)
 
 
 def inverse(robot, q):
@@ -45,3 +50,16 @@ def test_tcc_compiles_every_robot(name, tmp_path, monkeypatch):
         np.testing.assert_allclose(
             found.q[found.valid], solutions.q[found.valid], rtol=0, atol=SAME_SOLUTION
         )
+
+
+def test_tcc_compiles_the_general_solver_of_refined_inverses(tmp_path, monkeypatch):
+    path_of("tcc")
+    monkeypatch.setenv("CC", "tcc")
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "cache"))
+    folder = tmp_path / "gen3"
+    functions = ["fk", "fk_jacobian_mixed", "ik"]
+    write(read(ROBOTS / "shelf" / "gen3.toml"), folder, functions=functions, languages=["c"])
+    robot = chasles.load(folder)
+    found = inverse(robot, configurations(robot, np.random.default_rng(5), 64))
+    # Without the general solver, refinement from the nominal arm loses solutions.
+    assert found.valid.sum() == SOLUTIONS_OF_GEN3
