@@ -111,7 +111,8 @@ def robots() -> list[str]:
 
 def shelf_robots() -> list[str]:
     """The names of the well-known arms that `load` derives on first use."""
-    return [name for name in shelf() if name not in shipped_folders()]
+    installed = shipped_folders()
+    return [name for name in shelf() if name not in installed]
 
 
 def load(
