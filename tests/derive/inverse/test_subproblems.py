@@ -13,6 +13,7 @@ from chasles.derive.inverse.subproblems.sp2 import sp2
 from chasles.derive.inverse.subproblems.sp3 import sp3, squared_across
 from chasles.derive.inverse.subproblems.sp4 import sp4
 from chasles.derive.inverse.subproblems.turns import direction
+from chasles.derive.model import tolerances
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
@@ -20,6 +21,7 @@ from chasles.derive.terms.terms import Terms
 SIGN = sp.Symbol("sign", real=True)
 N = 500
 ANGLES = np.linspace(-np.pi, np.pi, 721)
+MEETING_SOLUTIONS = float(tolerances.MEETING_SOLUTIONS)
 NEAR = (0.0, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3)
 
 
@@ -124,6 +126,13 @@ def test_sp1_recovers_planted_angle(solve1):
     k, p, angle = units(rng), rows(rng), rng.uniform(-np.pi, np.pi, N)
     found = angle_of(solve1(1, k, p, turned(k, angle, p)))
     assert wrapped(found - angle).max() < 1e-12
+
+
+def test_sp1_is_accurate_near_the_axis(solve1):
+    rng = np.random.default_rng(11)
+    k, angle = units(rng), rng.uniform(-np.pi, np.pi, N)
+    p = k + 1e-6 * units(rng)
+    assert wrapped(angle_of(solve1(1, k, p, turned(k, angle, p))) - angle).max() < 1e-7
 
 
 def test_sp1_returns_nearest_angle_if_unreachable(solve1):
@@ -290,6 +299,27 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     # An elbow distance of 1e-9 does not count as a fold.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("D2", "whole", "apart"),
+    [
+        (4 * (1 - MEETING_SOLUTIONS / 2), 4, 0),
+        (4 * (1 - 3 * MEETING_SOLUTIONS), 4, 4 * np.sqrt(3 * MEETING_SOLUTIONS)),
+        (MEETING_SOLUTIONS / 2, 1, 0),
+        (MEETING_SOLUTIONS / 2, MEETING_SOLUTIONS / 2, 2 * np.sqrt(MEETING_SOLUTIONS / 2)),
+    ],
+    ids=["stretched", "nearly stretched", "folded", "nearly folded"],
+)
+def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
+    """The error of D2 is the rounding error of `whole`."""
+    terms, square, size = Terms({}), *sp.symbols("D W", real=True)
+    zero, one = sp.Integer(0), sp.Integer(1)
+    p = (one, zero, zero)
+    found = sp3(terms, (zero, zero, one), p, p, square, SIGN, whole=size)
+    f = compiled(terms, (square, size), (found.turn.c, found.turn.s))
+    above, below = (angle_of(f(sign, [[D2]], [[whole]]))[0] for sign in (1, -1))
+    assert wrapped(above - below) == pytest.approx(apart, rel=1e-3, abs=1e-15)
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
