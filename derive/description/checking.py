@@ -172,7 +172,7 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # Without a harmless value of the field, its table is removed.
+            # If no value of the field is harmless, the table that contains the field is removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False

@@ -190,10 +190,10 @@ def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotF
         DescriptionError: The text is not TOML, or the file that it extends cannot be read.
     """
     written = TomlFile(file, text)
-    heir = written if "extends" in written.table else None
-    source = written if heir is None else _extended(heir)
+    extending = written if "extends" in written.table else None
+    source = written if extending is None else _extended(extending)
     reader = MechanismFile if has_loops(source.table) else RobotFile
-    return reader(source.file, source.text, heir, conventions)
+    return reader(source.file, source.text, extending, conventions)
 
 
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
@@ -218,16 +218,16 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
         file.fail(keys, f"{expected} one ({error})")
 
 
-def _extended(heir: TomlFile) -> TomlFile:
+def _extended(extending: TomlFile) -> TomlFile:
     """Returns the parent file that a file extends."""
     keys = ("extends",)
-    path = Path(heir.file).parent / heir.string(keys, "")
+    path = Path(extending.file).parent / extending.string(keys, "")
     if path.suffix.lower() != SUFFIX:
-        heir.fail(keys, f"the name of a robot file, which ends in {SUFFIX}")
+        extending.fail(keys, f"the name of a robot file, which ends in {SUFFIX}")
     try:
         extended = TomlFile(str(path), text_of(path))
     except DescriptionError as error:
-        heir.fail(keys, f"a robot file in this folder ({error})")
+        extending.fail(keys, f"a robot file in this folder ({error})")
     if "extends" in extended.table:
-        heir.fail(keys, "a file that extends no other")
+        extending.fail(keys, "a file that extends no other")
     return extended

@@ -67,7 +67,7 @@ class RobotFile(TomlFile):
         self,
         file: str,
         text: str,
-        heir: TomlFile | None = None,
+        extending: TomlFile | None = None,
         conventions: Sequence[Convention] = CONVENTIONS,
     ) -> None:
         """Reads the text, see :class:`TomlFile`.
@@ -75,10 +75,10 @@ class RobotFile(TomlFile):
         Args:
             file: File name in error messages.
             text: TOML text.
-            heir: A file that extends this file.
+            extending: A file that extends this file.
             conventions: The conventions allowed in the file.
         """
-        super().__init__(file, text, heir)
+        super().__init__(file, text, extending)
         self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
 

@@ -29,7 +29,7 @@ Keys = tuple[str | int, ...]
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
 """Fields (besides parameters) that replace the corresponding fields of the extended file."""
-HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
+EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
     "cm": sp.Rational(1, 100),
@@ -73,27 +73,28 @@ def file_error(
 class TomlFile:
     """A robot file with table, units and parameters; errors state their line."""
 
-    def __init__(self, file: str, text: str, heir: "TomlFile | None" = None) -> None:
+    def __init__(self, file: str, text: str, extending: "TomlFile | None" = None) -> None:
         """Parses the text.
 
         Args:
             file: File name in error messages.
             text: TOML text.
-            heir: A file that extends this file and replaces its name, title, source and parameter
-                values. Errors in lines of the heir state the name of the heir.
+            extending: A file that extends this file and replaces its name, title, source and
+                parameter values. Errors in lines of the extending file state the name of that file.
 
         Raises:
-            DescriptionError: The text is empty or not valid TOML, or the heir has other fields.
+            DescriptionError: The text is empty or not valid TOML, or the extending file has fields
+                that it cannot replace.
         """
         self.file, self.text = file, text
-        self.heir: TomlFile | None = None
+        self.extending: TomlFile | None = None
         self.table = self._parsed()
         self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1), "mass": sp.Integer(1)}
         self.stated: frozenset[str] = frozenset()
         self.symbols: dict[str, sp.Symbol] = {}
         self.kinds: dict[str, ParameterKind] = {}
-        if heir is not None:
-            self._leave_to(heir)
+        if extending is not None:
+            self._leave_to(extending)
 
     def _parsed(self) -> dict[str, object]:
         try:
@@ -112,22 +113,22 @@ class TomlFile:
             raise file_error(self.file, None, "", None, "a robot, the file is empty")
         return table
 
-    def _leave_to(self, heir: "TomlFile") -> None:
-        heir.check_fields((), heir.table, HEIR_FIELDS)
+    def _leave_to(self, extending: "TomlFile") -> None:
+        extending.check_fields((), extending.table, EXTENDING_FIELDS)
         parameters = dict(self.table_at(("parameters",), {}))
-        for name in heir.table_at(("parameters",), {}):
+        for name in extending.table_at(("parameters",), {}):
             keys: Keys = ("parameters", name)
             if name not in parameters:
                 known = f"one of the parameters of {self.file}: {listed(parameters)}"
-                heir.fail(keys, f"{known}{hint(name, parameters)}", shown=name)
-            parameters[name] = _revalued(parameters[name], heir._new_value(keys))
+                extending.fail(keys, f"{known}{hint(name, parameters)}", shown=name)
+            parameters[name] = _revalued(parameters[name], extending._new_value(keys))
         inherited = {field: v for field, v in self.table.items() if field != "name"}
-        own = {field: heir.table[field] for field in OWN_FIELDS if field in heir.table}
+        own = {field: extending.table[field] for field in OWN_FIELDS if field in extending.table}
         self.table = inherited | own | ({"parameters": parameters} if parameters else {})
-        self.heir = heir
+        self.extending = extending
 
     def _new_value(self, keys: Keys) -> object:
-        """Returns the parameter value set by an heir: a number or a table with ``value``."""
+        """Returns the parameter value that an extending file sets: a number or a table."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -368,9 +369,11 @@ class TomlFile:
 
     def _writer(self, keys: Keys) -> "TomlFile":
         """Returns the file that states a value: this file or the file that extends it."""
-        if self.heir is None or keys[2:] not in ((), ("value",)):
+        if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
-        return self.heir if keys == ("name",) or self.heir.at(keys[:2]) is not None else self
+        return (
+            self.extending if keys == ("name",) or self.extending.at(keys[:2]) is not None else self
+        )
 
     def _line(self, keys: Keys) -> int | None:
         """Returns the line of a value, or of the table without the value."""

@@ -1,8 +1,8 @@
 """Identification of random robots: error reduction, confidence intervals and warnings.
 
-Even trials test errors and intervals. Each arm has axis errors up to 1 mm and 1 mrad. The arm is
-measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses, positions of three
-targets, or positions with 5 mm outliers in 5 % of the rows.
+Trials with an even number test errors and intervals. Each arm has axis errors up to 1 mm and
+1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses,
+positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
 The mean error at validation configurations, with all frames unknown, must fall 20-fold. If the
 Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error must be at most 1.1

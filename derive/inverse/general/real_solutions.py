@@ -55,7 +55,7 @@ class _Six:
     """Numeric six-joint arm, with lengths relative to the arm length.
 
     Attributes:
-        constants: The seven constant placements.
+        constants: The constant transforms before, between and after the six joints.
         slides: Indices of the prismatic joints.
     """
 

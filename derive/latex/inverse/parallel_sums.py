@@ -54,7 +54,7 @@ def merged(
     """Rewrites terms that contain both rotations of a pair only together, as rotation by the sum.
 
     Args:
-        definitions: The definition of each term.
+        definitions: The defining expression of each named term.
         terms: The terms to examine, in definition order.
         pairs: The parallel joints.
         is_known: Whether a term has a name and stays unchanged.

@@ -114,7 +114,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point at the reference.
 
-    If all rings are near a dead point, the function returns the first ring; None if there is none.
+    If all rings are near a dead point, the result is the first ring; without rings, it is None.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)

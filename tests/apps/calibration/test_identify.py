@@ -189,7 +189,7 @@ def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("turned", [1.0, 0.3])
 def test_register_points_recovers_random_frames_and_targets(count, turned):
-    """Exact positions are matched exactly, for every device orientation and for small rotations."""
+    """Exact measurements recover the frames exactly, also for small rotations between poses."""
     for seed in range(10):
         random = np.random.default_rng(seed)
         T = se3.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])

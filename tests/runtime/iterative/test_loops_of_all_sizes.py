@@ -27,7 +27,7 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Functions to compare if a robot has them, and a call of each."""
+"""Functions that the test compares, where the robot has them, and a call of each function."""
 CONFIGURATIONS = 20
 SAME = 1e-12
 """Tolerance in radians, and relative to the size of the robot."""

@@ -126,7 +126,7 @@ class Derived(Case):
 
     @cached_property
     def screws(self) -> Screws:
-        """Screws from the joint placements alone."""
+        """Joint screws, computed from the described joint placements only."""
         return screws_of(self.described)
 
     @cached_property
