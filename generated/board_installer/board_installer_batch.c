@@ -34,6 +34,7 @@ extern "C" {
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "board_installer_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -42,6 +43,7 @@ extern "C" {
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "board_installer_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -50,6 +52,7 @@ extern "C" {
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "board_installer_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -66,31 +69,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -100,9 +103,9 @@ static void board_installer_fk_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_fk_avx512)
-  CHASLES_RUN_AVX2(board_installer_fk_avx2)
-  CHASLES_RUN_BASELINE(board_installer_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -124,9 +127,9 @@ static void board_installer_link_poses_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 128};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_link_poses_avx512)
-  CHASLES_RUN_AVX2(board_installer_link_poses_avx2)
-  CHASLES_RUN_BASELINE(board_installer_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -148,9 +151,9 @@ static void board_installer_fk_jacobian_mixed_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 16, 36};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(board_installer_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(board_installer_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(board_installer_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -172,9 +175,9 @@ static void board_installer_jacobian_space_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -196,9 +199,9 @@ static void board_installer_jacobian_body_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -220,9 +223,9 @@ static void board_installer_jacobian_mixed_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -244,9 +247,9 @@ static void board_installer_jacobian_space_dot_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -268,9 +271,9 @@ static void board_installer_jacobian_body_dot_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -292,9 +295,9 @@ static void board_installer_jacobian_mixed_dot_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(board_installer_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(board_installer_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -316,9 +319,9 @@ static void board_installer_hessian_mixed_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {6, 216};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(board_installer_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(board_installer_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -340,9 +343,9 @@ static void board_installer_twist_space_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_twist_space_avx512)
-  CHASLES_RUN_AVX2(board_installer_twist_space_avx2)
-  CHASLES_RUN_BASELINE(board_installer_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -364,9 +367,9 @@ static void board_installer_twist_body_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_twist_body_avx512)
-  CHASLES_RUN_AVX2(board_installer_twist_body_avx2)
-  CHASLES_RUN_BASELINE(board_installer_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -388,9 +391,9 @@ static void board_installer_twist_mixed_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(board_installer_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(board_installer_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -412,9 +415,9 @@ static void board_installer_acceleration_space_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(board_installer_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(board_installer_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -436,9 +439,9 @@ static void board_installer_acceleration_body_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(board_installer_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(board_installer_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -460,9 +463,9 @@ static void board_installer_acceleration_mixed_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(board_installer_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(board_installer_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -484,9 +487,9 @@ static void board_installer_chain_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {6, 8};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_chain_avx512)
-  CHASLES_RUN_AVX2(board_installer_chain_avx2)
-  CHASLES_RUN_BASELINE(board_installer_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -508,9 +511,9 @@ static void board_installer_chain_D_q_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {6, 48};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_chain_D_q_avx512)
-  CHASLES_RUN_AVX2(board_installer_chain_D_q_avx2)
-  CHASLES_RUN_BASELINE(board_installer_chain_D_q_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_chain_D_q, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_chain_D_q, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_chain_D_q, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -532,9 +535,9 @@ static void board_installer_chain_rates_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 8};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_chain_rates_avx512)
-  CHASLES_RUN_AVX2(board_installer_chain_rates_avx2)
-  CHASLES_RUN_BASELINE(board_installer_chain_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_chain_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_chain_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_chain_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -556,9 +559,9 @@ static void board_installer_chain_accelerations_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 8};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_chain_accelerations_avx512)
-  CHASLES_RUN_AVX2(board_installer_chain_accelerations_avx2)
-  CHASLES_RUN_BASELINE(board_installer_chain_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_chain_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_chain_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_chain_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -580,9 +583,9 @@ static void board_installer_passive_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_passive_avx512)
-  CHASLES_RUN_AVX2(board_installer_passive_avx2)
-  CHASLES_RUN_BASELINE(board_installer_passive_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_passive, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_passive, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_passive, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_passive(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -604,9 +607,9 @@ static void board_installer_passive_D_q_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_passive_D_q_avx512)
-  CHASLES_RUN_AVX2(board_installer_passive_D_q_avx2)
-  CHASLES_RUN_BASELINE(board_installer_passive_D_q_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_passive_D_q, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_passive_D_q, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_passive_D_q, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_passive_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -628,9 +631,9 @@ static void board_installer_configuration_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_configuration_avx512)
-  CHASLES_RUN_AVX2(board_installer_configuration_avx2)
-  CHASLES_RUN_BASELINE(board_installer_configuration_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_configuration, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_configuration, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_configuration, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -652,9 +655,9 @@ static void board_installer_margin_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 2};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_margin_avx512)
-  CHASLES_RUN_AVX2(board_installer_margin_avx2)
-  CHASLES_RUN_BASELINE(board_installer_margin_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_margin, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_margin, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_margin, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -676,9 +679,9 @@ static void board_installer_chain_all_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {6, 256, 64};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(board_installer_chain_all_avx512)
-  CHASLES_RUN_AVX2(board_installer_chain_all_avx2)
-  CHASLES_RUN_BASELINE(board_installer_chain_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_chain_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_chain_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_chain_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_chain_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -700,9 +703,9 @@ static void board_installer_actuators_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {8, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_actuators_avx512)
-  CHASLES_RUN_AVX2(board_installer_actuators_avx2)
-  CHASLES_RUN_BASELINE(board_installer_actuators_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_actuators, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_actuators, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_actuators, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -724,9 +727,9 @@ static void board_installer_actuators_D_chain_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {8, 48};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_actuators_D_chain_avx512)
-  CHASLES_RUN_AVX2(board_installer_actuators_D_chain_avx2)
-  CHASLES_RUN_BASELINE(board_installer_actuators_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_actuators_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -748,9 +751,9 @@ static void board_installer_actuator_rates_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {8, 8, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_actuator_rates_avx512)
-  CHASLES_RUN_AVX2(board_installer_actuator_rates_avx2)
-  CHASLES_RUN_BASELINE(board_installer_actuator_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_actuator_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -772,9 +775,9 @@ static void board_installer_actuator_accelerations_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {8, 8, 8, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_actuator_accelerations_avx512)
-  CHASLES_RUN_AVX2(board_installer_actuator_accelerations_avx2)
-  CHASLES_RUN_BASELINE(board_installer_actuator_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_actuator_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -796,9 +799,9 @@ static void board_installer_actuators_all_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {8, 12, 2};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(board_installer_actuators_all_avx512)
-  CHASLES_RUN_AVX2(board_installer_actuators_all_avx2)
-  CHASLES_RUN_BASELINE(board_installer_actuators_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_actuators_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_actuators_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_actuators_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -820,9 +823,9 @@ static void board_installer_constraint_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {16, 10};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_constraint_avx512)
-  CHASLES_RUN_AVX2(board_installer_constraint_avx2)
-  CHASLES_RUN_BASELINE(board_installer_constraint_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_constraint, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_constraint, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_constraint, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -844,9 +847,9 @@ static void board_installer_constraint_D_z_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {16, 160};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_constraint_D_z_avx512)
-  CHASLES_RUN_AVX2(board_installer_constraint_D_z_avx2)
-  CHASLES_RUN_BASELINE(board_installer_constraint_D_z_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_constraint_D_z, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -868,9 +871,9 @@ static void board_installer_constraint_D_z_dot_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {16, 16, 160};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(board_installer_constraint_D_z_dot_avx512)
-  CHASLES_RUN_AVX2(board_installer_constraint_D_z_dot_avx2)
-  CHASLES_RUN_BASELINE(board_installer_constraint_D_z_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_constraint_D_z_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -885,6 +888,15 @@ void board_installer_constraint_D_z_dot_batch(size_t n, const double *z, const d
   board_installer_constraint_D_z_dot_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
+#if CHASLES_LANES
+#define BOARD_INSTALLER_IK_NEAREST_ROWS \
+  static const int sizes[] = {16, 48, 8, 8}; \
+  static const lanes_shape shape = {1, 3, sizes}; \
+  CHASLES_RUN_AVX512(lanes_nearest, board_installer_ik, 6, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_AVX2(lanes_nearest, board_installer_ik, 6, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_BASELINE(lanes_nearest, board_installer_ik, 6, 8, &seeds, outputs, slot)
+#endif
+
 /* Accepts any row stride, in doubles. */
 static void board_installer_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -892,9 +904,9 @@ static void board_installer_ik_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {16, 48, 8, 8};
   static const lanes_shape shape = {1, 3, sizes};
-  CHASLES_RUN_AVX512(board_installer_ik_avx512)
-  CHASLES_RUN_AVX2(board_installer_ik_avx2)
-  CHASLES_RUN_BASELINE(board_installer_ik_baseline)
+  CHASLES_RUN_AVX512(lanes_run, board_installer_ik, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, board_installer_ik, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, board_installer_ik, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     board_installer_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);

@@ -4,14 +4,23 @@
 static const double bricklaying_gantry_lower[3] = {0.0, 0.0, 0.0};
 static const double bricklaying_gantry_upper[3] = {40.0, 50.0, 16.666666666666668};
 
+static inline int bricklaying_gantry_ik_nearest_by(
+    const double *T, const chasles_moves *moves, double tolerance, const double *q_seed,
+    double *q, double *residual, double *margin)
+{
+  double slots[3], residuals[1], margins[1];
+  const chasles_slots of = {3, 1, slots, residuals, margins, tolerance};
+  bricklaying_gantry_ik(T, slots, residuals, margins);
+  return chasles_nearest(&of, moves, q_seed, q, residual, margin);
+}
+
 static const double bricklaying_gantry_ik_counts[3] = {1, 1, 1};
 static const double bricklaying_gantry_ik_turn[3] = {0, 0, 0};
 
 int bricklaying_gantry_ik_nearest(const double T[16], const double q_seed[3], const double lower[3],
     const double upper[3], const double weights[3], double q[3], double *residual, double *margin)
 {
-  double slots[3], residuals[1], margins[1], scale[3];
-  const chasles_slots of = {3, 1, slots, residuals, margins, CHASLES_SOLVED};
+  double scale[3];
   chasles_moves moves = {bricklaying_gantry_lower, bricklaying_gantry_upper, bricklaying_gantry_ik_counts, bricklaying_gantry_ik_turn};
   moves.lower = lower ? lower : moves.lower;
   moves.upper = upper ? upper : moves.upper;
@@ -19,6 +28,6 @@ int bricklaying_gantry_ik_nearest(const double T[16], const double q_seed[3], co
     scale[j] = weights[j] * bricklaying_gantry_ik_counts[j];
     moves.scale = scale;
   }
-  bricklaying_gantry_ik(T, slots, residuals, margins);
-  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);
+  return bricklaying_gantry_ik_nearest_by(T, &moves, CHASLES_SOLVED, q_seed, q,
+      residual, margin);
 }

@@ -68,21 +68,33 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
   out[2] = v88;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_lanes)(
+    const double *T, lanes (*out)[5])
 {
   static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][5];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(bricklaying_planar_ik_branch)(T, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 2; b += 8) {
+    LANES_NAME(bricklaying_planar_ik_branch)(T, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 3, COUNT, q + b * 3, 3);
-    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_rows)(
+    const lanes (*out)[5], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 2; b += LANES_COUNT(2)) {
+    const lanes *from = out[b / LANES_COUNT(2)];
+    LANES_NAME(lanes_scatter)(from + 0, 3, LANES_COUNT(2), q + b * 3, 3);
+    LANES_NAME(lanes_scatter)(from + 3, 1, LANES_COUNT(2), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 4, 1, LANES_COUNT(2), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(
+    const double *T, double *q, double *residual, double *margin)
+{
+  lanes out[2 / LANES_COUNT(2)][5];
+  LANES_NAME(bricklaying_planar_ik_lanes)(T, out);
+  LANES_NAME(bricklaying_planar_ik_rows)(out, q, residual, margin);
 }
 
 // One branch of ik_planar: 90 operations: multiply 39, add 32, trig 5, other 14
@@ -132,21 +144,33 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
   out[2] = v71;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_lanes)(
+    const double *x, lanes (*out)[5])
 {
   static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][5];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(bricklaying_planar_ik_planar_branch)(x, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 2; b += 8) {
+    LANES_NAME(bricklaying_planar_ik_planar_branch)(x, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 3, COUNT, q + b * 3, 3);
-    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_rows)(
+    const lanes (*out)[5], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 2; b += LANES_COUNT(2)) {
+    const lanes *from = out[b / LANES_COUNT(2)];
+    LANES_NAME(lanes_scatter)(from + 0, 3, LANES_COUNT(2), q + b * 3, 3);
+    LANES_NAME(lanes_scatter)(from + 3, 1, LANES_COUNT(2), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 4, 1, LANES_COUNT(2), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(
+    const double *x, double *q, double *residual, double *margin)
+{
+  lanes out[2 / LANES_COUNT(2)][5];
+  LANES_NAME(bricklaying_planar_ik_planar_lanes)(x, out);
+  LANES_NAME(bricklaying_planar_ik_planar_rows)(out, q, residual, margin);
 }
 
 #ifdef __cplusplus

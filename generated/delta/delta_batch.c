@@ -34,6 +34,7 @@ extern "C" {
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "delta_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -42,6 +43,7 @@ extern "C" {
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "delta_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -50,6 +52,7 @@ extern "C" {
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "delta_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -66,31 +69,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -100,9 +103,9 @@ static void delta_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {3, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_fk_avx512)
-  CHASLES_RUN_AVX2(delta_fk_avx2)
-  CHASLES_RUN_BASELINE(delta_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -124,9 +127,9 @@ static void delta_link_poses_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {3, 96};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_link_poses_avx512)
-  CHASLES_RUN_AVX2(delta_link_poses_avx2)
-  CHASLES_RUN_BASELINE(delta_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -148,9 +151,9 @@ static void delta_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 16, 18};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(delta_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(delta_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(delta_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -172,9 +175,9 @@ static void delta_jacobian_space_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -196,9 +199,9 @@ static void delta_jacobian_body_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -220,9 +223,9 @@ static void delta_jacobian_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -244,9 +247,9 @@ static void delta_jacobian_space_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -268,9 +271,9 @@ static void delta_jacobian_body_dot_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -292,9 +295,9 @@ static void delta_jacobian_mixed_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(delta_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(delta_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -316,9 +319,9 @@ static void delta_hessian_mixed_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 54};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(delta_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(delta_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -340,9 +343,9 @@ static void delta_twist_space_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_twist_space_avx512)
-  CHASLES_RUN_AVX2(delta_twist_space_avx2)
-  CHASLES_RUN_BASELINE(delta_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -364,9 +367,9 @@ static void delta_twist_body_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_twist_body_avx512)
-  CHASLES_RUN_AVX2(delta_twist_body_avx2)
-  CHASLES_RUN_BASELINE(delta_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -388,9 +391,9 @@ static void delta_twist_mixed_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(delta_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(delta_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -412,9 +415,9 @@ static void delta_acceleration_space_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(delta_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(delta_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(delta_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -436,9 +439,9 @@ static void delta_acceleration_body_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(delta_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(delta_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(delta_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -460,9 +463,9 @@ static void delta_acceleration_mixed_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(delta_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(delta_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(delta_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -484,9 +487,9 @@ static void delta_chain_rows(size_t n, const double *const *inputs, const ptrdif
 #if CHASLES_LANES
   static const int sizes[] = {3, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_chain_avx512)
-  CHASLES_RUN_AVX2(delta_chain_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -508,9 +511,9 @@ static void delta_chain_D_q_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_chain_D_q_avx512)
-  CHASLES_RUN_AVX2(delta_chain_D_q_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_D_q_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain_D_q, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain_D_q, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain_D_q, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -532,9 +535,9 @@ static void delta_chain_rates_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_chain_rates_avx512)
-  CHASLES_RUN_AVX2(delta_chain_rates_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -556,9 +559,9 @@ static void delta_chain_accelerations_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(delta_chain_accelerations_avx512)
-  CHASLES_RUN_AVX2(delta_chain_accelerations_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -580,9 +583,9 @@ static void delta_configuration_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 9};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_configuration_avx512)
-  CHASLES_RUN_AVX2(delta_configuration_avx2)
-  CHASLES_RUN_BASELINE(delta_configuration_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_configuration, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_configuration, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_configuration, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -604,9 +607,9 @@ static void delta_margin_rows(size_t n, const double *const *inputs, const ptrdi
 #if CHASLES_LANES
   static const int sizes[] = {3, 1};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_margin_avx512)
-  CHASLES_RUN_AVX2(delta_margin_avx2)
-  CHASLES_RUN_BASELINE(delta_margin_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_margin, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_margin, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_margin, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -628,9 +631,9 @@ static void delta_chain_all_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {3, 12, 2};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(delta_chain_all_avx512)
-  CHASLES_RUN_AVX2(delta_chain_all_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -652,9 +655,9 @@ static void delta_actuators_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {6, 3};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_actuators_avx512)
-  CHASLES_RUN_AVX2(delta_actuators_avx2)
-  CHASLES_RUN_BASELINE(delta_actuators_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuators, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuators, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuators, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -676,9 +679,9 @@ static void delta_actuators_D_chain_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_actuators_D_chain_avx512)
-  CHASLES_RUN_AVX2(delta_actuators_D_chain_avx2)
-  CHASLES_RUN_BASELINE(delta_actuators_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuators_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -700,9 +703,9 @@ static void delta_actuator_rates_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 3};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_actuator_rates_avx512)
-  CHASLES_RUN_AVX2(delta_actuator_rates_avx2)
-  CHASLES_RUN_BASELINE(delta_actuator_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuator_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -724,9 +727,9 @@ static void delta_actuator_accelerations_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 3};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(delta_actuator_accelerations_avx512)
-  CHASLES_RUN_AVX2(delta_actuator_accelerations_avx2)
-  CHASLES_RUN_BASELINE(delta_actuator_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuator_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -748,9 +751,9 @@ static void delta_actuator_margin_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {6, 3};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_actuator_margin_avx512)
-  CHASLES_RUN_AVX2(delta_actuator_margin_avx2)
-  CHASLES_RUN_BASELINE(delta_actuator_margin_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuator_margin, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuator_margin, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuator_margin, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -772,9 +775,9 @@ static void delta_actuators_all_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 24, 24};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(delta_actuators_all_avx512)
-  CHASLES_RUN_AVX2(delta_actuators_all_avx2)
-  CHASLES_RUN_BASELINE(delta_actuators_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_actuators_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_actuators_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_actuators_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -796,9 +799,9 @@ static void delta_constraint_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {9, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_constraint_avx512)
-  CHASLES_RUN_AVX2(delta_constraint_avx2)
-  CHASLES_RUN_BASELINE(delta_constraint_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_constraint, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_constraint, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_constraint, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -820,9 +823,9 @@ static void delta_constraint_D_z_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {9, 54};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_constraint_D_z_avx512)
-  CHASLES_RUN_AVX2(delta_constraint_D_z_avx2)
-  CHASLES_RUN_BASELINE(delta_constraint_D_z_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_constraint_D_z, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -844,9 +847,9 @@ static void delta_constraint_D_z_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {9, 9, 54};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_constraint_D_z_dot_avx512)
-  CHASLES_RUN_AVX2(delta_constraint_D_z_dot_avx2)
-  CHASLES_RUN_BASELINE(delta_constraint_D_z_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_constraint_D_z_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -868,9 +871,9 @@ static void delta_rods_rows(size_t n, const double *const *inputs, const ptrdiff
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_rods_avx512)
-  CHASLES_RUN_AVX2(delta_rods_avx2)
-  CHASLES_RUN_BASELINE(delta_rods_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_rods, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_rods, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_rods, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -892,9 +895,9 @@ static void delta_rods_D_chain_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(delta_rods_D_chain_avx512)
-  CHASLES_RUN_AVX2(delta_rods_D_chain_avx2)
-  CHASLES_RUN_BASELINE(delta_rods_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_rods_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -916,9 +919,9 @@ static void delta_velocity_relation_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 36, 18};
   static const lanes_shape shape = {2, 2, sizes};
-  CHASLES_RUN_AVX512(delta_velocity_relation_avx512)
-  CHASLES_RUN_AVX2(delta_velocity_relation_avx2)
-  CHASLES_RUN_BASELINE(delta_velocity_relation_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_velocity_relation, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -940,9 +943,9 @@ static void delta_chain_fk_rows(size_t n, const double *const *inputs, const ptr
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(delta_chain_fk_avx512)
-  CHASLES_RUN_AVX2(delta_chain_fk_avx2)
-  CHASLES_RUN_BASELINE(delta_chain_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_chain_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_chain_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_chain_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -964,9 +967,9 @@ static void delta_rod_ends_rows(size_t n, const double *const *inputs, const ptr
 #if CHASLES_LANES
   static const int sizes[] = {3, 18, 6};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(delta_rod_ends_avx512)
-  CHASLES_RUN_AVX2(delta_rod_ends_avx2)
-  CHASLES_RUN_BASELINE(delta_rod_ends_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_rod_ends, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_rod_ends, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_rod_ends, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_rod_ends(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -981,6 +984,15 @@ void delta_rod_ends_batch(size_t n, const double *q, double *a, double *l)
   delta_rod_ends_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
+#if CHASLES_LANES
+#define DELTA_IK_NEAREST_ROWS \
+  static const int sizes[] = {16, 24, 8, 8}; \
+  static const lanes_shape shape = {1, 3, sizes}; \
+  CHASLES_RUN_AVX512(lanes_nearest, delta_ik, 3, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_AVX2(lanes_nearest, delta_ik, 3, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_BASELINE(lanes_nearest, delta_ik, 3, 8, &seeds, outputs, slot)
+#endif
+
 /* Accepts any row stride, in doubles. */
 static void delta_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -988,9 +1000,9 @@ static void delta_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {16, 24, 8, 8};
   static const lanes_shape shape = {1, 3, sizes};
-  CHASLES_RUN_AVX512(delta_ik_avx512)
-  CHASLES_RUN_AVX2(delta_ik_avx2)
-  CHASLES_RUN_BASELINE(delta_ik_baseline)
+  CHASLES_RUN_AVX512(lanes_run, delta_ik, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, delta_ik, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, delta_ik, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);

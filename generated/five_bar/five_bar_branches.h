@@ -62,21 +62,33 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
   out[2] = v115; LANES_LET2(v29, atan2, v24, v27); out[0] = v29;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(five_bar_ik_lanes)(
+    const double *T, lanes (*out)[4])
 {
   static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][4];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(five_bar_ik_branch)(T, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 2; b += 8) {
+    LANES_NAME(five_bar_ik_branch)(T, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 2, COUNT, q + b * 2, 2);
-    LANES_NAME(lanes_scatter)(from + 2, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(five_bar_ik_rows)(
+    const lanes (*out)[4], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 2; b += LANES_COUNT(2)) {
+    const lanes *from = out[b / LANES_COUNT(2)];
+    LANES_NAME(lanes_scatter)(from + 0, 2, LANES_COUNT(2), q + b * 2, 2);
+    LANES_NAME(lanes_scatter)(from + 2, 1, LANES_COUNT(2), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 3, 1, LANES_COUNT(2), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(
+    const double *T, double *q, double *residual, double *margin)
+{
+  lanes out[2 / LANES_COUNT(2)][4];
+  LANES_NAME(five_bar_ik_lanes)(T, out);
+  LANES_NAME(five_bar_ik_rows)(out, q, residual, margin);
 }
 
 #ifdef __cplusplus

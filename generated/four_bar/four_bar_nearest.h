@@ -4,14 +4,23 @@
 static const double four_bar_lower[1] = {-INFINITY};
 static const double four_bar_upper[1] = {INFINITY};
 
+static inline int four_bar_ik_nearest_by(
+    const double *T, const chasles_moves *moves, double tolerance, const double *q_seed,
+    double *q, double *residual, double *margin)
+{
+  double slots[1], residuals[1], margins[1];
+  const chasles_slots of = {1, 1, slots, residuals, margins, tolerance};
+  four_bar_ik(T, slots, residuals, margins);
+  return chasles_nearest(&of, moves, q_seed, q, residual, margin);
+}
+
 static const double four_bar_ik_counts[1] = {1};
 static const double four_bar_ik_turn[1] = {CHASLES_FULL_TURN};
 
 int four_bar_ik_nearest(const double T[16], const double q_seed[1], const double lower[1], const
     double upper[1], const double weights[1], double q[1], double *residual, double *margin)
 {
-  double slots[1], residuals[1], margins[1], scale[1];
-  const chasles_slots of = {1, 1, slots, residuals, margins, CHASLES_SOLVED};
+  double scale[1];
   chasles_moves moves = {four_bar_lower, four_bar_upper, four_bar_ik_counts, four_bar_ik_turn};
   moves.lower = lower ? lower : moves.lower;
   moves.upper = upper ? upper : moves.upper;
@@ -19,6 +28,6 @@ int four_bar_ik_nearest(const double T[16], const double q_seed[1], const double
     scale[j] = weights[j] * four_bar_ik_counts[j];
     moves.scale = scale;
   }
-  four_bar_ik(T, slots, residuals, margins);
-  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);
+  return four_bar_ik_nearest_by(T, &moves, CHASLES_SOLVED, q_seed, q,
+      residual, margin);
 }

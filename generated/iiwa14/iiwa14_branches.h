@@ -157,26 +157,38 @@ LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
   out[4] = v249;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(const double *T, const double *swivel, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(iiwa14_ik_lanes)(
+    const double *T, const double *swivel, lanes (*out)[9])
 {
   static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
-  enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][9];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 8; b += 8) {
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b, out[b / LANES]);
 #if LANES == 4
-    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b + 4, out[b / COUNT + 1]);
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b + 4, out[b / LANES + 1]);
 #endif
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(iiwa14_ik_rows)(
+    const lanes (*out)[9], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 8; b += LANES_COUNT(8)) {
+    const lanes *from = out[b / LANES_COUNT(8)];
+    LANES_NAME(lanes_scatter)(from + 0, 7, LANES_COUNT(8), q + b * 7, 7);
+    LANES_NAME(lanes_scatter)(from + 7, 1, LANES_COUNT(8), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, LANES_COUNT(8), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(
+    const double *T, const double *swivel, double *q, double *residual, double *margin)
+{
+  lanes out[8 / LANES_COUNT(8)][9];
+  LANES_NAME(iiwa14_ik_lanes)(T, swivel, out);
+  LANES_NAME(iiwa14_ik_rows)(out, q, residual, margin);
 }
 
 #ifdef __cplusplus

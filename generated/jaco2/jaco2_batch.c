@@ -66,31 +66,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -100,9 +100,9 @@ static void jaco2_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_fk_avx512)
-  CHASLES_RUN_AVX2(jaco2_fk_avx2)
-  CHASLES_RUN_BASELINE(jaco2_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -124,9 +124,9 @@ static void jaco2_link_poses_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {6, 96};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_link_poses_avx512)
-  CHASLES_RUN_AVX2(jaco2_link_poses_avx2)
-  CHASLES_RUN_BASELINE(jaco2_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -148,9 +148,9 @@ static void jaco2_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 16, 36};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(jaco2_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(jaco2_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(jaco2_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -172,9 +172,9 @@ static void jaco2_jacobian_space_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -196,9 +196,9 @@ static void jaco2_jacobian_body_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -220,9 +220,9 @@ static void jaco2_jacobian_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -244,9 +244,9 @@ static void jaco2_jacobian_space_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -268,9 +268,9 @@ static void jaco2_jacobian_body_dot_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -292,9 +292,9 @@ static void jaco2_jacobian_mixed_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(jaco2_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(jaco2_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -316,9 +316,9 @@ static void jaco2_hessian_mixed_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 216};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(jaco2_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(jaco2_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -340,9 +340,9 @@ static void jaco2_twist_space_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_twist_space_avx512)
-  CHASLES_RUN_AVX2(jaco2_twist_space_avx2)
-  CHASLES_RUN_BASELINE(jaco2_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -364,9 +364,9 @@ static void jaco2_twist_body_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_twist_body_avx512)
-  CHASLES_RUN_AVX2(jaco2_twist_body_avx2)
-  CHASLES_RUN_BASELINE(jaco2_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -388,9 +388,9 @@ static void jaco2_twist_mixed_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(jaco2_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(jaco2_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -412,9 +412,9 @@ static void jaco2_acceleration_space_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(jaco2_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(jaco2_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -436,9 +436,9 @@ static void jaco2_acceleration_body_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(jaco2_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(jaco2_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -460,9 +460,9 @@ static void jaco2_acceleration_mixed_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(jaco2_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(jaco2_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(jaco2_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, jaco2_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, jaco2_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, jaco2_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     jaco2_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);

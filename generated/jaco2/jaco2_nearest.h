@@ -6,6 +6,16 @@ static const double jaco2_lower[6] = {-INFINITY, 0.8203047484373349, 0.331612557
 static const double jaco2_upper[6] = {INFINITY, 5.462880558742252, 5.951572749300664, INFINITY,
     INFINITY, INFINITY};
 
+static inline int jaco2_ik_nearest_by(
+    const double *T, const chasles_moves *moves, double tolerance, const double *q_seed,
+    double *q, double *residual, double *margin)
+{
+  double slots[96], residuals[16], margins[16];
+  const chasles_slots of = {6, 16, slots, residuals, margins, tolerance};
+  jaco2_ik(T, slots, residuals, margins);
+  return chasles_nearest(&of, moves, q_seed, q, residual, margin);
+}
+
 static const double jaco2_ik_counts[6] = {1, 1, 1, 1, 1, 1};
 static const double jaco2_ik_turn[6] = {CHASLES_FULL_TURN, CHASLES_FULL_TURN, CHASLES_FULL_TURN,
     CHASLES_FULL_TURN, CHASLES_FULL_TURN, CHASLES_FULL_TURN};
@@ -13,8 +23,7 @@ static const double jaco2_ik_turn[6] = {CHASLES_FULL_TURN, CHASLES_FULL_TURN, CH
 int jaco2_ik_nearest(const double T[16], const double q_seed[6], const double lower[6], const double
     upper[6], const double weights[6], double q[6], double *residual, double *margin)
 {
-  double slots[96], residuals[16], margins[16], scale[6];
-  const chasles_slots of = {6, 16, slots, residuals, margins, CHASLES_SOLVED};
+  double scale[6];
   chasles_moves moves = {jaco2_lower, jaco2_upper, jaco2_ik_counts, jaco2_ik_turn};
   moves.lower = lower ? lower : moves.lower;
   moves.upper = upper ? upper : moves.upper;
@@ -22,6 +31,6 @@ int jaco2_ik_nearest(const double T[16], const double q_seed[6], const double lo
     scale[j] = weights[j] * jaco2_ik_counts[j];
     moves.scale = scale;
   }
-  jaco2_ik(T, slots, residuals, margins);
-  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);
+  return jaco2_ik_nearest_by(T, &moves, CHASLES_SOLVED, q_seed, q,
+      residual, margin);
 }

@@ -106,22 +106,34 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
   out[3] = v188;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_lanes)(
+    const double *T, lanes (*out)[7])
 {
   static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][7];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(lynxmotion_ik_branch)(T, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 4; b += 8) {
+    LANES_NAME(lynxmotion_ik_branch)(T, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(lynxmotion_ik_rows)(
+    const lanes (*out)[7], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 4; b += LANES_COUNT(4)) {
+    const lanes *from = out[b / LANES_COUNT(4)];
+    LANES_NAME(lanes_scatter)(from + 0, 5, LANES_COUNT(4), q + b * 5, 5);
+    LANES_NAME(lanes_scatter)(from + 5, 1, LANES_COUNT(4), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, LANES_COUNT(4), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(
+    const double *T, double *q, double *residual, double *margin)
+{
+  lanes out[4 / LANES_COUNT(4)][7];
+  LANES_NAME(lynxmotion_ik_lanes)(T, out);
+  LANES_NAME(lynxmotion_ik_rows)(out, q, residual, margin);
 }
 
 // One branch of ik_position: 145 operations: multiply 68, add 46, negate 2, trig 4, other 25
@@ -189,22 +201,34 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
   out[0] = v13; out[3] = v49;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_lanes)(
+    const double *p, lanes (*out)[7])
 {
   static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][7];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(lynxmotion_ik_position_branch)(p, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 4; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_branch)(p, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_rows)(
+    const lanes (*out)[7], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 4; b += LANES_COUNT(4)) {
+    const lanes *from = out[b / LANES_COUNT(4)];
+    LANES_NAME(lanes_scatter)(from + 0, 5, LANES_COUNT(4), q + b * 5, 5);
+    LANES_NAME(lanes_scatter)(from + 5, 1, LANES_COUNT(4), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, LANES_COUNT(4), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(
+    const double *p, double *q, double *residual, double *margin)
+{
+  lanes out[4 / LANES_COUNT(4)][7];
+  LANES_NAME(lynxmotion_ik_position_lanes)(p, out);
+  LANES_NAME(lynxmotion_ik_position_rows)(out, q, residual, margin);
 }
 
 // One branch of ik_position_pitch: 118 operations: multiply 55, add 39, negate 1, trig 6, other 17
@@ -270,26 +294,38 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
   out[3] = v93;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_lanes)(
+    const double *x, lanes (*out)[7])
 {
   static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
-  enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][7];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 8; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b, out[b / LANES]);
 #if LANES == 4
-    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b + 4, out[b / COUNT + 1]);
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b + 4, out[b / LANES + 1]);
 #endif
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_rows)(
+    const lanes (*out)[7], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 8; b += LANES_COUNT(8)) {
+    const lanes *from = out[b / LANES_COUNT(8)];
+    LANES_NAME(lanes_scatter)(from + 0, 5, LANES_COUNT(8), q + b * 5, 5);
+    LANES_NAME(lanes_scatter)(from + 5, 1, LANES_COUNT(8), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, LANES_COUNT(8), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(
+    const double *x, double *q, double *residual, double *margin)
+{
+  lanes out[8 / LANES_COUNT(8)][7];
+  LANES_NAME(lynxmotion_ik_position_pitch_lanes)(x, out);
+  LANES_NAME(lynxmotion_ik_position_pitch_rows)(out, q, residual, margin);
 }
 
 // One branch of ik_position_direction: 162 operations: multiply 76, add 53, negate 4, trig 4, other 25
@@ -365,22 +401,34 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   out[3] = v139;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_lanes)(
+    const double *x, lanes (*out)[7])
 {
   static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][7];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(lynxmotion_ik_position_direction_branch)(x, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 4; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_direction_branch)(x, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_rows)(
+    const lanes (*out)[7], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 4; b += LANES_COUNT(4)) {
+    const lanes *from = out[b / LANES_COUNT(4)];
+    LANES_NAME(lanes_scatter)(from + 0, 5, LANES_COUNT(4), q + b * 5, 5);
+    LANES_NAME(lanes_scatter)(from + 5, 1, LANES_COUNT(4), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, LANES_COUNT(4), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(
+    const double *x, double *q, double *residual, double *margin)
+{
+  lanes out[4 / LANES_COUNT(4)][7];
+  LANES_NAME(lynxmotion_ik_position_direction_lanes)(x, out);
+  LANES_NAME(lynxmotion_ik_position_direction_rows)(out, q, residual, margin);
 }
 
 #ifdef __cplusplus

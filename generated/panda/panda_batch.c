@@ -34,6 +34,7 @@ extern "C" {
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -42,6 +43,7 @@ extern "C" {
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -50,6 +52,7 @@ extern "C" {
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
 #include "chasles_batch.h"
+#include "chasles_nearest_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -66,31 +69,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -100,9 +103,9 @@ static void panda_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {7, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_fk_avx512)
-  CHASLES_RUN_AVX2(panda_fk_avx2)
-  CHASLES_RUN_BASELINE(panda_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -124,9 +127,9 @@ static void panda_link_poses_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {7, 112};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_link_poses_avx512)
-  CHASLES_RUN_AVX2(panda_link_poses_avx2)
-  CHASLES_RUN_BASELINE(panda_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -148,9 +151,9 @@ static void panda_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {7, 16, 42};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(panda_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(panda_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(panda_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -172,9 +175,9 @@ static void panda_jacobian_space_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -196,9 +199,9 @@ static void panda_jacobian_body_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -220,9 +223,9 @@ static void panda_jacobian_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -244,9 +247,9 @@ static void panda_jacobian_space_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -268,9 +271,9 @@ static void panda_jacobian_body_dot_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -292,9 +295,9 @@ static void panda_jacobian_mixed_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(panda_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(panda_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -316,9 +319,9 @@ static void panda_hessian_mixed_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {7, 294};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(panda_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(panda_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(panda_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -340,9 +343,9 @@ static void panda_twist_space_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_twist_space_avx512)
-  CHASLES_RUN_AVX2(panda_twist_space_avx2)
-  CHASLES_RUN_BASELINE(panda_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -364,9 +367,9 @@ static void panda_twist_body_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_twist_body_avx512)
-  CHASLES_RUN_AVX2(panda_twist_body_avx2)
-  CHASLES_RUN_BASELINE(panda_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -388,9 +391,9 @@ static void panda_twist_mixed_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(panda_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(panda_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(panda_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -412,9 +415,9 @@ static void panda_acceleration_space_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(panda_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(panda_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(panda_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -436,9 +439,9 @@ static void panda_acceleration_body_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(panda_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(panda_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(panda_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -460,9 +463,9 @@ static void panda_acceleration_mixed_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(panda_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(panda_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(panda_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -477,6 +480,15 @@ void panda_acceleration_mixed_batch(size_t n, const double *q, const double *qd,
   panda_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
+#if CHASLES_LANES
+#define PANDA_IK_NEAREST_ROWS \
+  static const int sizes[] = {16, 1, 56, 8, 8}; \
+  static const lanes_shape shape = {2, 3, sizes}; \
+  CHASLES_RUN_AVX512(lanes_nearest, panda_ik, 7, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_AVX2(lanes_nearest, panda_ik, 7, 8, &seeds, outputs, slot) \
+  CHASLES_RUN_BASELINE(lanes_nearest, panda_ik, 7, 8, &seeds, outputs, slot)
+#endif
+
 /* Accepts any row stride, in doubles. */
 static void panda_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -484,9 +496,9 @@ static void panda_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {16, 1, 56, 8, 8};
   static const lanes_shape shape = {2, 3, sizes};
-  CHASLES_RUN_AVX512(panda_ik_avx512)
-  CHASLES_RUN_AVX2(panda_ik_avx2)
-  CHASLES_RUN_BASELINE(panda_ik_baseline)
+  CHASLES_RUN_AVX512(lanes_run, panda_ik, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, panda_ik, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, panda_ik, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     panda_ik(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);

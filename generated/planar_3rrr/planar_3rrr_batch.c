@@ -66,31 +66,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -559,9 +559,9 @@ static void planar_3rrr_actuators_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {3, 3};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuators_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuators_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuators_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuators, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuators, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuators, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -583,9 +583,9 @@ static void planar_3rrr_actuators_D_chain_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 9};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuators_D_chain_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuators_D_chain_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuators_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuators_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -607,9 +607,9 @@ static void planar_3rrr_actuator_rates_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuator_rates_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuator_rates_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuator_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuator_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -631,9 +631,9 @@ static void planar_3rrr_actuator_accelerations_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 3};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuator_accelerations_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuator_accelerations_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuator_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuator_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -655,9 +655,9 @@ static void planar_3rrr_actuator_margin_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {3, 3};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuator_margin_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuator_margin_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuator_margin_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuator_margin, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuator_margin, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuator_margin, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuator_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -679,9 +679,9 @@ static void planar_3rrr_actuators_all_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {3, 24, 24};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_actuators_all_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_actuators_all_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_actuators_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_actuators_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_actuators_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_actuators_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -703,9 +703,9 @@ static void planar_3rrr_constraint_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {9, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_constraint_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_constraint_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_constraint_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_constraint, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_constraint, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_constraint, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -727,9 +727,9 @@ static void planar_3rrr_constraint_D_z_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {9, 54};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_constraint_D_z_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_constraint_D_z_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_constraint_D_z_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_constraint_D_z, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -751,9 +751,9 @@ static void planar_3rrr_constraint_D_z_dot_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {9, 9, 54};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_constraint_D_z_dot_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_constraint_D_z_dot_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_constraint_D_z_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_constraint_D_z_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -775,9 +775,9 @@ static void planar_3rrr_chain_fk_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_fk_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_fk_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -799,9 +799,9 @@ static void planar_3rrr_chain_link_poses_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {3, 48};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_link_poses_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_link_poses_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -823,9 +823,9 @@ static void planar_3rrr_chain_fk_jacobian_mixed_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {3, 16, 18};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -847,9 +847,9 @@ static void planar_3rrr_chain_jacobian_space_rows(size_t n, const double *const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -871,9 +871,9 @@ static void planar_3rrr_chain_jacobian_body_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -895,9 +895,9 @@ static void planar_3rrr_chain_jacobian_mixed_rows(size_t n, const double *const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -919,9 +919,9 @@ static void planar_3rrr_chain_jacobian_space_dot_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -943,9 +943,9 @@ static void planar_3rrr_chain_jacobian_body_dot_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -967,9 +967,9 @@ static void planar_3rrr_chain_jacobian_mixed_dot_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -991,9 +991,9 @@ static void planar_3rrr_chain_hessian_mixed_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {3, 54};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1015,9 +1015,9 @@ static void planar_3rrr_chain_twist_space_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_twist_space_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_twist_space_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1039,9 +1039,9 @@ static void planar_3rrr_chain_twist_body_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_twist_body_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_twist_body_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1063,9 +1063,9 @@ static void planar_3rrr_chain_twist_mixed_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1087,9 +1087,9 @@ static void planar_3rrr_chain_acceleration_space_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1111,9 +1111,9 @@ static void planar_3rrr_chain_acceleration_body_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1135,9 +1135,9 @@ static void planar_3rrr_chain_acceleration_mixed_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_chain_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_chain_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_chain_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_chain_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_chain_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_chain_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_chain_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1159,9 +1159,9 @@ static void planar_3rrr_rods_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_rods_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_rods_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_rods_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_rods, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_rods, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_rods, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1183,9 +1183,9 @@ static void planar_3rrr_rods_D_chain_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 9};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_rods_D_chain_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_rods_D_chain_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_rods_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_rods_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1207,9 +1207,9 @@ static void planar_3rrr_velocity_relation_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 9, 9};
   static const lanes_shape shape = {2, 2, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_velocity_relation_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_velocity_relation_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_velocity_relation_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_velocity_relation, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1231,9 +1231,9 @@ static void planar_3rrr_assembly_polynomial_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {3, 7};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_assembly_polynomial_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_assembly_polynomial_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_assembly_polynomial_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_assembly_polynomial, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_assembly_polynomial, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_assembly_polynomial, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_assembly_polynomial(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1255,9 +1255,9 @@ static void planar_3rrr_assembly_position_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 1, 3};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_assembly_position_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_assembly_position_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_assembly_position_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_assembly_position, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_assembly_position, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_assembly_position, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_assembly_position(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1279,9 +1279,9 @@ static void planar_3rrr_assembly_mirror_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {3, 1, 3};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_assembly_mirror_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_assembly_mirror_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_assembly_mirror_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_assembly_mirror, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_assembly_mirror, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_assembly_mirror, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_assembly_mirror(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1303,9 +1303,9 @@ static void planar_3rrr_closure_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 18};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_closure_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_closure_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_closure_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_closure, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_closure, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_closure, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_closure(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1327,9 +1327,9 @@ static void planar_3rrr_closure_D_w_dot_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 18};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_closure_D_w_dot_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_closure_D_w_dot_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_closure_D_w_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, planar_3rrr_closure_D_w_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, planar_3rrr_closure_D_w_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, planar_3rrr_closure_D_w_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_closure_D_w_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);

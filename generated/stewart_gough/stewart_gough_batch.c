@@ -66,31 +66,31 @@ extern "C" {
 #endif
 
 #if CHASLES_SET_AVX512
-#define CHASLES_RUN_AVX512(kernel) \
+#define CHASLES_RUN_AVX512(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX512) { \
-    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx512(kernel##_avx512, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX512(kernel)
+#define CHASLES_RUN_AVX512(run, kernel, ...)
 #endif
 #if CHASLES_SET_AVX2
-#define CHASLES_RUN_AVX2(kernel) \
+#define CHASLES_RUN_AVX2(run, kernel, ...) \
   if (n > 1 && CHASLES_HAS_AVX2) { \
-    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_avx2(kernel##_avx2, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_AVX2(kernel)
+#define CHASLES_RUN_AVX2(run, kernel, ...)
 #endif
 #if CHASLES_SET_BASELINE
-#define CHASLES_RUN_BASELINE(kernel) \
+#define CHASLES_RUN_BASELINE(run, kernel, ...) \
   if (n > 1) { \
-    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    run##_baseline(kernel##_baseline, &shape, n, inputs, input_steps, __VA_ARGS__); \
     return; \
   }
 #else
-#define CHASLES_RUN_BASELINE(kernel)
+#define CHASLES_RUN_BASELINE(run, kernel, ...)
 #endif
 
 /* Accepts any row stride, in doubles. */
@@ -525,9 +525,9 @@ static void stewart_gough_actuators_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_actuators_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_actuators_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_actuators_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_actuators, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_actuators, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_actuators, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -549,9 +549,9 @@ static void stewart_gough_actuators_D_chain_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_actuators_D_chain_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_actuators_D_chain_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_actuators_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_actuators_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_actuators_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -573,9 +573,9 @@ static void stewart_gough_actuator_rates_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_actuator_rates_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_actuator_rates_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_actuator_rates_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_actuator_rates, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_actuator_rates, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -597,9 +597,9 @@ static void stewart_gough_actuator_accelerations_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_actuator_accelerations_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_actuator_accelerations_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_actuator_accelerations_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_actuator_accelerations, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_actuator_accelerations, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -621,9 +621,9 @@ static void stewart_gough_actuators_all_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 1};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_actuators_all_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_actuators_all_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_actuators_all_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_actuators_all, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_actuators_all, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_actuators_all, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -645,9 +645,9 @@ static void stewart_gough_constraint_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {12, 6};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_constraint_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_constraint_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_constraint_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_constraint, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_constraint, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_constraint, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -669,9 +669,9 @@ static void stewart_gough_constraint_D_z_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {12, 72};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_constraint_D_z_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_constraint_D_z_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_constraint_D_z_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_constraint_D_z, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_constraint_D_z, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -693,9 +693,9 @@ static void stewart_gough_constraint_D_z_dot_rows(size_t n, const double *const 
 #if CHASLES_LANES
   static const int sizes[] = {12, 12, 72};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_constraint_D_z_dot_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_constraint_D_z_dot_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_constraint_D_z_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_constraint_D_z_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_constraint_D_z_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -717,9 +717,9 @@ static void stewart_gough_chain_fk_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_fk_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_fk_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_fk_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_fk, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_fk, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_fk, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -741,9 +741,9 @@ static void stewart_gough_chain_link_poses_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {6, 96};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_link_poses_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_link_poses_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_link_poses_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_link_poses, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_link_poses, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_link_poses, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -765,9 +765,9 @@ static void stewart_gough_chain_fk_jacobian_mixed_rows(size_t n, const double *c
 #if CHASLES_LANES
   static const int sizes[] = {6, 16, 36};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_fk_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_fk_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_fk_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_fk_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_fk_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -789,9 +789,9 @@ static void stewart_gough_chain_jacobian_space_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_space_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_space_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -813,9 +813,9 @@ static void stewart_gough_chain_jacobian_body_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_body_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_body_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -837,9 +837,9 @@ static void stewart_gough_chain_jacobian_mixed_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_mixed_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_mixed_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -861,9 +861,9 @@ static void stewart_gough_chain_jacobian_space_dot_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_space_dot_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_space_dot_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_space_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_space_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_space_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -885,9 +885,9 @@ static void stewart_gough_chain_jacobian_body_dot_rows(size_t n, const double *c
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_body_dot_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_body_dot_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_body_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_body_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_body_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -909,9 +909,9 @@ static void stewart_gough_chain_jacobian_mixed_dot_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_mixed_dot_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_mixed_dot_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_mixed_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_jacobian_mixed_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_jacobian_mixed_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -933,9 +933,9 @@ static void stewart_gough_chain_hessian_mixed_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 216};
   static const lanes_shape shape = {1, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_hessian_mixed_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_hessian_mixed_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_hessian_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_hessian_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_hessian_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -957,9 +957,9 @@ static void stewart_gough_chain_twist_space_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_twist_space_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_twist_space_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_twist_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_twist_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_twist_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -981,9 +981,9 @@ static void stewart_gough_chain_twist_body_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_twist_body_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_twist_body_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_twist_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_twist_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_twist_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1005,9 +1005,9 @@ static void stewart_gough_chain_twist_mixed_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_twist_mixed_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_twist_mixed_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_twist_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_twist_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_twist_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1029,9 +1029,9 @@ static void stewart_gough_chain_acceleration_space_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_space_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_space_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_space_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_acceleration_space, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_acceleration_space, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1053,9 +1053,9 @@ static void stewart_gough_chain_acceleration_body_rows(size_t n, const double *c
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_body_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_body_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_body_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_acceleration_body, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_acceleration_body, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1077,9 +1077,9 @@ static void stewart_gough_chain_acceleration_mixed_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_chain_acceleration_mixed_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_chain_acceleration_mixed_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_chain_acceleration_mixed_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_chain_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_chain_acceleration_mixed, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_chain_acceleration_mixed, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1101,9 +1101,9 @@ static void stewart_gough_rods_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_rods_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_rods_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_rods_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_rods, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_rods, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_rods, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1125,9 +1125,9 @@ static void stewart_gough_rods_D_chain_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_rods_D_chain_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_rods_D_chain_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_rods_D_chain_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_rods_D_chain, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_rods_D_chain, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1149,9 +1149,9 @@ static void stewart_gough_velocity_relation_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36, 36};
   static const lanes_shape shape = {2, 2, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_velocity_relation_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_velocity_relation_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_velocity_relation_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_velocity_relation, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_velocity_relation, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1173,9 +1173,9 @@ static void stewart_gough_rod_ends_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 18, 6};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_rod_ends_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_rod_ends_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_rod_ends_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_rod_ends, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_rod_ends, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_rod_ends, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_rod_ends(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1214,9 +1214,9 @@ static void stewart_gough_closure_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {12, 6, 72};
   static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_closure_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_closure_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_closure_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_closure, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_closure, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_closure, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_closure(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1238,9 +1238,9 @@ static void stewart_gough_closure_D_w_dot_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {12, 12, 72};
   static const lanes_shape shape = {2, 1, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_closure_D_w_dot_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_closure_D_w_dot_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_closure_D_w_dot_baseline)
+  CHASLES_RUN_AVX512(lanes_run, stewart_gough_closure_D_w_dot, outputs, output_steps)
+  CHASLES_RUN_AVX2(lanes_run, stewart_gough_closure_D_w_dot, outputs, output_steps)
+  CHASLES_RUN_BASELINE(lanes_run, stewart_gough_closure_D_w_dot, outputs, output_steps)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_closure_D_w_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);

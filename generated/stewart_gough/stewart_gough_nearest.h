@@ -4,14 +4,23 @@
 static const double stewart_gough_lower[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
 static const double stewart_gough_upper[6] = {0.16, 0.16, 0.16, 0.16, 0.16, 0.16};
 
+static inline int stewart_gough_ik_nearest_by(
+    const double *T, const chasles_moves *moves, double tolerance, const double *q_seed,
+    double *q, double *residual, double *margin)
+{
+  double slots[6], residuals[1], margins[1];
+  const chasles_slots of = {6, 1, slots, residuals, margins, tolerance};
+  stewart_gough_ik(T, slots, residuals, margins);
+  return chasles_nearest(&of, moves, q_seed, q, residual, margin);
+}
+
 static const double stewart_gough_ik_counts[6] = {1, 1, 1, 1, 1, 1};
 static const double stewart_gough_ik_turn[6] = {0, 0, 0, 0, 0, 0};
 
 int stewart_gough_ik_nearest(const double T[16], const double q_seed[6], const double lower[6],
     const double upper[6], const double weights[6], double q[6], double *residual, double *margin)
 {
-  double slots[6], residuals[1], margins[1], scale[6];
-  const chasles_slots of = {6, 1, slots, residuals, margins, CHASLES_SOLVED};
+  double scale[6];
   chasles_moves moves = {stewart_gough_lower, stewart_gough_upper, stewart_gough_ik_counts, stewart_gough_ik_turn};
   moves.lower = lower ? lower : moves.lower;
   moves.upper = upper ? upper : moves.upper;
@@ -19,6 +28,6 @@ int stewart_gough_ik_nearest(const double T[16], const double q_seed[6], const d
     scale[j] = weights[j] * stewart_gough_ik_counts[j];
     moves.scale = scale;
   }
-  stewart_gough_ik(T, slots, residuals, margins);
-  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);
+  return stewart_gough_ik_nearest_by(T, &moves, CHASLES_SOLVED, q_seed, q,
+      residual, margin);
 }

@@ -62,6 +62,7 @@ static const double lanes_arctangent[] = {
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))
 /* 1 or 0. */
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
+#define LANES_COUNT(branches) ((branches) < LANES ? (branches) : LANES) /* in one vector */
 
 /* Declares the result of a function of one or two lane vectors. */
 #define LANES_LET1(value, name, x) \

@@ -6,6 +6,8 @@
 #ifndef CHASLES_NEAREST_H
 #define CHASLES_NEAREST_H
 
+#include <stddef.h>
+
 #include "chasles_distance.h"
 
 #ifdef __TINYC__
@@ -24,6 +26,11 @@
 #define CHASLES_OUT_OF_REACH (-1)   /* no slot reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all slots that reach the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
+
+/* Full turns in vectors of displacements. Adding and subtracting 1.5 * 2^52 rounds to an integer.
+ */
+#define CHASLES_TURNS(apart) \
+    (((apart) * (1 / CHASLES_FULL_TURN) + 6755399441055744.0) - 6755399441055744.0)
 
 /* Limits, weights and periods of the coordinates. */
 typedef struct {
@@ -156,32 +163,6 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
     }
 }
 
-#if defined(__AVX2__) && defined(__FMA__) && !defined(CHASLES_PLAIN)
-#include "chasles_nearest_six.h"
-#define CHASLES_NEAREST_SIX 1
-#else
-#define CHASLES_NEAREST_SIX 0
-#endif
-
-/* Returns the slot nearest to the seed without limits, or -1 if there is none; also returns whether
- * it is within the limits. Writes all distances, and the coordinates of this slot nearest to the
- * seed. */
-static inline int chasles_nearest_turns(const chasles_slots *of, const chasles_moves *moves,
-                                        const double *q_seed, double *distance, double *at,
-                                        int *is_inside)
-{
-    int best;
-#if CHASLES_NEAREST_SIX
-    if (of->n == 6 && of->slots % 4 == 0) {
-        return chasles_nearest_six(of, moves, q_seed, distance, at, is_inside);
-    }
-#endif
-    chasles_distances(of, moves, q_seed, distance);
-    best = chasles_least(of->slots, distance);
-    *is_inside = best >= 0 && chasles_is_inside(of->n, moves, of->q + best * of->n, q_seed, at);
-    return best;
-}
-
 /* Writes the solution nearest to the seed, its residual and margin. Returns its slot, the lowest of
  * several at the same distance. Without a solution, returns the reason, and writes NaN and the
  * residual and margin of the slot with the smallest residual. q may be q_seed. */
@@ -189,15 +170,33 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
     double distance[CHASLES_MAX_SLOTS], at[CHASLES_MAX_JOINTS];
-    int is_inside;
-    const int best = chasles_nearest_turns(of, moves, q_seed, distance, at, &is_inside);
-    if (best >= 0 && is_inside) {
+    int best;
+    chasles_distances(of, moves, q_seed, distance);
+    best = chasles_least(of->slots, distance);
+    if (best >= 0 && chasles_is_inside(of->n, moves, of->q + best * of->n, q_seed, at)) {
         memcpy(q, at, (size_t)of->n * sizeof *q);
         *residual = of->residual[best];
         *margin = of->margin[best];
         return best;
     }
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
+}
+
+/* chasles_nearest for dense rows of slots: `rows` poses, k slots each, n coordinates. The moves are
+ * the arrays of chasles_moves, the outputs dense rows of q, residual and margin. */
+static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
+                                         double tolerance, const double *const *moves,
+                                         const double *q_seed, ptrdiff_t seed_step,
+                                         double *const *outputs, signed char *slot)
+{
+    const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};
+    for (size_t row = 0; row < rows; row++, q_seed += seed_step) {
+        const size_t first = row * (size_t)k;
+        const chasles_slots of = {
+            n, k, slots[0] + first * (size_t)n, slots[1] + first, slots[2] + first, tolerance};
+        slot[row] = (signed char)chasles_nearest(&of, &by, q_seed, outputs[0] + row * (size_t)n,
+                                                 outputs[1] + row, outputs[2] + row);
+    }
 }
 
 #endif

@@ -172,21 +172,33 @@ LANES_INLINE void LANES_NAME(well_manipulator_ik_branch)(
   LANES_LET1(v425, sqrt, v424); out[7] = v425; LANES_LET2(v26, atan2, T_2, v2); out[0] = v26;
 }
 
-static LANES_SCHEDULED LANES_TARGET void LANES_NAME(well_manipulator_ik_branches)(const double *T, const double *l_HI, const double *l_MN, const double *theta7, double *q, double *residual, double *margin)
+LANES_INLINE void LANES_NAME(well_manipulator_ik_lanes)(
+    const double *T, const double *l_HI, const double *l_MN, const double *theta7, lanes (*out)[9])
 {
   static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
-  enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes out[BRANCHES / COUNT][9];
-  for (int b = 0; b < BRANCHES; b += 8) {
-    LANES_NAME(well_manipulator_ik_branch)(T, l_HI, l_MN, theta7, choice, b, out[b / COUNT]);
+  for (int b = 0; b < 2; b += 8) {
+    LANES_NAME(well_manipulator_ik_branch)(T, l_HI, l_MN, theta7, choice, b, out[b / LANES]);
   }
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    const lanes *from = out[b / COUNT];
-    LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
+}
+
+LANES_INLINE void LANES_NAME(well_manipulator_ik_rows)(
+    const lanes (*out)[9], double *q, double *residual, double *margin)
+{
+  for (int b = 0; b < 2; b += LANES_COUNT(2)) {
+    const lanes *from = out[b / LANES_COUNT(2)];
+    LANES_NAME(lanes_scatter)(from + 0, 7, LANES_COUNT(2), q + b * 7, 7);
+    LANES_NAME(lanes_scatter)(from + 7, 1, LANES_COUNT(2), residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, LANES_COUNT(2), margin + b * 1, 1);
   }
+}
+
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(well_manipulator_ik_branches)(
+    const double *T, const double *l_HI, const double *l_MN, const double *theta7, double *q, double *residual, double *margin)
+{
+  lanes out[2 / LANES_COUNT(2)][9];
+  LANES_NAME(well_manipulator_ik_lanes)(T, l_HI, l_MN, theta7, out);
+  LANES_NAME(well_manipulator_ik_rows)(out, q, residual, margin);
 }
 
 #ifdef __cplusplus

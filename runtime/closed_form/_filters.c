@@ -5,6 +5,7 @@
 #include <Python.h>
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <numpy/arrayobject.h>
@@ -298,14 +299,21 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     return best.slot;
 }
 
+/* Reads q, valid, seed, turn and unit; returns 0 with an error set. */
+static int read_query(PyObject *args, PyObject **q, Slots *slots, Seeds *seeds)
+{
+    PyObject *valid, *seed, *turn, *unit;
+    return PyArg_ParseTuple(args, "OOOOO", q, &valid, &seed, &turn, &unit) &&
+           read_slots(*q, valid, slots) == 0 && read_seeds(seed, turn, unit, slots, seeds) == 0;
+}
+
 /* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN without a valid slot. */
 static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
 {
-    PyObject *q, *valid, *seed, *turn, *unit;
+    PyObject *q;
     Slots slots;
     Seeds seeds;
-    if (!PyArg_ParseTuple(args, "OOOOO", &q, &valid, &seed, &turn, &unit) ||
-        read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
+    if (!read_query(args, &q, &slots, &seeds)) {
         return NULL;
     }
     PyObject *found = new_like(q, NPY_DOUBLE, 1, slots.n, 0);
@@ -319,41 +327,31 @@ static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
     return found;
 }
 
-/* Sorts n slots by distance (stable); `room` is scratch memory for n slots. */
-static void sort_ranked(Ranked *slots, Ranked *room, npy_intp n)
+/* Compares two slots by distance, then by number. */
+static int compare_ranked(const void *left, const void *right)
 {
-    for (npy_intp width = 1; width < n; width *= 2) {
-        for (npy_intp first = 0; first < n; first += 2 * width) {
-            const npy_intp middle = first + width < n ? first + width : n;
-            const npy_intp end = middle + width < n ? middle + width : n;
-            npy_intp a = first, b = middle;
-            for (npy_intp i = first; i < end; i++) {
-                const int left = b >= end || (a < middle && slots[a].distance <= slots[b].distance);
-                room[i] = left ? slots[a++] : slots[b++];
-            }
-        }
-        memcpy(slots, room, (size_t)n * sizeof *slots);
-    }
+    const Ranked *a = left, *b = right;
+    const int by_distance = (a->distance > b->distance) - (a->distance < b->distance);
+    return by_distance ? by_distance : (a->slot > b->slot) - (a->slot < b->slot);
 }
 
 /* order(q, valid, seed, turn, unit) of the module: indices (..., k), the nearest slot first. */
 static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
 {
-    PyObject *q, *valid, *seed, *turn, *unit;
+    PyObject *q;
     Slots slots;
     Seeds seeds;
-    if (!PyArg_ParseTuple(args, "OOOOO", &q, &valid, &seed, &turn, &unit) ||
-        read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
+    if (!read_query(args, &q, &slots, &seeds)) {
         return NULL;
     }
-    Ranked *order_of = PyMem_Malloc((size_t)(2 * slots.k + 1) * sizeof *order_of);
+    Ranked *order_of = PyMem_Malloc((size_t)(slots.k + 1) * sizeof *order_of);
     PyObject *found = order_of ? new_like(q, NPY_INTP, 1, slots.k, 0) : PyErr_NoMemory();
     for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
         npy_intp *to = (npy_intp *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k;
         for (npy_intp slot = 0; slot < slots.k; slot++) {
             order_of[slot] = ranked(&slots, &seeds, pose, slot, UINT64_MAX);
         }
-        sort_ranked(order_of, order_of + slots.k, slots.k);
+        qsort(order_of, (size_t)slots.k, sizeof *order_of, compare_ranked);
         for (npy_intp i = 0; i < slots.k; i++) {
             to[i] = order_of[i].slot;
         }

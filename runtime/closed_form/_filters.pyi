@@ -2,37 +2,19 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+Array = NDArray[Any]
+
 def windings(
-    q: NDArray[Any],
-    residual: NDArray[Any],
-    margin: NDArray[Any],
-    valid: NDArray[Any],
-    limits: tuple[NDArray[Any], ...],
+    q: Array,
+    residual: Array,
+    margin: Array,
+    valid: Array,
+    limits: tuple[Array, ...],
     at_limit: float,
     /,
 ) -> tuple[Any, Any, Any, Any]: ...
-def order(
-    q: NDArray[Any],
-    valid: NDArray[Any],
-    seed: NDArray[Any],
-    turn: NDArray[Any],
-    unit: NDArray[Any],
-    /,
-) -> Any: ...
-def nearest(
-    q: NDArray[Any],
-    valid: NDArray[Any],
-    seed: NDArray[Any],
-    turn: NDArray[Any],
-    unit: NDArray[Any],
-    /,
-) -> Any: ...
+def order(q: Array, valid: Array, seed: Array, turn: Array, unit: Array, /) -> Any: ...
+def nearest(q: Array, valid: Array, seed: Array, turn: Array, unit: Array, /) -> Any: ...
 def distinct(
-    q: NDArray[Any],
-    valid: NDArray[Any],
-    turn: NDArray[Any],
-    tolerance: NDArray[Any],
-    whole: NDArray[Any],
-    group: int,
-    /,
+    q: Array, valid: Array, turn: Array, tolerance: Array, whole: Array, group: int, /
 ) -> Any: ...

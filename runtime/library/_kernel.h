@@ -31,11 +31,15 @@ typedef struct {
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
     /* Of an inverse: writes the solutions nearest to seeds to dense rows of q, residual and margin,
-     * from n dense rows of k slots, and the slot of each or the reason why there is none; see
-     * chasles_nearest.h. The seeds are this number of doubles apart. The moves are lower and upper
-     * limits of the coordinates, factors of their moves, and full turns that leave the pose
-     * unchanged. NULL for functions that are not an inverse. */
-    void (*nearest)(size_t n, int k, const double *const *slots, double tolerance,
+     * and the slot of each or the reason why there is none; see chasles_nearest.h. Steps are
+     * distances of adjacent rows in doubles. The moves are lower and upper limits of the
+     * coordinates, factors of their moves, and full turns that leave the pose unchanged. NULL for
+     * functions that are not an inverse. */
+    void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+                         double tolerance, const double *const *moves, const double *q_seed,
+                         ptrdiff_t seed_step, double *const *outputs, signed char *slot);
+    /* chasles_nearest_slots of chasles_nearest.h. */
+    void (*nearest)(size_t rows, int n, int k, const double *const *slots, double tolerance,
                     const double *const *moves, const double *q_seed, ptrdiff_t seed_step,
                     double *const *outputs, signed char *slot);
     int n_inputs;

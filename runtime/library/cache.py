@@ -172,15 +172,17 @@ def write_glue(manifest: Manifest) -> bytes:
     ]
     for index, function in enumerate(manifest.functions):
         lines += _wrapper(index, function)
-        lines += _nearest(index, function) if _has_nearest(manifest, function) else []
+        lines += _nearest_rows(index, function) if _has_nearest(manifest, function) else []
     lines += ["const chasles_kernel chasles_kernels[] = {"]
     for index, function in enumerate(manifest.functions):
         rows = f"{function.symbol}_rows" if batched else "0"
         counts = f"{len(function.inputs)}, {len(function.outputs)}"
-        nearest = f"chasles_nearest_{index}" if _has_nearest(manifest, function) else "0"
+        nearest = "0, 0"
+        if _has_nearest(manifest, function):
+            nearest = f"chasles_nearest_rows_{index}, chasles_nearest_slots"
         names = f'"{function.name}", chasles_call_{index}, {rows}, {nearest}'
         lines += [f"    {{{names}, {counts}, chasles_sizes_{index}}},"]
-    lines += ["    {0, 0, 0, 0, 0, 0, 0},", "};", ""]
+    lines += ["    {0, 0, 0, 0, 0, 0, 0, 0},", "};", ""]
     return "\n".join(lines).encode()
 
 
@@ -208,33 +210,27 @@ def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
     return _NEAREST in manifest.c_files and 0 < slots <= _MAX_NEAREST
 
 
-def _nearest(index: int, function: FunctionInfo) -> list[str]:
-    slots, n = function.outputs[0].shape
+def _nearest_rows(index: int, function: FunctionInfo) -> list[str]:
+    """Return C that writes the nearest solutions of many poses, on vector lanes where possible."""
+    name, n = function.symbol, function.outputs[0].shape[1]
+    count = len(function.inputs)
+    inputs = [f"inputs[{i}] + (ptrdiff_t)row * input_steps[{i}]" for i in range(count)]
     return [
-        f"static void chasles_nearest_{index}(size_t n, int k, const double *const *slots,",
-        "    double tolerance, const double *const *moves, const double *q_seed,",
-        "    ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
+        f"static void chasles_nearest_rows_{index}(size_t n, const double *const *inputs,",
+        "    const ptrdiff_t *input_steps, double tolerance, const double *const *moves,",
+        "    const double *q_seed, ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
         "{",
         "    const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};",
+        f"#ifdef {name.upper()}_NEAREST_ROWS",
+        "    const chasles_seeds seeds = {q_seed, seed_step, &by, tolerance};",
+        f"    {name.upper()}_NEAREST_ROWS",
+        "#endif",
         "    for (size_t row = 0; row < n; row++, q_seed += seed_step) {",
-        f"        if (k == {slots}) {{",
-        *_selection(n, str(slots)),
-        "        } else {",
-        *_selection(n, "k"),
-        "        }",
+        f"        slot[row] = (signed char){name}_nearest_by({', '.join(inputs)}, &by, tolerance,",
+        f"            q_seed, outputs[0] + row * {n}, outputs[1] + row, outputs[2] + row);",
         "    }",
         "}",
         "",
-    ]
-
-
-def _selection(n: int, k: str) -> list[str]:
-    """Return C that selects among k slots of a row; a constant k is faster."""
-    at = [f"slots[{i}] + row * {size} * (size_t){k}" for i, size in enumerate((n, 1, 1))]
-    to = [f"outputs[0] + row * {n}", "outputs[1] + row", "outputs[2] + row"]
-    return [
-        f"            const chasles_slots of = {{{n}, {k}, {', '.join(at)}, tolerance}};",
-        f"            slot[row] = (signed char)chasles_nearest(&of, &by, q_seed, {', '.join(to)});",
     ]
 
 

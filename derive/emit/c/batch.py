@@ -17,6 +17,7 @@ from ...terms.symbolic_function import Signature, SymbolicFunction, WrittenFunct
 from .expressions import naming
 from .header import notice, support
 from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
+from .nearest import BATCH, has_nearest
 from .sections import summary
 
 RUN = "chasles_batch.h"
@@ -91,9 +92,11 @@ extern "C" {{
 
 
 def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[Signature]) -> str:
+    has_inverse = any(has_nearest(robot, function) for function in vector)
+    headers = [SUPPORT, RUN, *([BATCH] if has_inverse else []), f"{robot.name}_lanes.h"]
+    lines = "\n".join(f'#include "{header}"' for header in headers)
     included = "\n\n".join(
-        f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
-        f'#include "{SUPPORT}"\n#include "{RUN}"\n#include "{robot.name}_lanes.h"\n'
+        f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n{lines}\n"
         "#undef CHASLES_ISA\n#endif"
         for number, name, _ in _SETS
     )
@@ -155,7 +158,9 @@ def _definition(robot: Described, function: Signature, vector: bool) -> str:
     pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(size.inputs))]
     pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(size.outputs))]
     steps_in, steps_out = (", ".join(map(str, rows)) for rows in (size.inputs, size.outputs))
+    on_lanes = vector and has_nearest(robot, function)
     return f"""\
+{_nearest(name, size, function) if on_lanes else ""}\
 /* Accepts any row stride, in doubles. */
 static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -177,7 +182,11 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    runs = "".join(f"  CHASLES_RUN_{isa.upper()}({name}_{isa})\n" for _, isa, _ in _SETS)
+    """Returns the code that runs a batch on the lanes of the processor, if there are any."""
+    runs = "".join(
+        f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
+        for _, isa, _ in _SETS
+    )
     return f"""\
 #if CHASLES_LANES
   static const int sizes[] = {{{", ".join(map(str, (*size.inputs, *size.outputs)))}}};
@@ -186,18 +195,39 @@ def _choice(name: str, size: Sizes) -> str:
 """
 
 
+def _nearest(name: str, size: Sizes, function: Signature) -> str:
+    """Returns the macro that writes the nearest solutions by lanes and returns, if there are any.
+
+    The runtime uses this macro where n, inputs, input_steps, seeds, outputs and slot are defined.
+    """
+    k, n = function.outputs[0].shape
+    runs = " \\\n".join(
+        f"  CHASLES_RUN_{isa.upper()}(lanes_nearest, {name}, {n}, {k}, &seeds, outputs, slot)"
+        for _, isa, _ in _SETS
+    )
+    return f"""\
+#if CHASLES_LANES
+#define {name.upper()}_NEAREST_ROWS \\
+  static const int sizes[] = {{{", ".join(map(str, (*size.inputs, *size.outputs)))}}}; \\
+  static const lanes_shape shape = {{{len(size.inputs)}, {len(size.outputs)}, sizes}}; \\
+{runs}
+#endif
+
+"""
+
+
 def _run(isa: str, condition: str) -> str:
     """Returns the macro that runs a batch on lanes and returns if the processor supports them."""
     name = isa.upper()
     return f"""\
 #if CHASLES_SET_{name}
-#define CHASLES_RUN_{name}(kernel) \\
+#define CHASLES_RUN_{name}(run, kernel, ...) \\
   if (n > 1{condition}) {{ \\
-    lanes_run_{isa}(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \\
+    run##_{isa}(kernel##_{isa}, &shape, n, inputs, input_steps, __VA_ARGS__); \\
     return; \\
   }}
 #else
-#define CHASLES_RUN_{name}(kernel)
+#define CHASLES_RUN_{name}(run, kernel, ...)
 #endif
 """
 

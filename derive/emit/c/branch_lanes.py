@@ -101,37 +101,60 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """Returns the function for a single pose: kernel calls, then lanes transposed into rows."""
+    """Returns the functions for a single pose: all branches in lanes, and as rows."""
+    k, width, inputs = function.branches, sum(size.outputs), [a.name for a in function.inputs]
+    given = [f"const double *{name}" for name in inputs]
+    names = [result.name for result in function.outputs]
+    results = [f"double *{result}" for result in names]
+    rows = [
+        f"    LANES_NAME(lanes_scatter)(from + {first}, {count}, LANES_COUNT({k}), "
+        f"{result.name} + b * {count}, {count});"
+        for result, count, first in zip(
+            function.outputs, size.outputs, offsets(size.outputs), strict=True
+        )
+    ]
+    return "\n".join(
+        [
+            f"LANES_INLINE void LANES_NAME({name}_lanes)(",
+            f"    {', '.join([*given, f'lanes (*out)[{width}]'])})",
+            "{",
+            *_kernel_calls(name, function),
+            "}\n",
+            f"LANES_INLINE void LANES_NAME({name}_rows)(",
+            f"    {', '.join([f'const lanes (*out)[{width}]', *results])})",
+            "{",
+            f"  for (int b = 0; b < {k}; b += LANES_COUNT({k})) {{",
+            f"    const lanes *from = out[b / LANES_COUNT({k})];",
+            *rows,
+            "  }",
+            "}\n",
+            f"static LANES_SCHEDULED LANES_TARGET void LANES_NAME({name}_branches)(",
+            f"    {', '.join([*given, *results])})",
+            "{",
+            f"  lanes out[{k} / LANES_COUNT({k})][{width}];",
+            f"  LANES_NAME({name}_lanes)({', '.join([*inputs, 'out'])});",
+            f"  LANES_NAME({name}_rows)({', '.join(['out', *names])});",
+            "}\n",
+        ]
+    )
+
+
+def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
+    """Returns the calls of the kernel, each for one vector of branches."""
     k = function.branches
     width = max(k, WIDEST)
     # Unused lanes repeat the last branch, so that all lanes have valid values.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
-    lines = [
+    two = ["#if LANES == 4", f"    {call}, b + 4, out[b / LANES + 1]);", "#endif"]
+    return [
         f"  static const double choice[{len(columns)}][{width}] = {{\n{table}}};",
-        f"  enum {{ BRANCHES = {k}, COUNT = BRANCHES < LANES ? BRANCHES : LANES }};",
-        f"  lanes out[BRANCHES / COUNT][{sum(size.outputs)}];",
-        f"  for (int b = 0; b < BRANCHES; b += {WIDEST}) {{",
-        f"    {call}, b, out[b / COUNT]);",
-    ]
-    if k >= WIDEST:
-        lines += ["#if LANES == 4", f"    {call}, b + 4, out[b / COUNT + 1]);", "#endif"]
-    lines += [
+        f"  for (int b = 0; b < {k}; b += {WIDEST}) {{",
+        f"    {call}, b, out[b / LANES]);",
+        *(two if k >= WIDEST else ()),
         "  }",
-        "  for (int b = 0; b < BRANCHES; b += COUNT) {",
-        "    const lanes *from = out[b / COUNT];",
     ]
-    for result, count, first in zip(
-        function.outputs, size.outputs, offsets(size.outputs), strict=True
-    ):
-        rows = f"(from + {first}, {count}, COUNT, {result.name} + b * {count}, {count})"
-        lines.append(f"    LANES_NAME(lanes_scatter){rows};")
-    lines.append("  }")
-    parameters = [f"const double *{a.name}" for a in function.inputs]
-    parameters += [f"double *{r.name}" for r in function.outputs]
-    head = f"static LANES_SCHEDULED LANES_TARGET void LANES_NAME({name}_branches)"
-    return "\n".join([f"{head}({', '.join(parameters)})", "{", *lines, "}\n"])
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:

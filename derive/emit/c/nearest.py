@@ -10,11 +10,15 @@ from collections.abc import Iterable, Sequence
 from ...derivation import Derivation
 from ...model.mechanism import Coordinate, Described
 from ...model.robot import Joint
-from ...terms.symbolic_function import Signature
+from ...terms.symbolic_function import Signature, SymbolicFunction
 from .expressions import WIDTH, number
 from .header import notice, support
+from .lanes import sizes
+from .scalar import branches_flag
 
-SUPPORTS = ("chasles_nearest.h", "chasles_nearest_six.h", "chasles_distance.h")
+LANES = "chasles_nearest_lanes.h"
+BATCH = "chasles_nearest_batch.h"
+SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
 """Maximum slots and coordinates in the support file."""
 
@@ -26,13 +30,18 @@ def nearest_file(robot: Described) -> str:
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
     """Returns the nearest-solution file and its support files; empty without an inverse."""
-    functions = (*derivation.functions, *derivation.written)
-    if not any(_has_slots(derivation, function) for function in functions):
+    robot, inverses = derivation.robot, _inverses(derivation)
+    if not inverses:
         return {}
-    robot, seeded = derivation.robot, _seeded(derivation)
-    lines = [notice(robot), f'#include "{SUPPORTS[0]}"\n', *(_limits(robot) if seeded else ())]
-    for function in seeded:
-        lines += _definition(derivation, function)
+    seeded = _seeded(derivation)
+    lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
+    if any(_is_in_lanes(function) for function in inverses):
+        lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
+    lines += ["", *(_limits(robot) if seeded else ())]
+    for function in inverses:
+        lines += _in_lanes(derivation, function) if _is_in_lanes(function) else []
+        lines += _by_moves(derivation, function)
+        lines += _definition(derivation, function) if function in seeded else []
     return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in SUPPORTS}}
 
 
@@ -41,20 +50,24 @@ def nearest_declarations(derivation: Derivation) -> list[str]:
     return [_declaration(derivation, function) for function in _seeded(derivation)]
 
 
-def _has_slots(derivation: Derivation, function: Signature) -> bool:
+def has_nearest(robot: Described, function: Signature) -> bool:
     """Whether a function is an inverse within the size limits of the support file."""
     return (
         function.role.is_inverse
         and function.outputs[0].shape[0] <= MAX_SLOTS
-        and len(derivation.robot.coordinates) <= MAX_JOINTS
+        and len(robot.coordinates) <= MAX_JOINTS
     )
+
+
+def _inverses(derivation: Derivation) -> list[Signature]:
+    """Returns the inverses with slots."""
+    functions = (*derivation.functions, *derivation.written)
+    return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
 def _seeded(derivation: Derivation) -> list[Signature]:
     """Returns the inverses whose additional inputs a seed determines."""
-    functions = (*derivation.functions, *derivation.written)
-    inverses = [function for function in functions if _has_slots(derivation, function)]
-    return [f for f in inverses if _parameters(derivation, f) is not None]
+    return [f for f in _inverses(derivation) if _parameters(derivation, f) is not None]
 
 
 def _parameters(derivation: Derivation, function: Signature) -> list[str] | None:
@@ -121,14 +134,19 @@ def _signature(derivation: Derivation, function: Signature) -> str:
     return f"int {derivation.robot.name}_{function.name}_nearest({', '.join(parameters)})"
 
 
+def _is_in_lanes(function: Signature) -> bool:
+    """Whether the branches of an inverse can be computed in vector lanes."""
+    return isinstance(function, SymbolicFunction) and bool(function.signs)
+
+
 def _definition(derivation: Derivation, function: Signature) -> list[str]:
+    """Returns the public function, with the limits of the robot."""
     prefix = derivation.robot.name
-    name = f"{prefix}_{function.name}"
-    n, slots = len(derivation.robot.coordinates), function.outputs[0].shape[0]
+    name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
     fixed = sorted({*function.role.given, *function.role.free})
     target, *more = function.inputs
     ones = ", ".join("0" if k in fixed else "1" for k in range(n))
-    passed = [target.name, *(f"&{a.name}" for a in more)]
+    inputs = ", ".join([target.name, *(f"&{a.name}" for a in more)])
     return [
         *_wrapped(f"static const double {name}_counts[{n}] = {{{ones}}};"),
         *_wrapped(
@@ -137,9 +155,8 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
         "",
         *_wrapped(_signature(derivation, function)),
         "{",
-        f"  double slots[{n * slots}], residuals[{slots}], margins[{slots}], scale[{n}];",
+        f"  double scale[{n}];",
         *(_parameters(derivation, function) or ()),
-        f"  const chasles_slots of = {{{n}, {slots}, slots, residuals, margins, CHASLES_SOLVED}};",
         f"  chasles_moves moves = {{{prefix}_lower, {prefix}_upper, {name}_counts, {name}_turn}};",
         "  moves.lower = lower ? lower : moves.lower;",
         "  moves.upper = upper ? upper : moves.upper;",
@@ -147,9 +164,69 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
         f"    scale[j] = weights[j] * {name}_counts[j];",
         "    moves.scale = scale;",
         "  }",
-        f"  {name}({', '.join(passed)}, slots, residuals, margins);",
-        "  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);",
+        f"  return {name}_nearest_by({inputs}, &moves, CHASLES_SOLVED, q_seed, q,",
+        "      residual, margin);",
         "}\n",
+    ]
+
+
+def _by_moves(derivation: Derivation, function: Signature) -> list[str]:
+    """Returns the function with the distance metric as argument, which the runtime also calls."""
+    name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
+    k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
+    inputs = ", ".join(names)
+    plain = [
+        f"  double slots[{n * k}], residuals[{k}], margins[{k}];",
+        f"  const chasles_slots of = {{{n}, {k}, slots, residuals, margins, tolerance}};",
+        f"  {name}({inputs}, slots, residuals, margins);",
+        "  return chasles_nearest(&of, moves, q_seed, q, residual, margin);",
+    ]
+    if _is_in_lanes(function):
+        call = f"  return LANES_NAME({name}_nearest_lanes)("
+        arguments = f"      {inputs}, moves, tolerance, q_seed, q, residual, margin);"
+        flag = branches_flag(derivation.robot)
+        plain = [f"#if {flag}", call, arguments, "#else", *plain, "#endif"]
+    return [
+        f"static inline int {name}_nearest_by(",
+        *_parameters_by(names),
+        "{",
+        *plain,
+        "}\n",
+    ]
+
+
+def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
+    """Returns the selection among branches in vector lanes, for compilers with lanes."""
+    name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
+    k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
+    width = sum(sizes(function).outputs) // k
+    return [
+        f"#if {branches_flag(derivation.robot)}",
+        f"static LANES_SCHEDULED LANES_TARGET int LANES_NAME({name}_nearest_lanes)(",
+        *_parameters_by(names),
+        "{",
+        f"  lanes out[{k} / LANES_COUNT({k})][{width}];",
+        f"  double slots[{n * k}], residuals[{k}], margins[{k}];",
+        f"  const chasles_slots of = {{{n}, {k}, slots, residuals, margins, tolerance}};",
+        f"  LANES_NAME({name}_lanes)({', '.join([*names, 'out'])});",
+        f"  const int best = LANES_NAME(chasles_nearest_lanes)({n}, {k}, {width}, out[0], moves,",
+        "      tolerance, q_seed, q, residual, margin);",
+        "  if (best >= 0) {",
+        "    return best;",
+        "  }",
+        f"  LANES_NAME({name}_rows)((const lanes (*)[{width}])out, slots, residuals, margins);",
+        "  return chasles_nearest(&of, moves, q_seed, q, residual, margin);",
+        "}",
+        "#endif\n",
+    ]
+
+
+def _parameters_by(names: Sequence[str]) -> list[str]:
+    """Returns the parameter lists of functions with the distance metric as argument."""
+    inputs = ", ".join(f"const double *{name}" for name in names)
+    return [
+        f"    {inputs}, const chasles_moves *moves, double tolerance, const double *q_seed,",
+        "    double *q, double *residual, double *margin)",
     ]
 
 

@@ -63,31 +63,31 @@ static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *re
     return result;
 }
 
-/* Solves for one pose and one seed, with the slots on the stack. */
+/* Solves for one pose and one seed. */
 static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
 {
     const Function *inverse = (const Function *)self->inverse;
     const Kernel *kernel = inverse->kernel;
-    npy_intp n = coordinates_of(kernel), k = slots_of(kernel);
+    npy_intp n = coordinates_of(kernel);
     const double *q_seed = PyArray_DATA((PyArrayObject *)args[1]);
-    double scratch[SCRATCH / MIN_BLOCK], parameters[MAX_PARAMETERS], found[2];
-    double *const slots[] = {scratch, scratch + k * n, scratch + k * (n + 1)};
-    const double *inputs[MAX_OPERANDS] = {PyArray_DATA((PyArrayObject *)args[0])};
+    double parameters[MAX_PARAMETERS], found[2];
     PyObject *q = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
     if (!q) {
         return NULL;
     }
+    npy_int8 slot;
+    Rows rows = {.inputs = {PyArray_DATA((PyArrayObject *)args[0])},
+                 .q_seed = q_seed,
+                 .results = {PyArray_DATA((PyArrayObject *)q), found, found + 1},
+                 .slot = &slot};
+    memcpy(rows.moves, self->by, sizeof rows.moves);
     if (kernel->n_inputs > 1) {
         write_parameters(self, q_seed, parameters);
         for (int i = 1; i < kernel->n_inputs; i++) {
-            inputs[i] = &parameters[i - 1];
+            rows.inputs[i] = &parameters[i - 1];
         }
     }
-    double *const to[] = {PyArray_DATA((PyArrayObject *)q), found, found + 1};
-    run_kernel(kernel, inputs, slots);
-    signed char slot;
-    kernel->entry->nearest(1, (int)k, (const double *const *)slots, inverse->tolerance, self->by,
-                           q_seed, 0, to, &slot);
+    run_nearest(inverse, 1, &rows);
     if (slot < 0 && is_unsettled(inverse, slot, found[0])) {
         Py_DECREF(q);
         return PyObject_Vectorcall(self->general, args, 2, NULL);

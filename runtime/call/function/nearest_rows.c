@@ -4,41 +4,38 @@
 
 #define MAX_SLOTS 64 /* maximum number of slots of a pose for the selection */
 
-/* Returns the number of doubles in the slots of a pose. */
-static npy_intp doubles_of_slots(const Kernel *kernel)
+/* Solves for a row by the inverse, which projects rounded poses, and selects among its slots. */
+static void solve_row(const Function *inverse, const Rows *rows, npy_intp row)
 {
-    return slots_of(kernel) * (coordinates_of(kernel) + 2);
-}
-
-/* Selects among the k slots of n rows, and writes result rows from `first` on. */
-static void select_rows(const Function *inverse, npy_intp n, npy_intp k, const double *const *slots,
-                        npy_intp first, const Rows *rows)
-{
-    double *const to[] = {rows->results[0] + first * coordinates_of(inverse->kernel),
-                          rows->results[1] + first, rows->results[2] + first};
-    inverse->kernel->entry->nearest((size_t)n, (int)k, slots, inverse->tolerance, rows->moves,
-                                    rows->q_seed + first * rows->seed_step, rows->seed_step, to,
-                                    (signed char *)rows->slot + first);
+    const Kernel *kernel = inverse->kernel;
+    const npy_intp k = slots_of(kernel), n = coordinates_of(kernel);
+    double scratch[SCRATCH], *const slots[] = {scratch, scratch + k * n, scratch + k * (n + 1)};
+    double *const to[] = {rows->results[0] + row * n, rows->results[1] + row,
+                          rows->results[2] + row};
+    const double *inputs[MAX_OPERANDS];
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        inputs[i] = rows->inputs[i] + row * rows->steps[i];
+    }
+    run_kernel(kernel, inputs, slots);
+    kernel->entry->nearest(1, (int)n, (int)k, (const double *const *)slots, inverse->tolerance,
+                           rows->moves, rows->q_seed + row * rows->seed_step, 0, to,
+                           rows->slot + row);
 }
 
 void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
 {
     const Kernel *kernel = inverse->kernel;
-    const npy_intp k = slots_of(kernel), width = coordinates_of(kernel);
-    const npy_intp room = SCRATCH / doubles_of_slots(kernel);
-    const npy_intp block = room < MAX_BLOCK ? room : MAX_BLOCK;
-    double scratch[SCRATCH];
-    double *const slots[] = {scratch, scratch + block * k * width,
-                             scratch + block * k * (width + 1)};
-    const ptrdiff_t slot_steps[] = {k * width, k, k};
-    for (npy_intp first = 0; first < n; first += block) {
-        const npy_intp count = n - first < block ? n - first : block;
-        const double *inputs[MAX_OPERANDS];
-        for (int i = 0; i < kernel->n_inputs; i++) {
-            inputs[i] = rows->inputs[i] + first * rows->steps[i];
+    const int judged = kernel->poses == POSES_JUDGED || kernel->fk;
+    if (!judged) {
+        kernel->entry->nearest_rows((size_t)n, rows->inputs, rows->steps, inverse->tolerance,
+                                    rows->moves, rows->q_seed, rows->seed_step, rows->results,
+                                    rows->slot);
+    }
+    for (npy_intp row = 0; row < n && (judged || kernel->poses); row++) {
+        if (judged || rows->slot[row] < 0 ||
+            !is_settled(rows->inputs[0] + row * rows->steps[0], rows->results[1] + row, 1)) {
+            solve_row(inverse, rows, row);
         }
-        run_kernel_rows(kernel, count, inputs, rows->steps, slots, slot_steps);
-        select_rows(inverse, count, k, (const double *const *)slots, first, rows);
     }
 }
 
@@ -74,8 +71,8 @@ int read_moves(PyObject *moves, npy_intp n, const double **to)
 
 int can_select(const Function *inverse)
 {
-    return inverse->solutions && inverse->kernel->entry->nearest &&
-           doubles_of_slots(inverse->kernel) * MIN_BLOCK <= SCRATCH;
+    return inverse->solutions && inverse->kernel->entry->nearest_rows &&
+           slots_of(inverse->kernel) * (coordinates_of(inverse->kernel) + 2) <= SCRATCH;
 }
 
 /* Reads the results, and sets n to the number of their rows; -1 with an error set. */
@@ -169,6 +166,8 @@ PyObject *nearest_of_slots(PyObject *Py_UNUSED(module), PyObject *args)
             return NULL;
         }
     }
-    select_rows(inverse, n, k, slots, 0, &rows);
+    inverse->kernel->entry->nearest((size_t)n, (int)width, (int)k, slots, inverse->tolerance,
+                                    rows.moves, rows.q_seed, rows.seed_step, rows.results,
+                                    rows.slot);
     Py_RETURN_NONE;
 }

@@ -1,0 +1,116 @@
+/* The solutions nearest to seeds for batches of poses on vector lanes, before the lanes become
+ * rows. Part of chasles; the same for every robot.
+ *
+ * Included after chasles_batch.h for each instruction set.
+ */
+#ifndef CHASLES_NEAREST_BATCH_H
+#define CHASLES_NEAREST_BATCH_H
+
+#include "chasles_nearest.h"
+
+/* Seeds of a batch, `step` doubles apart, with the distance metric and the largest residual of a
+ * solution. */
+typedef struct {
+    const double *q;
+    ptrdiff_t step;
+    const chasles_moves *moves;
+    double tolerance;
+} chasles_seeds;
+#endif
+
+/* Selects in each lane the slot nearest to the seed without limits. Writes its n coordinates,
+ * shifted by full turns to be nearest to the seed, its residual and its margin to `found`, and its
+ * distance, with the slot number in place of the rounding bits, to `least`. `is_inside` becomes 1
+ * where there is a slot and its coordinates are within the limits, else 0.
+ *
+ * slots: vectors of lanes: n coordinates of each of the k slots, k residuals, k margins. */
+LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *slots,
+                                                   const lanes *q_seed, const chasles_seeds *by,
+                                                   lanes *least, lanes *is_inside, lanes *found)
+{
+    const chasles_moves *moves = by->moves;
+    *least = LANES_OF(INFINITY);
+    for (int j = 0; j < n + 2; j++) {
+        found[j] = LANES_NAME(lanes_zero);
+    }
+    for (int slot = 0; slot < k; slot++) {
+        const lanes *q = slots + slot * n, residual = slots[k * n + slot];
+        lanes largest = LANES_NAME(lanes_zero), key;
+        for (int j = 0; j < n; j++) {
+            const lanes apart = q[j] - q_seed[j];
+            lanes move = apart - moves->turn[j] * CHASLES_TURNS(apart);
+            LANES_NAME(lanes_fabs)(&move, &move);
+            largest = LANES_MAX(move * moves->scale[j], largest);
+        }
+        /* As in chasles_least. Comparisons with NaN are false. */
+        key = (lanes)(((lanes_mask)largest & ~(int64_t)CHASLES_ROUNDING) | slot);
+        const lanes_where is_nearer =
+            LANES_AND(LANES_LT(key, *least), LANES_LE(residual, by->tolerance));
+        *least = LANES_CHOICE(is_nearer, key, *least);
+        for (int j = 0; j < n; j++) {
+            found[j] = LANES_CHOICE(is_nearer, q[j], found[j]);
+        }
+        found[n] = LANES_CHOICE(is_nearer, residual, found[n]);
+        found[n + 1] = LANES_CHOICE(is_nearer, slots[k * n + k + slot], found[n + 1]);
+    }
+    lanes_where holds = LANES_LT(*least, INFINITY);
+    for (int j = 0; j < n; j++) {
+        found[j] -= moves->turn[j] * CHASLES_TURNS(found[j] - q_seed[j]);
+        holds = LANES_AND(holds, LANES_AND(LANES_LE(moves->lower[j], found[j]),
+                                           LANES_LE(found[j], moves->upper[j])));
+    }
+    *is_inside = LANES_NUMBER(holds);
+}
+
+/* Selects among the slots of one lane, with limits; see chasles_nearest. */
+static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nearest_lane)(
+    int n, int k, const double *slots, const double *q_seed, const chasles_seeds *by, double *q,
+    double *residual, double *margin)
+{
+    double rows[LANES_MAX_OUTPUTS];
+    const chasles_slots of = {n, k, rows, rows + k * n, rows + k * n + k, by->tolerance};
+    for (int i = 0; i < k * (n + 2); i++) {
+        rows[i] = slots[i * LANES];
+    }
+    return chasles_nearest(&of, by->moves, q_seed, q, residual, margin);
+}
+
+/* Writes the nearest solutions to dense rows of q, residual and margin, and the slots or the
+ * reasons for missing solutions. The kernel is an inverse with k slots of n coordinates. */
+static LANES_TARGET __attribute__((unused)) void LANES_NAME(lanes_nearest)(
+    LANES_NAME(lanes_kernel) kernel, const lanes_shape *shape, size_t count,
+    const double *const *inputs, const ptrdiff_t *input_steps, int n, int k,
+    const chasles_seeds *by, double *const *outputs, signed char *slot)
+{
+    lanes work[LANES_MAX_INPUTS + LANES_MAX_OUTPUTS] __attribute__((aligned(4096)));
+    lanes seed[CHASLES_MAX_JOINTS], found[CHASLES_MAX_JOINTS + 2], least, is_inside;
+    lanes *out = work;
+    for (int i = 0; i < shape->inputs; i++) {
+        out += shape->sizes[i];
+    }
+    for (size_t row = 0; row < count; row += LANES) {
+        const int here = count - row < LANES ? (int)(count - row) : LANES;
+        const double *q_seed = by->q + (ptrdiff_t)row * by->step;
+        double *const q = outputs[0] + row * (size_t)n;
+        lanes *at = work;
+        for (int i = 0; i < shape->inputs; i++) {
+            const double *rows = inputs[i] + (ptrdiff_t)row * input_steps[i];
+            LANES_NAME(lanes_gather)(rows, input_steps[i], shape->sizes[i], here, at);
+            at += shape->sizes[i];
+        }
+        LANES_NAME(lanes_gather)(q_seed, by->step, n, here, seed);
+        kernel(work, out);
+        LANES_NAME(chasles_select_lanes)(n, k, out, seed, by, &least, &is_inside, found);
+        LANES_NAME(lanes_scatter)(found, n, here, q, n);
+        LANES_NAME(lanes_scatter)(found + n, 1, here, outputs[1] + row, 1);
+        LANES_NAME(lanes_scatter)(found + n + 1, 1, here, outputs[2] + row, 1);
+        for (int lane = 0; lane < here; lane++) {
+            slot[row + lane] = (signed char)(((lanes_mask)least)[lane] & CHASLES_ROUNDING);
+            if (is_inside[lane] == 0) {
+                slot[row + lane] = (signed char)LANES_NAME(chasles_nearest_lane)(
+                    n, k, (const double *)out + lane, q_seed + lane * by->step, by, q + lane * n,
+                    outputs[1] + row + lane, outputs[2] + row + lane);
+            }
+        }
+    }
+}
