@@ -26,9 +26,11 @@ def configurations(robot, rng, n=N):
 
 
 def inverse(robot, q):
-    """Solves the poses of configurations, with the joints fixed at their values."""
+    """Solves the poses of configurations, with the redundancy fixed at its values."""
     role = robot.manifest.with_role("inverse", "pose").role
     fixed = {robot.coordinates[k].name: q[:, k] for k in role.given}
+    if any(item.name == "swivel" for item in robot.redundancy):
+        fixed = {"swivel": robot.swivel(q)}
     return robot.ik(robot.fk(q), **({"fixed": fixed} if fixed else {}))
 
 
