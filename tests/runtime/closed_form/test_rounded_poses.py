@@ -10,11 +10,15 @@ import functools
 import mpmath
 import numpy as np
 import pytest
+import sympy as sp
 
 import chasles
 from chasles import se3
 from chasles.call._call import rounded_residuals
+from chasles.derive import read
+from tests.support.compiling import compiled
 from tests.support.optional import OptionalPackage
+from tests.support.scaled import scaled
 
 transform = OptionalPackage("scipy.spatial.transform")
 pinocchio = OptionalPackage("pinocchio")
@@ -456,6 +460,15 @@ def test_rounding_estimate_detects_accidentally_rigid_rotations():
     np.testing.assert_allclose(rounded_residuals(by_chance), 10 * 0.5e-6)
     single = turned_about_z(np.linspace(0.1, 1.4, 20_000)).astype(np.float32).astype(float)
     assert rounded_residuals(single[se3.deviation(single) < 1e-9]).min() > 1e-7
+
+
+def test_residual_of_a_rounded_pose_is_the_angle_to_the_nearest_pose(tmp_path):
+    small = scaled(read("scara"), sp.Rational(1, 1000), "small_scara")
+    arm = compiled(small, tmp_path / "small_scara", ["fk", "ik"], ["c"])
+    T = arm.fk(arm.random_q(50)) @ se3.exp(np.array([0, 0, 0, 0.01, 0, 0]))
+    T[:, :3, :3] = T[:, :3, :3].astype(np.float32)
+    assert arm.unit_length == 0.001
+    np.testing.assert_allclose(arm.ik(T).residual, 0.01 * arm.unit_length, rtol=1e-3)
 
 
 def test_full_precision_rotations_have_no_rounding_residual():

@@ -134,6 +134,14 @@ def test_maximum_of_evaluations_is_respected(ur5e, limit):
     np.testing.assert_array_equal(found.valid, found.residual <= TOLERANCE)
 
 
+def test_maximum_of_evaluations_is_respected_where_branches_meet(ur5e):
+    q = configurations(ur5e, 50)
+    q[:, 2] = 0.0  # a stretched elbow
+    for limit in range(2, 24):
+        found = ur5e.ik_numeric(ur5e.fk(q), max_evaluations=limit)
+        assert found.iterations.max() <= limit
+
+
 def test_spent_evaluations_are_reported(ur5e):
     found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 50)), max_evaluations=2)
     assert (found.reason == "max_evaluations").any()
