@@ -448,12 +448,12 @@ import numpy as np, chasles
 # A shell starts background commands with SIGINT ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 arm = chasles.load("ur5e")
-n = 300_000
+n = 600_000
 T = arm.fk(np.random.default_rng(0).uniform(-3, 3, (n, 6)))
 results = np.full((n, 8, 6), np.nan)
 def interrupt():
     while np.isnan(results[:1000]).all(axis=(1, 2)).any():
-        time.sleep(0.001)
+        time.sleep(0.0001)
     os.kill(os.getpid(), signal.SIGINT)
 threading.Thread(target=interrupt, daemon=True).start()
 try:
