@@ -69,8 +69,10 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
     if hasattr(robot, "ik_planar"):
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
-        q = _unwound(robot, found.q[found.valid], last)
-        return q, robot.is_within_limits(q), found.margin[found.valid]
+        # A moved tool may be in another assembly mode than fk(q).
+        reached = found.valid | found.other_mode
+        q = _unwound(robot, found.q[reached], last)
+        return q, robot.is_within_limits(q), found.margin[reached]
     return np.empty((0, robot.n)), np.empty(0, dtype=np.bool_), np.empty(0)
 
 

@@ -223,7 +223,8 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
         q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
         item = printed[f"pose_{figure.replace('.', '_')}"]
         found.append(lost(item, wrapped(q), "the figure is lost; both solutions of each leg"))
-    count = int(platform().ik_planar(POSE).valid.sum())
+    solutions = platform().ik_planar(POSE)
+    count = int((solutions.valid | solutions.other_mode).sum())
     return [*found, consistent(printed["branches"], count, TWICE)]
 
 

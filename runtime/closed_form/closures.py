@@ -157,8 +157,8 @@ class LoopMethods(NewtonMethods):
         """Return all actuated coordinates of a planar platform at x, y [m], phi [rad] (..., 3).
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
-        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if all legs reach the
-        platform, else infinite; it does not depend on the assembly mode of `fk(q)`.
+        with margin 1. `margin` is the smallest leg margin. `residual` is 0 if `fk(q)` is the pose,
+        else infinite; `other_mode` marks slots whose legs reach the pose in another assembly mode.
         """
         if "actuators_all" in self.functions:
             q, closes, margin = self.actuator_branches(x)
@@ -166,6 +166,9 @@ class LoopMethods(NewtonMethods):
             q, margin = self._leg_branches(x)
             closes = np.isfinite(margin)
         margin = margin if margin.ndim == closes.ndim else margin.min(-1)
+        if ("map", "actuators", "chain") in self._roles:
+            reached = self._roles["map", "actuators", "chain"](q)
+            closes = closes & self._is_same(reached, np.asarray(x, dtype=np.float64)[..., None, :])
         labels = self.labels.get("actuator_branches", ())
         kind = solutions_of(self.coordinates, self.manifest.wraps, labels, self.unit_length)
         return kind(q, np.where(closes, 0.0, np.inf), margin, closes)

@@ -80,7 +80,8 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     r, rod = robot(name), PLANAR[name]
     generator = np.random.default_rng(1)
     pose = generator.uniform([-0.2, -0.2, -np.pi], [0.2, 0.2, np.pi], (5000, 3))
-    q, _, _, valid = r.ik_planar(pose)
+    found = r.ik_planar(pose)
+    q, valid = found.q, found.valid | found.other_mode
     assert q.shape == (5000, 8, 3)
     expected = np.stack(
         [planar.cranks(pose, rod, np.array(sides)) for sides in product((1.0, -1.0), repeat=3)], 1
