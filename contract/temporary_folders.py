@@ -12,6 +12,8 @@ if sys.platform != "win32":
 
 _PREFIX = ".chasles-"
 """Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
+_SUFFIX = "[0-9a-f]" * 16
+"""Pattern of the random digits at the end of the names: no folder of a user has such a name."""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if its file system has no locks."""
 
@@ -30,7 +32,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
     # Imported here: loading a compiled robot needs no temporary folder.
     import shutil  # noqa: PLC0415
 
-    for left in parent.glob(f"{_PREFIX}*"):
+    for left in parent.glob(f"{_PREFIX}*{_SUFFIX}"):
         with suppress(OSError):
             _remove_unless_in_use(left)
     folder, lock = _make(parent, f"{_PREFIX}{name}{'-' if name else ''}")

@@ -41,9 +41,10 @@ def test_folder_of_a_killed_process_is_removed_at_the_next_write(tmp_path):
 def test_files_of_other_programs_are_kept(tmp_path):
     (tmp_path / ".config-of-another-program").mkdir()
     (tmp_path / ".chasles-file").touch()
+    (tmp_path / ".chasles-notes").mkdir()
     before = names(tmp_path)
     with temporary_folder(tmp_path):
-        assert len(names(tmp_path)) == 3
+        assert len(names(tmp_path)) == 4
     assert names(tmp_path) == before
 
 
