@@ -91,6 +91,6 @@ def _lock(folder: Path) -> int | None:
 
 def _unlock(opened: int | None) -> None:
     if opened is not None and sys.platform != "win32":
-        # A forked process may have a copy of the open folder, and closing would keep its lock.
+        # A forked process may have a copy of the descriptor, which keeps the lock after a close.
         fcntl.flock(opened, fcntl.LOCK_UN)
         os.close(opened)

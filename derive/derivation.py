@@ -77,7 +77,7 @@ class Derivation:
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
-        """Returns the function with a name, derived or handwritten.
+        """Returns the function with the given name, derived or handwritten.
 
         Raises:
             KeyError: There is no function with this name.
@@ -86,7 +86,7 @@ class Derivation:
         return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
-        """Returns the derived function with a name.
+        """Returns the derived function with the given name.
 
         Raises:
             KeyError: There is no function with this name.

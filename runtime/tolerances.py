@@ -75,7 +75,7 @@ POLISHED = 1e-14
 SETTLED = 1e-12
 """Residual (metre, radian) below which a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
-"""Maximum ratio of lambda^2 to the squared error; at this ratio the nearest minimum is reached."""
+"""Maximum ratio of the damping lambda^2 to the squared error; then the steps are negligible."""
 MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
@@ -89,7 +89,7 @@ CLOSED = 1e-12
 # --- velocity ---
 
 TURNS = 1e-6
-"""Minimum rate ratio at the tip [rad/m] of a coordinate that rotates the tool."""
+"""Minimum ratio of angular to linear tip rate [rad/m] of a coordinate that rotates the tool."""
 RANK = 1e-9
 """Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6

@@ -127,7 +127,7 @@ def _wrong_zeros(
 def _added(
     names: Sequence[str], q: FloatArray, turning: BoolArray
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Yield corrected coordinates for a joint position that includes an earlier joint position."""
+    """Yield corrected coordinates for an encoder that also measures an earlier joint's motion."""
     for i, j in itertools.combinations(np.flatnonzero(turning).tolist(), 2):
         if j - i <= _NEIGHBOURS:
             for word, sign in (("added to", 1.0), ("subtracted from", -1.0)):

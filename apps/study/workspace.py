@@ -25,7 +25,7 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound. Few suffice, since local optima are few."""
+"""Number of start configurations for each bound. There are only a few local optima."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12

@@ -104,7 +104,9 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds from screws and zero poses, for which frame rotations about z are free.
+    """Returns the pose error bounds of two links from their screws and their poses at zero.
+
+    Screws do not depend on rotations of the joint frames about z.
 
     Rotations about two axes differ by the displacement between the axes, applied before and after
     the rotation.

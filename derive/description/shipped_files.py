@@ -63,5 +63,5 @@ def _nearest(name: str, known: list[str]) -> str:
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """Returns the file of a nominal robot: a shipped robot, or a file in the same folder."""
+    """Returns the file of a nominal robot, which is shipped or in the same folder."""
     return shipped_file(nominal) or file.parent / nominal

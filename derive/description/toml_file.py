@@ -330,7 +330,7 @@ class TomlFile:
         return found
 
     def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
-        """Reads a word and returns its factor."""
+        """Reads a unit name and returns its conversion factor."""
         return options[self.option(keys, options, default)]
 
     def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:

@@ -114,7 +114,7 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article of a robot and its fragments, by path.
 
-    The LaTeX output needs the equations only, not the typed programs.
+    LaTeX is printed from the equations; the programs of the other languages are not needed.
     """
     return _files(derivation, fragments(derivation))
 

@@ -1,7 +1,7 @@
 """Loop closure conditions on main-chain joints, for chains with more joints than freedoms.
 
-A solution from the main-chain joints may leave some of these joints unused. The unsolved loop
-equations check the unused joints.
+The closed-form solution may not use all main-chain joints. The remaining loop equations test the
+values of the unused joints.
 """
 
 from collections.abc import Sequence

@@ -165,7 +165,7 @@ def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
 
 
 def _freedom(closer: Closure | Strut, order: int) -> int:
-    """Returns the freedom of a closure or strut, planar or spatial."""
+    """Returns the degrees of freedom of a closure or strut, planar or spatial."""
     if isinstance(closer, Closure):
         return 1 if closer.kind == "ball" and order == PLANAR else FREEDOM[closer.kind]
     end = FREEDOM[closer.ends] if order == SPATIAL else 1

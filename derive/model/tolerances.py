@@ -45,7 +45,7 @@ CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
 radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
 error of 1 mrad needs a parameter change of 50 mrad. If axes are 6 mrad from parallel, as in a
-factory calibration, parameters along the common normal give less than 1e-4."""
+factory calibration, parameters along the common normal displace the axis by less than 1e-4."""
 DOUBLE = 1e-15
 """Maximum relative difference (no unit) between a decimal number and its conversion to double
 precision: 15 digits. One number in 10^7 is as close to a single-precision number by chance."""
@@ -61,7 +61,7 @@ of the last decimal place to the snapping angle. 1.57 is a right angle, 0.785 is
 0.79 is not."""
 LONGEST_LENGTH = 20.0
 """Length (metre) above which the unit must be stated. Links of arms are shorter than 10 m, and an
-arm in millimetres has a link above 20."""
+arm in millimetres has a link longer than 20 units."""
 SHORTEST_ARM = 1e-3
 """Length (metre) below which the size of a whole arm is implausible; desktop arms are about 0.1 m
 long."""
@@ -96,7 +96,7 @@ LENGTH_SCALING = 1e-10
 file's lengths. At 15-digit precision, rounding gives about 1e-14. The deviation of a wrong
 expression is about as large as the expression."""
 
-# --- terms, chain: numbers that equal integers ---
+# --- numbers that count as integers ---
 
 MEANT = 1e-100
 """Magnitude (no unit) below which a nonzero constant is not replaced by 0. Rounding of numbers near
@@ -293,9 +293,10 @@ missed. Smaller errors, which may be due to rounding, are refined at run time.""
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as 0; lengths are relative to the arm's."""
 OBLIQUE_AXES = 1e-3
-"""Sine of an angle between axes below which a prismatic joint does not determine its point."""
+"""Sine of the angle between two axes below which a slide does not determine a point of its axis."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Distance (metre) and sine up to which the tool lies on its joint axis, or in the base plane."""
+"""Maximum distance (metre) and sine of the angle from its joint axis, or from the base plane, at
+which the tool lies on this axis or in this plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Smallest singular value up to which unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)

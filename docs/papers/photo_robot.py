@@ -170,7 +170,7 @@ def steps(robot: Any, q: Any) -> Any:
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (2) with a joint that has six nonzero parameters, and (11) with (2)."""
+    """Compares (2) with the transform of a joint with six nonzero parameters, and (11) with (2)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)

@@ -403,7 +403,7 @@ def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
     error = np.sqrt(2 * f)
     row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)
     H = _hessian(gradients, row, q[row], free)
-    # Near a dead point, loops may be open at some difference points.
+    # Near a dead point, loops may be open at some points of the finite differences.
     closes = np.isfinite(H).all((1, 2))
     row, H = row[closes], H[closes]
     curvatures, directions = np.linalg.eigh(H)

@@ -102,8 +102,9 @@ static inline int is_single(const double *T)
 }
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
- * last decimal (at most nine) or of single precision; 0 for higher precision. The deviation is not
- * enough: a planar rotation with coarse entries may be nearly rigid by chance. */
+ * last decimal (at most nine) or of single precision; 0 for higher precision. The distance
+ * from a rotation is no measure: a planar rotation with few digits may be nearly rigid by chance.
+ */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));

@@ -103,7 +103,7 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests errors and intervals, or warnings."""
+    """Tests the errors and intervals of identified arms (even numbers), or the warnings (odd)."""
     return accusations(number // 2) if number % 2 else errors(number // 2)
 
 

@@ -128,8 +128,8 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         drawn = self.D.any(0)
-        # Errors at the nominal parameters and the derivative of these errors, projected off the
-        # free variables.
+        # Errors at the nominal parameters and the derivative of these errors, without the
+        # components that the free variables explain.
         per_tolerance = self.J[:, drawn] / self.D[:, drawn].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~drawn])[0]

@@ -53,7 +53,7 @@ _ROOM = 2.0
 _FITS = 1e-9
 """Relative error of an equation's polynomial that counts as a rounding error."""
 _ROUNDS = 30
-"""Maximum number of iterations for the box of the joints."""
+"""Maximum number of iterations for the ranges of the joint values."""
 _WIDER = 1 + 1e-6
 """Factor that widens the box, so that the inequality is strict."""
 _ROUNDING = 1e-12

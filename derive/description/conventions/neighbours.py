@@ -43,7 +43,7 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines, that is, not prismatic and not the base."""
+        """Whether both axes are lines: neither is prismatic, and the first exists."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property

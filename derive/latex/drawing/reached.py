@@ -226,7 +226,7 @@ def first_axis(chain: Sequence[TreeBody]) -> tuple[CarryingJoint, Array, Array]:
         T = T @ body.placement
         if body.joint is not None and body.joint.coordinate >= 0:
             return body.joint, T[:3, :3] @ body.joint.axis, T[:3, :3] @ body.joint.at + T[:3, 3]
-    raise ValueError("a chain without a joint that moves")
+    raise ValueError("a chain without a moving joint")
 
 
 def is_vertical(axis: Array) -> bool:

@@ -138,7 +138,7 @@ class _Sharing(TermNames):
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
-        """Converts one function; later functions may use the names of its entries."""
+        """Prints the entries of one function; later functions may use their names."""
         self.inlined, self.definitions = {}, []
         open_terms = self._open(entries)
         own = self._nameable(open_terms, entries) if names else set()

@@ -1,9 +1,9 @@
 """Reports the fraction of the limit box in which the loops close, and unreachable limits.
 
-Loops that stay open inside the box are not an error, because each limit belongs to a single
-actuator. The module reports loops that close in less than half of the box. It also reports limits
-that one actuator cannot reach while the other actuators stay at the reference, and reference values
-that are far from the configuration at which the loops close.
+The limits of the actuators span a box. Loops that stay open inside this box are no error, because
+each limit belongs to a single actuator. The module reports loops that close in less than half of
+the box. It also reports limits that one actuator cannot reach while the other actuators stay at the
+reference, and reference values that are far from the configuration at which the loops close.
 """
 
 import math

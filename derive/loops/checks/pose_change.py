@@ -65,7 +65,7 @@ def _normals(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
-    """Returns a joint value between the joint's limits, or around the reference without limits.
+    """Returns a joint value between the joint's limits, or near the reference if it has no limits.
 
     Args:
         bodies: The robot.

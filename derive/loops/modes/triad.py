@@ -316,7 +316,7 @@ class _Factors:
     def _on_circle(
         self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
     ) -> Complex:
-        """Returns the first rod from its component along one vector and its length."""
+        """Returns the vector of the first rod from its length and its component along a vector."""
         terms = self.terms
         longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
         n1 = self._chosen(longer, *n)

@@ -131,7 +131,7 @@ class PlanarPose:
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """Composes this pose with the pose ``other`` of a body on this body."""
+        """Composes this pose with the pose ``other`` relative to this body."""
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),

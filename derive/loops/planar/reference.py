@@ -93,7 +93,7 @@ class FreeSides(Branch):
         return symbol * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign at the reference."""
+        """Returns the sign of a length at the reference configuration."""
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:

@@ -86,7 +86,7 @@ class UniversalJoint:
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a pin point off the joint's center; None if the pin axis misses the center."""
+    """Returns a point of the pin axis off the joint's center; None if the axis misses it."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None

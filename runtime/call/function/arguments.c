@@ -229,8 +229,7 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces a NumPy error by an error that states the argument, with the NumPy error as its cause.
- */
+/* Replaces a NumPy error with an error that names the argument; its cause is the NumPy error. */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {

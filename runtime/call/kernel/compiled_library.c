@@ -12,7 +12,7 @@ static void library_dealloc(Library *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-/* Returns the address of the symbol, or NULL with an error that states the file. */
+/* Returns the address of the symbol, or NULL with an error that names the file. */
 static const void *find_symbol(Library *self, const char *symbol)
 {
     const void *found = dlsym(self->handle, symbol);

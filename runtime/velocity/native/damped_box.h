@@ -28,7 +28,7 @@ typedef struct {
     double *rows;                 /* (6, n) rows s_i v_i */
     double *x;                    /* (n,) the result */
     int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, else 0 */
-    double *H, *A; /* (n, n): the matrix of the bounded problem, and of the problem's free part */
+    double *H, *A; /* (n, n): the matrix of the bounded problem, and of its free variables */
     double *g, *z; /* (n,): right-hand side of this problem; solution of its free part */
     int *free;     /* (n,): indices of the free variables */
 } DampedBox;

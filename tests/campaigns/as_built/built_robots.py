@@ -34,7 +34,7 @@ BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of a robot.
+    """The results for a robot.
 
     Attributes:
         closure: The largest closure error of the loops (metre).

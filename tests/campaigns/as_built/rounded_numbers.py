@@ -25,13 +25,13 @@ POSES = 50
 AROUND = 0.05
 """Maximum distance from the reference (radian, or relative to the size)."""
 NOISE = 1e-9
-"""Closure error caused by rounding and file noise, relative to the size."""
+"""Closure error caused by rounding and by noise of the file, relative to the mechanism size."""
 BARS = {"lost": 0, "gap": 10.0}
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of a robot with rounded numbers.
+    """The results for a robot with rounded numbers.
 
     Attributes:
         lost: 1 if the closed form differs from that of the exact robot.
