@@ -2,40 +2,49 @@
 
 #include <string.h>
 
+#include "numerics/_rigid.h"
+
 #define MAX_SLOTS 64 /* maximum number of slots of a pose for the selection */
 
-/* Solves for a row by the inverse, which projects rounded poses, and selects among its slots. */
-static void solve_row(const Function *inverse, const Rows *rows, npy_intp row)
+/* Solves for a block of rows. If its first pose is rounded, or a solution is inexact, the inverse
+ * projects the poses before the selection. */
+static void solve_block(const Function *inverse, npy_intp first, npy_intp count, const Rows *rows)
 {
     const Kernel *kernel = inverse->kernel;
     const npy_intp k = slots_of(kernel), n = coordinates_of(kernel);
-    double scratch[SCRATCH], *const slots[] = {scratch, scratch + k * n, scratch + k * (n + 1)};
-    double *const to[] = {rows->results[0] + row * n, rows->results[1] + row,
-                          rows->results[2] + row};
-    const double *inputs[MAX_OPERANDS];
+    const double *inputs[MAX_OPERANDS], *q_seed = rows->q_seed + first * rows->seed_step;
+    double scratch[SCRATCH];
+    double *const slots[] = {scratch, scratch + count * k * n, scratch + count * k * (n + 1)};
+    double *const to[] = {rows->results[0] + first * n, rows->results[1] + first,
+                          rows->results[2] + first};
+    npy_int8 *slot = rows->slot + first;
     for (int i = 0; i < kernel->n_inputs; i++) {
-        inputs[i] = rows->inputs[i] + row * rows->steps[i];
+        inputs[i] = rows->inputs[i] + first * rows->steps[i];
     }
-    run_kernel(kernel, inputs, slots);
-    kernel->entry->nearest(1, (int)n, (int)k, (const double *const *)slots, inverse->tolerance,
-                           rows->moves, rows->q_seed + row * rows->seed_step, 0, to,
-                           rows->slot + row);
+    if (kernel->poses != POSES_JUDGED && !kernel->fk &&
+        (!kernel->poses || rigidity(inputs[0]) == RIGID)) {
+        npy_intp row = kernel->poses ? 0 : count;
+        kernel->entry->nearest_rows((size_t)count, inputs, rows->steps, inverse->tolerance,
+                                    rows->moves, q_seed, rows->seed_step, to, slot);
+        while (row < count && slot[row] >= 0 &&
+               is_settled(inputs[0] + row * rows->steps[0], to[1] + row, 1)) {
+            row++;
+        }
+        if (row == count) {
+            return;
+        }
+    }
+    run_kernel_rows(kernel, count, inputs, rows->steps, slots, (const ptrdiff_t[]){k * n, k, k});
+    kernel->entry->nearest((size_t)count, (int)n, (int)k, (const double *const *)slots,
+                           inverse->tolerance, rows->moves, q_seed, rows->seed_step, to, slot);
 }
 
 void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
 {
-    const Kernel *kernel = inverse->kernel;
-    const int judged = kernel->poses == POSES_JUDGED || kernel->fk;
-    if (!judged) {
-        kernel->entry->nearest_rows((size_t)n, rows->inputs, rows->steps, inverse->tolerance,
-                                    rows->moves, rows->q_seed, rows->seed_step, rows->results,
-                                    rows->slot);
-    }
-    for (npy_intp row = 0; row < n && (judged || kernel->poses); row++) {
-        if (judged || rows->slot[row] < 0 ||
-            !is_settled(rows->inputs[0] + row * rows->steps[0], rows->results[1] + row, 1)) {
-            solve_row(inverse, rows, row);
-        }
+    const npy_intp k = slots_of(inverse->kernel), width = coordinates_of(inverse->kernel) + 2;
+    const npy_intp size = MAX_BLOCK * k * width > SCRATCH ? SCRATCH / (k * width) : MAX_BLOCK;
+    for (npy_intp first = 0; first < n; first += size) {
+        solve_block(inverse, first, n - first < size ? n - first : size, rows);
     }
 }
 

@@ -7,7 +7,8 @@
 #include "call/function/function.h"
 #include "call/kernel/rigid_poses.h"
 
-#define SCRATCH 1024 /* doubles on the stack for the slots of a pose */
+#define SCRATCH 8192 /* doubles on the stack for the slots of a block of rows */
+#define MAX_BLOCK 32 /* maximum rows of a block, so that its slots stay in the nearest cache */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
 /* Addresses of the rows of a call, and their strides, counted in doubles. */
@@ -41,8 +42,7 @@ int can_select(const Function *inverse);
 /* Reads the distance metric, four arrays (n,); -1 with an error set. */
 int read_moves(PyObject *moves, npy_intp n, const double **to);
 
-/* Finds the nearest solutions of n rows. Rows whose solution does not show that the pose is rigid
- * are solved again as by the inverse. */
+/* Finds the nearest solutions of n rows, block by block. */
 void run_nearest(const Function *inverse, npy_intp n, const Rows *rows);
 
 /* nearest_rows(inverse, inputs, q_seed, moves, results) of the module. */
