@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from .description.templates import template as template
     from .inverse.explanation import Explanation as Explanation
     from .inverse.explanation import explain as explain
-    from .loops.mobility import Mobility as Mobility
-    from .loops.mobility import kutzbach as kutzbach
-    from .loops.mobility import mobility as mobility
+    from .loops.closing.mobility import Mobility as Mobility
+    from .loops.closing.mobility import kutzbach as kutzbach
+    from .loops.closing.mobility import mobility as mobility
     from .model.errors import ChaslesError as ChaslesError
     from .model.errors import DescriptionError as DescriptionError
     from .model.errors import LoopError as LoopError
@@ -90,7 +90,7 @@ _ROOMS = {
         "Explanation",
         "explain",
     ),
-    "loops.mobility": (
+    "loops.closing.mobility": (
         "Mobility",
         "kutzbach",
         "mobility",

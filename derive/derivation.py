@@ -17,13 +17,14 @@ from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.mechanisms import backward_inverse, leg_inverse, mode_check
 from .inverse.serial_inverse import Inverses
-from .loops import constraint_functions, maps, platforms
-from .loops.checks.pose_change import with_pose_change
+from .loops.closing.pose_change import with_pose_change
+from .loops.functions import constraint_functions, maps
+from .loops.functions.maps import Maker
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
 from .loops.iterated.iteration import Iteration, inner_makers, iterated_makers
-from .loops.maps import Maker
-from .loops.parametric.mechanism_geometry import MechanismGeometry
+from .loops.model.mechanism_geometry import MechanismGeometry
+from .loops.modes import platforms
 from .loops.parametric.parametric_loops import ParametricLoops
 from .model.errors import InputValueError
 from .model.geometry import Geometry

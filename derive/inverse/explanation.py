@@ -8,7 +8,7 @@ import numpy as np
 from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
-from ..loops.solution import Solution
+from ..loops.solve.solution import Solution
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE

@@ -14,9 +14,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from ..loops.functions.maps import CHAIN, from_actuators
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
-from ..loops.maps import CHAIN, from_actuators
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import MAX_REFINING_STEP, MEASURED_STRUCTURE, RECOVERED, SAMPLED_RANGE

@@ -8,7 +8,7 @@ from ..derivation import Derivation
 from ..forking import run_in_fork
 from ..inverse.mechanisms import leg_inverse
 from ..inverse.mechanisms.mode_check import LEGS
-from ..loops.platforms import is_platform, triad_of
+from ..loops.modes.platforms import is_platform, triad_of
 from ..model.mechanism import Mechanism
 from ..program.programs import Programs
 from .chain.example_fragment import worked_example

@@ -17,16 +17,21 @@ from ..model.tolerances import CLOSED_LOOP
 from ..terms.role import OTHER, Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
-from .checks.actuation import check_actuation
-from .checks.gaps import not_closing
-from .closing import ClosedLoops, Vector, longest_length
-from .collapse import collapsed
-from .constraints import ConfigurationVariable, LoopEquations, configuration_names, constraints
-from .iterated.residual_gaps import residual_gaps
-from .iterated.tilted_pins import closable
-from .mobility import Mobility, mobility_of
+from .closing.actuation import check_actuation
+from .closing.closed_loops import ClosedLoops, Vector, longest_length
+from .closing.gaps import not_closing
+from .closing.mobility import Mobility, mobility_of
+from .closing.residual_gaps import residual_gaps
+from .closing.tilted_pins import closable
+from .model.constraints import (
+    ConfigurationVariable,
+    LoopEquations,
+    configuration_names,
+    constraints,
+)
 from .planar.loop_step import HALF, LoopStep
-from .solution import (
+from .solve.collapse import collapsed
+from .solve.solution import (
     Loops,
     Solution,
     every_solution,

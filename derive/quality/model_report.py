@@ -21,7 +21,7 @@ from ..description.conventions import CONVENTIONS
 from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of, symbols_in
 from ..description.conventions.neighbours import Neighbours, least_singular_value, neighbours
 from ..description.conventions.suited import suitable_conventions, with_suitable_conventions
-from ..loops.freedoms import virtual_joints
+from ..loops.closing.freedoms import virtual_joints
 from ..model.convention import Convention, Placements
 from ..model.errors import DescriptionError
 from ..model.geometry import geometry

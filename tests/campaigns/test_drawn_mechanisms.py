@@ -8,8 +8,8 @@ import sympy as sp
 
 import chasles
 from chasles.derive import DescriptionError, derive, mobility, write
+from chasles.derive.loops.functions.maps import makers
 from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.loops.maps import makers
 from chasles.derive.model.placements import Translation
 from tests.campaigns.mechanisms import FAULTS, Verdict, _compare, half_way
 from tests.support.generators.drawn_mechanisms import FAMILIES, drawn_mechanism

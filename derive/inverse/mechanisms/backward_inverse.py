@@ -11,9 +11,9 @@ from functools import partial
 import numpy as np
 
 from ...chain.kinematics import common_unit
+from ...loops.functions.maps import Maker
 from ...loops.hybrid import Hybrid
-from ...loops.maps import Maker
-from ...loops.platforms import is_platform, of_open_chain, triad_of
+from ...loops.modes.platforms import is_platform, of_open_chain, triad_of
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAMPLED_RANGE
 from ...terms.casadi_graph import lower

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...loops.checks.numeric_mechanism import NumericMechanism
+from ...loops.model.numeric_mechanism import NumericMechanism
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.robot import Joint
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...loops.iterated.closure_equations import LoopClosure
-from ...loops.platforms import of_open_chain
+from ...loops.modes.platforms import of_open_chain
 from ...model.tolerances import FOUND_LOOP
 from ...terms.casadi_graph import lower
 

@@ -2,10 +2,10 @@
 
 import sympy as sp
 
+from ...loops.functions.maps import Maker
 from ...loops.hybrid import Hybrid
-from ...loops.maps import Maker
-from ...loops.platforms import is_platform
-from ...loops.rods import pins_in_tool, rods_of
+from ...loops.modes.platforms import is_platform
+from ...loops.modes.rods import pins_in_tool, rods_of
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.vectors import dot

@@ -13,10 +13,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from ...loops.functions.maps import CHAIN, from_actuators
 from ...loops.hybrid import Hybrid
-from ...loops.maps import CHAIN, from_actuators
 from ...loops.planar.loop_step import LoopStep
-from ...loops.solution import Solution, with_free_sides
+from ...loops.solve.solution import Solution, with_free_sides
 from ...model.tolerances import MAX_REFINING_STEP, RECOVERED
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
+from ...loops.functions.maps import Maker
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iteration import STEPS, SYSTEM
-from ...loops.maps import Maker
-from ...loops.platforms import WrittenMaker
+from ...loops.modes.platforms import WrittenMaker
 from ...terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"

@@ -13,8 +13,8 @@ import numpy as np
 import sympy as sp
 
 from ...chain.groups import Group, Station
-from ...loops.collapse import collapsed
 from ...loops.hybrid import Hybrid
+from ...loops.solve.collapse import collapsed
 from ...model.robot import JointKind
 from ...model.tolerances import INDEPENDENT_SLIDES
 from ...terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ...chain.body_shapes import Skeleton
-from ...loops.planar.planes import loops
+from ...loops.model.planes import loops
 from ...model.mechanism import Mechanism
 from ...model.robot import SerialRobot
 from ...terms.terms import Terms
@@ -62,7 +62,7 @@ def drawing(
     Bodies connect the joints on them; the main chain is drawn thicker. Actuated joints are red,
     with an arrow in the positive sense and the coordinate's name. A geared motor is named at the
     joint that it moves. Each loop has its number in the order of
-    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are viewed along the normal of
+    :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along the normal of
     their plane, other mechanisms obliquely from above, without perspective. The picture is at most
     140 mm wide and 110 mm high.
 

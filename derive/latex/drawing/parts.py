@@ -12,7 +12,7 @@ from chasles.contract import Shape
 
 from ...chain.body_shapes import Skeleton
 from ...chain.rigid_bodies import Array, ClosureFrames, Span, tree_poses
-from ...loops.planar.planes import Loop
+from ...loops.model.planes import Loop
 
 
 @dataclass

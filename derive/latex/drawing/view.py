@@ -8,7 +8,7 @@ import numpy as np
 from ...chain.body_shapes import Skeleton
 from ...chain.drawn_configuration import from_aside
 from ...chain.rigid_bodies import Array, placed, tree_poses
-from ...loops.planar.planes import linkages
+from ...loops.model.planes import linkages
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAME_POINT, SAME_VIEW
 from ...terms.terms import Terms

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import sympy as sp
 
+from ...loops.model.phasors import Complex
 from ...loops.modes.leg_elimination import LegElimination, leg_elimination
+from ...loops.modes.platforms import triad_of
 from ...loops.modes.triad import LEGS, Triad
-from ...loops.planar.phasors import Complex
-from ...loops.platforms import triad_of
 from ..setting.layout import Equation, aligned
 from ..setting.notation import TERM
 from ..setting.page import sentence, text

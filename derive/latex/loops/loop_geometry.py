@@ -1,6 +1,6 @@
 r"""Prints the parametric functions of a robot with loops: p, the loops and derivatives."""
 
-from ...loops.parametric.mechanism_geometry import MechanismGeometry
+from ...loops.model.mechanism_geometry import MechanismGeometry
 from ..chain.parameter_table import parameter_table
 from ..setting.page import sentence, text
 from ..setting.printer import Printer

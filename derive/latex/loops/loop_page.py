@@ -10,7 +10,7 @@ from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import STRUCTURED, WAYS, Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
 from ...loops.hybrid import Hybrid
-from ...loops.parametric.mechanism_geometry import MechanismGeometry
+from ...loops.model.mechanism_geometry import MechanismGeometry
 from ...model.geometry import Geometry
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction

@@ -5,8 +5,8 @@ from functools import partial
 
 import sympy as sp
 
-from ...loops.constraints import LoopEquations
-from ...loops.exponentials import Factor
+from ...loops.model.constraints import LoopEquations
+from ...loops.model.exponentials import Factor
 from ...model.mechanism import Closure
 from ..chain.tables import Column, tabular
 from ..setting.layout import aligned, filled

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...loops.constraints import configuration_names
+from ...loops.model.constraints import configuration_names
 from ...model.mechanism import Mechanism
 from ..setting import names
 from ..setting.notation import LENGTH, Notation

@@ -1,7 +1,7 @@
 r"""Prints the mobility by two formulas and by the rank, and the reasons for differences."""
 
-from ...loops.freedoms import SPATIAL
-from ...loops.mobility import Mobility
+from ...loops.closing.freedoms import SPATIAL
+from ...loops.closing.mobility import Mobility
 from ..setting.layout import aligned
 from ..setting.page import sentence, text
 from .loop_page import LoopPage

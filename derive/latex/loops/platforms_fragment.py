@@ -1,7 +1,7 @@
 r"""Prints the fragment for platforms on legs: rods, velocity relation, assembly modes.
 
 The rods, the rows of the velocity relation and the elimination come from
-:mod:`chasles.derive.loops.rods` and :mod:`chasles.derive.loops.modes.triad`.
+:mod:`chasles.derive.loops.modes.rods` and :mod:`chasles.derive.loops.modes.triad`.
 """
 
 from collections.abc import Iterable
@@ -11,11 +11,11 @@ from functools import cached_property
 import sympy as sp
 
 from ...loops.hybrid import Hybrid
+from ...loops.model.phasors import Complex
 from ...loops.modes.hexapod import hexapod_of
+from ...loops.modes.platforms import free_directions, triad_of
+from ...loops.modes.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
 from ...loops.modes.triad import Triad, elimination
-from ...loops.planar.phasors import Complex
-from ...loops.platforms import free_directions, triad_of
-from ...loops.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM

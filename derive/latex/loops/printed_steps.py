@@ -13,6 +13,7 @@ from string import Formatter
 
 import sympy as sp
 
+from ...loops.model.phasors import ONE, ZERO, cross, dot
 from ...loops.planar.loop_step import (
     SPACE,
     AngleEquation,
@@ -27,8 +28,7 @@ from ...loops.planar.loop_step import (
     letter_and_axis,
     quantity,
 )
-from ...loops.planar.phasors import ONE, ZERO, cross, dot
-from ...loops.solution import Solution
+from ...loops.solve.solution import Solution
 from ..setting.printed_terms import Definition, PrintedTerms
 from ..setting.printer import FractionPrinter
 from .members import Letters

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from ...loops.solution import Solution
+from ...loops.solve.solution import Solution
 from ...model.sizes import addends
 from ...terms.terms import derivative
 from ..setting.layout import Equation, aligned

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from ...loops.collapse import collapsed
-from ...loops.planar.phasors import ZERO, Complex
-from ...loops.solution import Solution
+from ...loops.model.phasors import ZERO, Complex
+from ...loops.solve.collapse import collapsed
+from ...loops.solve.solution import Solution
 from ..chain.example_fragment import at_value
 from ..setting.layout import INDENT, MARGIN, Equation, aligned
 from ..setting.notation import OTHER

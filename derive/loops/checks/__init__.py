@@ -1,1 +1,1 @@
-"""Numerical checks of a robot description before its loops are solved."""
+"""Remarks on a robot whose loops close: limits, dead points and doubtful descriptions."""

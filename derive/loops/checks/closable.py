@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import MOVED_REFERENCE
 from ...terms.casadi_graph import lower
-from ..closing import longest_length
+from ..closing.closed_loops import longest_length
+from ..closing.gaps import interval, shown
+from ..closing.swapped_ends import doubtful_ends
+from ..functions.maps import margin
 from ..hybrid import Hybrid
-from ..maps import margin
-from .gaps import interval, shown
+from ..model.numeric_mechanism import NumericMechanism
 from .nearly_met import nearly_met
-from .numeric_mechanism import NumericMechanism
-from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]

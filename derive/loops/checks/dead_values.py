@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Coordinate
 from ...terms.casadi_graph import lower
+from ..functions.maps import margin
 from ..hybrid import Hybrid
-from ..maps import margin
 
 Floats = NDArray[np.float64]
 PLACES = 4001

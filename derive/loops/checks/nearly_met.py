@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Strut
 from ...model.tolerances import MEASURED_STRUCTURE, NOISE, SAMPLED_RANGE
+from ..closing.tilted_pins import tilt_of
 from ..hybrid import Hybrid
-from ..iterated.tilted_pins import tilt_of
 from ..planar.reference import AtReference
 from ..spatial.struts import Known, Legs
 from ..spatial.three_spheres import SPHERES, spheres_of

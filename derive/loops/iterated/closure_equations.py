@@ -20,16 +20,16 @@ from ...model.tolerances import REPEATED_EQUATION
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
-from ..closing import longest_length
-from ..constraints import (
+from ..closing.closed_loops import longest_length
+from ..hybrid import Hybrid
+from ..model.constraints import (
     LoopEquations,
     configuration_names,
     constraints,
     derivative_rows,
     rates_of,
 )
-from ..hybrid import Hybrid
-from .gradient import UNIT, gradient
+from ..model.gradient import UNIT, gradient
 
 FloatArray = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from ...chain.kinematics import coordinates
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.tangents import Tangent
-from ..constraints import swing_angles
+from ..functions.maps import CONFIGURATION, Joints, Maker, backward_makers, forward_makers
 from ..hybrid import Hybrid
-from ..maps import CONFIGURATION, Joints, Maker, backward_makers, forward_makers
+from ..model.constraints import swing_angles
 from .closure_equations import LoopClosure
 
 SYSTEM = 400

@@ -1,1 +1,1 @@
-"""All assembly modes of platforms on legs."""
+"""Platforms on legs: velocity relations and all assembly modes."""

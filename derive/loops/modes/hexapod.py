@@ -13,8 +13,8 @@ from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction, Tables, WrittenFunction
 from ...terms.vectors import ORIGIN, Vector, subtracted
 from ..hybrid import Hybrid
-from ..rods import free_platform, is_right_handed, rods_of
 from .hexapod_starts import MAX_POSES, RodFamily, starts
+from .rods import free_platform, is_right_handed, rods_of
 from .soma import RODS, SOMA, Array, SixRods
 
 PAIR = 2

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..model.phasors import Complex, dot, minus, product
 from ..planar.loop_step import PLANE, Cross, Dot, half
-from ..planar.phasors import Complex, dot, minus, product
 from .triad import LEGS, LegLine, Triad
 
 Named = tuple[sp.Symbol, sp.Expr]

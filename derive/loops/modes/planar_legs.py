@@ -24,20 +24,12 @@ from ...terms.vectors import Vector, named, subtracted
 from ...terms.vectors import cross as cross_product
 from ...terms.vectors import dot as scalar
 from ..hybrid import Hybrid
+from ..model.body_frames import pose_of
+from ..model.phasors import Complex, PhasorSum, PlanarPose, conjugate, is_zero, minus, product
+from ..model.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
 from ..planar.arm import arm
 from ..planar.clusters import Cluster, Clusters
-from ..planar.phasors import (
-    Complex,
-    PhasorSum,
-    PlanarPose,
-    conjugate,
-    is_zero,
-    minus,
-    product,
-)
-from ..planar.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
-from ..rods import joint_frame, joint_values, tool_position
-from ..spatial.body_frames import pose_of
+from .rods import joint_frame, joint_values, tool_position
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]

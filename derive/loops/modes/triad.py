@@ -36,8 +36,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...terms.terms import Terms
+from ..model.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 from ..planar.loop_step import PLANE, Cross, Dot, half
-from ..planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
 """Real trigonometric polynomial c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
-from ..closing import longest_length
+from ..closing.closed_loops import longest_length
 from ..hybrid import Hybrid
 from .triad import Triad
 

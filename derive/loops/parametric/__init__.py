@@ -1,1 +1,1 @@
-"""Loops with variable geometry: parameters, equations and the functions of q and p."""
+"""Functions of q and p through loops with variable geometry."""

@@ -29,13 +29,13 @@ from ...model.placements import Placement, translation
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
-from ..closing import ClosedLoops
-from ..constraints import configuration_names
+from ..closing.closed_loops import ClosedLoops
 from ..hybrid import Hybrid
 from ..iterated.closure_equations import on_balls
-from .loop_rows import Row, loop_rows
-from .mechanism_geometry import MechanismGeometry, mechanism_geometry
-from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
+from ..model.constraints import configuration_names
+from ..model.loop_rows import Row, loop_rows
+from ..model.mechanism_geometry import MechanismGeometry, mechanism_geometry
+from ..model.motions import BASE, ElementaryMotion, Reached, bodies, gradient
 
 SYSTEM = "loops_p"
 """Name of the equations in C."""

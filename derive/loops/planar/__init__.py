@@ -1,1 +1,1 @@
-"""Planar loops in closed form: sums of rotated vectors, triangles, platforms on rods."""
+"""Planar loops in closed form: triangles, parallelograms and sliders."""

@@ -6,7 +6,7 @@ import sympy as sp
 
 from ...terms.tangents import Tangent
 from ...terms.terms import Terms
-from .phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
+from ..model.phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 
 @dataclass(frozen=True)

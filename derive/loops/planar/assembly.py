@@ -14,13 +14,13 @@ import sympy as sp
 from ...model.tolerances import OFF_BRANCH
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
+from ..model.phasors import PhasorSum
+from ..model.planes import Linkage
 from .clusters import Clusters, PlanarStep
 from .loop_step import LoopStep
 from .parallelogram import Parallelogram
-from .phasors import PhasorSum
 from .pin_pin_slide import TwoPinsAndSlide
 from .pin_slide_slide import PinAndTwoSlides
-from .planes import Linkage
 from .reference import AtReference, Branch
 from .three_pins import ThreePins
 from .two_pins import PinAndSlide, TwoPins

@@ -19,18 +19,10 @@ from ...model.roots import angle_of
 from ...model.tolerances import BRANCHES_APART, OFF_BRANCH
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
+from ..model.phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
+from ..model.planes import Edge, Linkage, PinEdge, SlideEdge, WeldEdge, is_cylinder, tidied_entry
 from .described_joints import described_joints
 from .loop_step import LoopStep
-from .phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
-from .planes import (
-    Edge,
-    Linkage,
-    PinEdge,
-    SlideEdge,
-    WeldEdge,
-    is_cylinder,
-    tidied_entry,
-)
 from .reference import AtReference, Branch, wrapped
 
 Turned = tuple[sp.Expr, Complex]

@@ -8,8 +8,8 @@ import cmath
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from .phasors import REAL, ZERO, Complex
-from .planes import Edge, PinEdge, SlideEdge, WeldEdge
+from ..model.phasors import REAL, ZERO, Complex
+from ..model.planes import Edge, PinEdge, SlideEdge, WeldEdge
 from .reference import AtReference
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...model.tolerances import NEARLY_DEAD, VANISHED
+from ..model.phasors import PhasorSum, dot, is_zero, quotient
+from ..model.planes import Edge, PinEdge
 from .clusters import Cluster, Clusters, Turned
-from .phasors import PhasorSum, dot, is_zero, quotient
-from .planes import Edge, PinEdge
 
 SIDES = {1: "left", -1: "right"}
 """Name of the side on which a dyad's far pin lies, seen along the base."""

@@ -14,7 +14,7 @@ from typing import ClassVar
 import sympy as sp
 
 from ...model.mechanism import Mechanism
-from .phasors import ONE, ZERO, PhasorSum
+from ..model.phasors import ONE, ZERO, PhasorSum
 
 HALF = sp.Rational(1, 2)
 PLANE, SPACE = "xy", "xyz"

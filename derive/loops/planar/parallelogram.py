@@ -15,6 +15,7 @@ from typing import ClassVar
 import sympy as sp
 
 from ...terms.tangents import LoopRate, Tangent
+from ..model.phasors import Complex, PhasorSum, conjugate, cross, product, quotient
 from .arm import rates_of
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import Dyad, dyad_of, exact_turn, join_dyad, may_be_parallelogram, side_of
@@ -27,7 +28,6 @@ from .loop_step import (
     length_of,
     weighted,
 )
-from .phasors import Complex, PhasorSum, conjugate, cross, product, quotient
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}

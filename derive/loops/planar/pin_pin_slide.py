@@ -16,6 +16,8 @@ import sympy as sp
 
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
+from ..model.phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
+from ..model.planes import Edge, PinEdge, SlideEdge, is_cylinder
 from .arm import Arm, arm, rates_of, turn_of
 from .clusters import Cluster, Clusters, Guide, PlanarStep
 from .loop_step import (
@@ -27,8 +29,6 @@ from .loop_step import (
     quantity,
     weighted,
 )
-from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
-from .planes import Edge, PinEdge, SlideEdge, is_cylinder
 
 TRAVELS = {1: "far", -1: "near"}
 """Names of the larger and the smaller of two travels."""

@@ -10,10 +10,10 @@ from typing import ClassVar
 import sympy as sp
 
 from ...terms.terms import Terms
+from ..model.phasors import ZERO, Complex, cross
+from ..model.planes import PinEdge, SlideEdge
 from .clusters import Clusters, PlanarStep
 from .loop_step import RateEquation, StepEquations, components, quantity, weighted
-from .phasors import ZERO, Complex, cross
-from .planes import PinEdge, SlideEdge
 
 
 def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp.Expr, sp.Expr]:

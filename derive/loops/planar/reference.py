@@ -1,8 +1,7 @@
-"""Values of terms at the reference configuration, and at generic configurations.
+"""Values of terms at the reference configuration.
 
 The reference selects the branch of a loop. Only signs are derived from the reference values, so
-double precision suffices. Terms that are equal at a generic configuration are equal at all
-configurations; this comparison is made at 40-digit precision.
+double precision suffices.
 """
 
 import cmath
@@ -13,10 +12,9 @@ from typing import TypeVar
 import mpmath
 import sympy as sp
 
-from ...model.tolerances import EVALUATION_DIGITS, WORKING_DIGITS, ZERO_COMPONENT
-from ...model.values import NoValue, Values, to_digits, value_at
+from ...model.values import NoValue, Values
 from ...terms.terms import Terms
-from .phasors import Complex, PhasorSum
+from ..model.phasors import Complex, PhasorSum
 
 Joined = tuple[str, ...]
 """Names of the edges or struts that a step joins."""
@@ -211,80 +209,6 @@ class AtReference:
         return self._known[symbol]
 
 
-class GenericPoint:
-    """An arbitrary configuration at which terms are evaluated at 40-digit precision."""
-
-    def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
-        """Sets the configuration.
-
-        Args:
-            terms: Names of all terms.
-            symbols: Coordinates and parameters that receive a generic value. The value of a
-                parameter is its default plus a generic number; unlisted parameters keep
-                the default.
-            phase: Two points with different phases have no value in common.
-        """
-        self.terms = terms
-        self.values: dict[sp.Symbol, sp.Expr] = {}
-        for k, symbol in enumerate(symbols):
-            default = terms.parameters.get(symbol, sp.S.Zero)
-            part = _between_0_and_1(phase * len(symbols) + k + 1, phase)
-            self.values[symbol] = (default + part).evalf(EVALUATION_DIGITS)
-        for symbol, default in terms.parameters.items():
-            self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
-
-    def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the value of an expression of terms."""
-        for symbol, definition in self.terms.constants.items():
-            self._add(symbol, definition)
-        for symbol in self.terms.needed([expression]):
-            self._add(symbol, self.terms.definitions[symbol])
-        return self._evaluated(expression)
-
-    def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
-        if symbol not in self.values:
-            self.values[symbol] = self._evaluated(definition)
-
-    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
-        numbers = {symbol: self.values[symbol] for symbol in expression.free_symbols}
-        try:
-            return to_digits(value_at(expression, numbers))
-        except NoValue:
-            # The root of a negative number: SymPy evaluates complex roots, but far more slowly.
-            return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
-
-
-def _between_0_and_1(number: int, phase: int) -> sp.Expr:
-    """Returns a number between 0 and 1 that is unique for its arguments.
-
-    The fractional parts of multiples of the golden ratio are all different. Because of the
-    quadratic term, differences of two numbers depend on the phase.
-    """
-    with mpmath.workdps(WORKING_DIGITS):
-        golden = (mpmath.sqrt(5) - 1) / 2
-        part = number * golden + phase * number**2 * mpmath.sqrt(2)
-        return sp.Float(part - mpmath.floor(part), WORKING_DIGITS)
-
-
-def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Returns the coordinates on which expressions depend, directly or through terms, by name."""
-    meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
-    used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
-    found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
-    return sorted(found, key=str)
-
-
 def wrapped(angle: float) -> float:
     """Returns the equivalent angle between -pi and pi."""
     return math.remainder(angle, math.tau)
-
-
-def vanishes(terms: Terms, value: sp.Expr) -> bool:
-    """Whether a length is zero for all values of the parameters and coordinates."""
-
-    def is_zero() -> bool:
-        generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
-        return bool(abs(generic.value(value)) < ZERO_COMPONENT)
-
-    # The results are cached, because all branches of a robot's loops test the same lengths.
-    return terms.once(("vanishes", value), is_zero)

@@ -14,6 +14,7 @@ import sympy as sp
 
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
+from ..model.phasors import REAL, Complex, cross, dot, product
 from .arm import Arm, arm, rates_of, turn_of
 from .clusters import Clusters, PlanarStep
 from .dyads import SIDES, clear_ring, dyad_of, join_dyad, side_of
@@ -28,7 +29,6 @@ from .loop_step import (
     quantity,
     weighted,
 )
-from .phasors import REAL, Complex, cross, dot, product
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from typing import ClassVar
 import sympy as sp
 
 from ...terms.tangents import LoopRate, Tangent
+from ..model.phasors import REAL, ZERO, Complex, PhasorSum, conjugate, cross, dot, product
+from ..model.planes import PinEdge, SlideEdge
 from .arm import Arm, arm, rates_of
 from .clusters import Clusters, PlanarStep, Turned
 from .dyads import exact_turn
@@ -21,8 +23,6 @@ from .loop_step import (
     quantity,
     weighted,
 )
-from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, cross, dot, product
-from .planes import PinEdge, SlideEdge
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,10 @@ import sympy as sp
 
 from ...model.mechanism import Closure, Frame
 from ...model.robot import Joint, Translation
+from ...terms.generic_point import vanishes
 from ...terms.vectors import ZERO, Vector, named
-from ..planar.planes import Loop
-from ..planar.reference import vanishes
-from .body_frames import pose_along
+from ..model.body_frames import pose_along
+from ..model.planes import Loop
 from .struts import Legs
 
 

@@ -8,9 +8,9 @@ import sympy as sp
 
 from ...model.mechanism import Strut
 from ...terms.vectors import Vector, dot, subtracted
+from ..model.body_frames import pose_along
+from ..model.planes import loops
 from ..planar.loop_step import SPACE, RateEquation, StepEquations, components, quantity, weighted
-from ..planar.planes import loops
-from .body_frames import pose_along
 from .struts import Legs, LegStep
 
 

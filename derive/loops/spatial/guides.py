@@ -24,11 +24,11 @@ from ...chain.forward import Pose
 from ...model.mechanism import Closure
 from ...model.robot import Joint
 from ...model.tolerances import REPEATED_EQUATION, ZERO_COMPONENT
+from ...terms.generic_point import GenericPoint, coordinates_in
 from ...terms.vectors import Vector, added, dot, named, subtracted
+from ..model.body_frames import pose_along
+from ..model.planes import Loop
 from ..planar.loop_step import LoopStep, StepEquations
-from ..planar.planes import Loop
-from ..planar.reference import GenericPoint, coordinates_in
-from .body_frames import pose_along
 from .struts import Legs
 
 SPACE_AXES = 3

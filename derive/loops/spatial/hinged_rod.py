@@ -15,15 +15,15 @@ import sympy as sp
 
 from ...model.mechanism import Closure, Frame, Strut
 from ...model.robot import Joint, Translation
+from ...terms.generic_point import vanishes
 from ...terms.vectors import ZERO, dot, subtracted
+from ..model.body_frames import pose_along, pose_of
+from ..model.phasors import Complex
+from ..model.planes import Loop
 from ..planar.arm import Arm, turn_of
 from ..planar.loop_step import LoopStep, StepEquations
-from ..planar.phasors import Complex
-from ..planar.planes import Loop
-from ..planar.reference import vanishes
 from ..planar.two_pins import direction_equations, rate_of_direction
 from .ball_ends import BallEnd, ball_ends
-from .body_frames import pose_along, pose_of
 from .struts import Legs
 from .turning_leg import OPENING
 

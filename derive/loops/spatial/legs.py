@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from ...model.mechanism import Mechanism, Strut
 from ...model.tolerances import CLEAR_LEG, NEARLY_DEAD
 from ...terms.terms import Terms
-from ..planar.planes import Loop
+from ..model.planes import Loop
 from ..planar.reference import AtReference, Branch
 from .cylinder_length import CylinderLength
 from .guides import Guides

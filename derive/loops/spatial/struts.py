@@ -14,9 +14,9 @@ from ...model.tolerances import BRANCHES_APART
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
 from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ..model.body_frames import pose_of
 from ..planar.loop_step import LoopStep
 from ..planar.reference import AtReference, Branch, wrapped
-from .body_frames import pose_of
 
 SIGNS = (1, -1)
 

@@ -17,7 +17,10 @@ import sympy as sp
 
 from ...model.mechanism import Closure, Frame
 from ...model.robot import Joint
+from ...terms.generic_point import vanishes
 from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ..model.body_frames import pose_along, pose_of
+from ..model.planes import Loop
 from ..planar.loop_step import (
     SPACE,
     LoopStep,
@@ -28,10 +31,7 @@ from ..planar.loop_step import (
     weighted,
 )
 from ..planar.pin_pin_slide import TRAVELS, travel_remark
-from ..planar.planes import Loop
-from ..planar.reference import vanishes
 from .ball_ends import BallEnd, ball_ends, fork_of
-from .body_frames import pose_along, pose_of
 from .struts import SIGNS, Legs
 
 

@@ -11,9 +11,11 @@ import sympy as sp
 from ...model.mechanism import Strut
 from ...model.robot import Joint
 from ...model.tolerances import ZERO_COMPONENT
+from ...terms.generic_point import GenericPoint, coordinates_in
 from ...terms.tangents import Tangent
 from ...terms.terms import Terms
 from ...terms.vectors import ONE, ZERO, Vector, cross, dot, named, subtracted
+from ..model.body_frames import pose_of
 from ..planar.loop_step import (
     HALF,
     SPACE,
@@ -25,8 +27,6 @@ from ..planar.loop_step import (
     quantity,
     weighted,
 )
-from ..planar.reference import GenericPoint, coordinates_in
-from .body_frames import pose_of
 from .struts import SIGNS, Legs, LegStep
 
 SPHERES = 3

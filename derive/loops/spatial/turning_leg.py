@@ -11,11 +11,11 @@ import sympy as sp
 
 from ...model.mechanism import Strut
 from ...model.tolerances import OFF_AXIS
+from ...terms.generic_point import vanishes
+from ..model.phasors import ZERO
 from ..planar.arm import Arm, turn_of
 from ..planar.dyads import SIDES, meeting
 from ..planar.loop_step import StepEquations, length_of, quantity
-from ..planar.phasors import ZERO
-from ..planar.reference import vanishes
 from ..planar.three_pins import (
     TwoCircles,
     circle_equations,

@@ -20,9 +20,12 @@ import sympy as sp
 
 from ...model.mechanism import Closure, Frame, Strut
 from ...model.robot import Joint
+from ...terms.generic_point import vanishes
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
 from ...terms.vectors import ZERO, Vector, cross, dot, subtracted
+from ..model.body_frames import pose_of
+from ..model.planes import Loop
 from ..planar.arm import Arm, turn_of
 from ..planar.loop_step import (
     SPACE,
@@ -34,11 +37,9 @@ from ..planar.loop_step import (
     quantity,
     weighted,
 )
-from ..planar.planes import Loop
-from ..planar.reference import vanishes, wrapped
+from ..planar.reference import wrapped
 from ..planar.two_pins import rate_of_direction
 from .ball_ends import BallEnd, Fork, ball_ends, fork_of, pin_ends
-from .body_frames import pose_of
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}

@@ -10,7 +10,7 @@ from chasles.derive import derive, read_text
 from chasles.derive.description.arrangement import Distances, arranged
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.checks.nearly_met import nearly_met
-from chasles.derive.loops.closing import closed_configuration
+from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower

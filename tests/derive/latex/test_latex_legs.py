@@ -10,8 +10,8 @@ from chasles.derive import derive, read_text
 from chasles.derive.latex import files
 from chasles.derive.latex.loops.legs_fragment import PrintedLegs, legs
 from chasles.derive.latex.loops.loop_page import LoopPage
+from chasles.derive.loops.modes.platforms import triad_of
 from chasles.derive.loops.planar.loop_step import Cross, Dot
-from chasles.derive.loops.platforms import triad_of
 from chasles.derive.program.programs import NO_PROGRAMS
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform

@@ -10,8 +10,8 @@ import sympy as sp
 from chasles.derive import derive, read
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.platforms_fragment import PrintedPlatform, platform
+from chasles.derive.loops.modes.platforms import is_platform
 from chasles.derive.loops.planar.loop_step import Cross, Dot
-from chasles.derive.loops.platforms import is_platform
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import GENERATED, ROBOTS, committed
 from tests.support.loops.mechanisms import at

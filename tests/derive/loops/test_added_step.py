@@ -11,6 +11,7 @@ from test_loop_steps import Numbers
 from chasles.derive import Frame, Mechanism, Parameter, Strut, derive
 from chasles.derive.latex import fragments
 from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.model.phasors import REAL, cross
 from chasles.derive.loops.planar import assembly
 from chasles.derive.loops.planar.arm import Arm, arm, rates_of, turn_of
 from chasles.derive.loops.planar.clusters import PlanarStep
@@ -24,7 +25,6 @@ from chasles.derive.loops.planar.loop_step import (
     quantity,
     weighted,
 )
-from chasles.derive.loops.planar.phasors import REAL, cross
 from chasles.derive.loops.planar.three_pins import ThreePins
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.tangents import Tangent

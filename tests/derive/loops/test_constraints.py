@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError
-from chasles.derive.loops.closing import closed_configuration
-from chasles.derive.loops.constraints import (
+from chasles.derive.loops.closing.closed_loops import closed_configuration
+from chasles.derive.loops.model.constraints import (
     configuration_names,
     constraints,
     jacobian,

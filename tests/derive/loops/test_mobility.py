@@ -8,9 +8,9 @@ import sympy as sp
 
 from chasles import InputValueError
 from chasles.derive import DescriptionError
-from chasles.derive.loops.closing import closed_configuration
-from chasles.derive.loops.freedoms import virtual_joints
-from chasles.derive.loops.mobility import mobility
+from chasles.derive.loops.closing.closed_loops import closed_configuration
+from chasles.derive.loops.closing.freedoms import virtual_joints
+from chasles.derive.loops.closing.mobility import mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
 from tests.support.loops import mechanisms

@@ -6,7 +6,7 @@ import random
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.planar.phasors import (
+from chasles.derive.loops.model.phasors import (
     PhasorSum,
     conjugate,
     cross,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.planar.planes import PinEdge, SlideEdge, WeldEdge, linkages, loops
+from chasles.derive.loops.model.planes import PinEdge, SlideEdge, WeldEdge, linkages, loops
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from tests.support.loops import mechanisms
 from tests.support.loops.mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider

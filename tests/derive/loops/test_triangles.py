@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from chasles.derive.loops.model.phasors import ZERO, PhasorSum
 from chasles.derive.loops.planar.arm import Arm, arm, turn_of
-from chasles.derive.loops.planar.phasors import ZERO, PhasorSum
 from chasles.derive.loops.planar.pin_pin_slide import circle_and_line, rate_of_third
 from chasles.derive.loops.planar.pin_slide_slide import two_lines
 from chasles.derive.loops.planar.three_pins import rate_of_first, rate_of_second, two_circles

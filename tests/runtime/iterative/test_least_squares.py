@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chasles.derive import read
-from chasles.derive.loops.closing import longest_length
+from chasles.derive.loops.closing.closed_loops import longest_length
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.terms import Terms

@@ -7,7 +7,7 @@ import pytest
 
 from chasles.derive import derive
 from chasles.derive.latex import fragments
-from chasles.derive.loops import constraint_functions
+from chasles.derive.loops.functions import constraint_functions
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.mjcf_models import (

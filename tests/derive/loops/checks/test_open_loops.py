@@ -25,13 +25,13 @@ from chasles.derive import (
     read,
     read_text,
 )
-from chasles.derive.loops.checks import gaps
 from chasles.derive.loops.checks.closable import doubts_of
-from chasles.derive.loops.checks.gaps import open_loop
-from chasles.derive.loops.checks.numeric_mechanism import NumericMechanism
-from chasles.derive.loops.checks.swapped_ends import doubtful_ends
-from chasles.derive.loops.closing import closed_configuration
+from chasles.derive.loops.closing import gaps
+from chasles.derive.loops.closing.closed_loops import closed_configuration
+from chasles.derive.loops.closing.gaps import open_loop
+from chasles.derive.loops.closing.swapped_ends import doubtful_ends
 from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.model.numeric_mechanism import NumericMechanism
 from chasles.derive.model.mechanism import Closure
 from tests.support.derivations import ROBOTS
 from tests.support.loops.closed_in_numbers import Model

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from chasles.derive import DescriptionError, read
 from chasles.derive.chain.poe import placement_matrix
-from chasles.derive.loops.closing import closed_configuration
+from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.model.placements import Translation

@@ -15,11 +15,11 @@ from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
-from ..closing import ClosedLoops
-from ..iterated.tilted_pins import what_holds_it_open
+from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
 from .actuation import check_actuation
-from .numeric_mechanism import NumericMechanism, length_of, offset_of
+from .closed_loops import ClosedLoops
 from .swapped_ends import swapped_ends
+from .tilted_pins import what_holds_it_open
 
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""

@@ -8,19 +8,19 @@ from itertools import islice
 
 import sympy as sp
 
-from ..model.errors import DescriptionError
-from ..model.mechanism import Mechanism, Strut
-from ..model.robot import Joint
-from ..terms.tangents import LoopRate
-from ..terms.terms import Terms
-from .closing import longest_length
-from .planar.assembly import Assembly, assemble, assemblies
-from .planar.loop_step import LoopStep
-from .planar.phasors import PhasorSum
-from .planar.planes import Linkage, Loop, WeldEdge, linkages
-from .planar.reference import AtReference, Branch, FreeSides, every_branch
-from .spatial.legs import assemble_in_space
-from .spatial.struts import Known
+from ...model.errors import DescriptionError
+from ...model.mechanism import Mechanism, Strut
+from ...model.robot import Joint
+from ...terms.tangents import LoopRate
+from ...terms.terms import Terms
+from ..closing.closed_loops import longest_length
+from ..model.phasors import PhasorSum
+from ..model.planes import Linkage, Loop, WeldEdge, linkages
+from ..planar.assembly import Assembly, assemble, assemblies
+from ..planar.loop_step import LoopStep
+from ..planar.reference import AtReference, Branch, FreeSides, every_branch
+from ..spatial.legs import assemble_in_space
+from ..spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
 """Offsets from the reference (radian, or relative to the size) in the test for branches."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import SAMPLED_RANGE
-from .numeric_mechanism import NumericMechanism
+from ..model.numeric_mechanism import NumericMechanism
 
 Floats = NDArray[np.float64]
 SAMPLES = 20

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..model.mechanism import Frame, Strut
-from ..model.robot import Joint
-from ..terms.tangents import Tangent
-from ..terms.terms import Terms
-from ..terms.vectors import ORIGIN, ZERO, Vector, cross, dot, named, subtracted
-from .hybrid import Hybrid
-from .spatial.body_frames import pose_of
+from ...model.mechanism import Frame, Strut
+from ...model.robot import Joint
+from ...terms.tangents import Tangent
+from ...terms.terms import Terms
+from ...terms.vectors import ORIGIN, ZERO, Vector, cross, dot, named, subtracted
+from ..hybrid import Hybrid
+from ..model.body_frames import pose_of
 
 
 @dataclass(frozen=True)

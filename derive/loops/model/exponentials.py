@@ -6,14 +6,14 @@ from typing import Literal
 
 import sympy as sp
 
-from ..chain.poe import placement_matrix
-from ..model.mechanism import Closure, Frame, Strut
-from ..model.robot import Joint
-from ..model.values import MAX_OPERATIONS
-from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
-from ..terms.terms import Terms
-from .planar.phasors import ZERO
-from .planar.planes import Axes, Linkage, Loop, tidied_entry
+from ...chain.poe import placement_matrix
+from ...model.mechanism import Closure, Frame, Strut
+from ...model.robot import Joint
+from ...model.values import MAX_OPERATIONS
+from ...terms.lie import adjoint, inverse_se3, pose, screw_axis
+from ...terms.terms import Terms
+from .phasors import ZERO
+from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
 """Maximum number of terms of an inline entry; longer entries become named terms."""

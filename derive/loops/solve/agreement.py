@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ..model.mechanism import Closure, Strut
-from ..model.tolerances import LOOPS_AGREE
-from .constraints import residuals
-from .planar.planes import Loop, loops
+from ...model.mechanism import Closure, Strut
+from ...model.tolerances import LOOPS_AGREE
+from ..model.constraints import residuals
+from ..model.planes import Loop, loops
 from .solution import Solution
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
-from ..checks.numeric_mechanism import NumericMechanism
-from ..closing import swings_at
+from ..model.numeric_mechanism import NumericMechanism
+from .closed_loops import swings_at
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05

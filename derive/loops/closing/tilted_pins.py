@@ -17,7 +17,7 @@ from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import MEASURED_STRUCTURE
 from ...terms.terms import Terms
-from ..planar.planes import Loop, axes_in_numbers, linkages
+from ..model.planes import Loop, axes_in_numbers, linkages
 from .residual_gaps import residual_gaps
 
 Vector = NDArray[np.float64]

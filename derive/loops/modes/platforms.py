@@ -17,31 +17,24 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.kinematics import FUNCTIONS
-from ..model.mechanism import Mechanism, Strut
-from ..terms.role import Role
-from ..terms.symbolic_function import (
+from ...chain.kinematics import FUNCTIONS
+from ...model.mechanism import Mechanism, Strut
+from ...terms.role import Role
+from ...terms.symbolic_function import (
     Argument,
     Result,
     SymbolicFunction,
     WrittenFunction,
     matrix_entries,
 )
-from ..terms.tangents import derivative_columns
-from ..terms.vectors import named, subtracted
-from .hybrid import Hybrid
-from .maps import Maker
-from .modes import hexapod, planar_legs, triad_modes
-from .modes.hexapod import hexapod_of
-from .modes.triad import Triad, triad_mirror, triad_polynomial, triad_position
-from .rods import (
-    Rod,
-    free_platform,
-    is_right_handed,
-    line_coordinates,
-    rods_of,
-    tool_position,
-)
+from ...terms.tangents import derivative_columns
+from ...terms.vectors import named, subtracted
+from ..functions.maps import Maker
+from ..hybrid import Hybrid
+from . import hexapod, planar_legs, triad_modes
+from .hexapod import hexapod_of
+from .rods import Rod, free_platform, is_right_handed, line_coordinates, rods_of, tool_position
+from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
 WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)

@@ -10,7 +10,7 @@ the negative power of the same wrench, even if the loop is open.
 | planar: pin, ball | both coordinates of the points' difference in the plane       |
 | planar: slider    | offset across the guide, sine of the rotation                 |
 | planar: weld      | both coordinates of the difference, sine of the rotation      |
-| others            | as :func:`chasles.derive.loops.constraints.constraints`       |
+| others            | as :func:`chasles.derive.loops.model.constraints.constraints`       |
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,9 +22,9 @@ from ...chain.poe import placement_matrix
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, combination, cross, dot, named, subtracted
-from ..planar.planes import Axes, Loop, loops
 from .mechanism_geometry import MechanismGeometry
 from .motions import ElementaryMotion, Reached, Wrench, gradient
+from .planes import Axes, Loop, loops
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from ...model.mechanism import Mechanism, Strut
-from .numeric_mechanism import Floats, NumericMechanism
+from ..model.numeric_mechanism import Floats, NumericMechanism
 
 NEAR = 0.2
 """Largest accepted distance from the reference (radian, or relative to the mechanism size).

@@ -8,9 +8,9 @@ member can rotate on its own.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..model.errors import InputValueError
-from ..model.mechanism import Mechanism
-from .closing import ClosedLoops
+from ...model.errors import InputValueError
+from ...model.mechanism import Mechanism
+from .closed_loops import ClosedLoops
 from .freedoms import SPATIAL, Counts
 
 
@@ -109,8 +109,8 @@ def mobility(mechanism: Mechanism) -> Mobility:
     Bodies connected by fixed joints count as one body. A rod is a body with two joints; a cylinder
     is two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as
     one body, and these joints are not counted
-    (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A geared motor is not counted, because
-    motor, bearing and gear pair together add no freedom.
+    (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor is not counted,
+    because motor, bearing and gear pair together add no freedom.
 
     Args:
         mechanism: The description, with a reference configuration near closure.

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from ..chain.poe import placement_matrix
-from ..model.mechanism import FREEDOM, Closure, Mechanism, Strut
-from ..model.robot import Joint, Placement
-from ..model.tolerances import ZERO_SINGULAR_VALUE
-from ..terms.terms import Terms
-from .planar.planes import across, holds, linkages
+from ...chain.poe import placement_matrix
+from ...model.mechanism import FREEDOM, Closure, Mechanism, Strut
+from ...model.robot import Joint, Placement
+from ...model.tolerances import ZERO_SINGULAR_VALUE
+from ...terms.terms import Terms
+from ..model.planes import across, holds, linkages
 
 PLANAR, SPATIAL = 3, 6
 """Dimension of the motion group of a planar or a spatial loop."""

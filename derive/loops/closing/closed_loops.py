@@ -7,12 +7,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..chain.kinematics import coordinates
-from ..chain.poe import placement_matrix
-from ..model.errors import DescriptionError, InputValueError, LoopError
-from ..model.mechanism import Mechanism
-from ..model.robot import Placement
-from ..model.tolerances import (
+from ...chain.kinematics import coordinates
+from ...chain.poe import placement_matrix
+from ...model.errors import DescriptionError, InputValueError, LoopError
+from ...model.mechanism import Mechanism
+from ...model.robot import Placement
+from ...model.tolerances import (
     CLOSED_LOOP,
     NEIGHBOURHOOD,
     REPEATED_EQUATION,
@@ -20,11 +20,11 @@ from ..model.tolerances import (
     WORTHWHILE_STEP,
     ZERO_SINGULAR_VALUE,
 )
-from ..terms.casadi_graph import lower
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction
-from ..terms.terms import Terms
-from .constraints import configuration_names, constraints, derivative_rows, swing_angles
-from .iterated.gradient import gradient
+from ...terms.casadi_graph import lower
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from ...terms.terms import Terms
+from ..model.constraints import configuration_names, constraints, derivative_rows, swing_angles
+from ..model.gradient import gradient
 
 Vector = NDArray[np.float64]
 ITERATIONS = 60

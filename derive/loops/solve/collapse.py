@@ -12,10 +12,10 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.groups import Group, SlidingJoint, Station
-from ..terms.terms import Terms
-from ..terms.vectors import ONE, ZERO, added, rotated_z
-from .planar.phasors import PhasorSum
+from ...chain.groups import Group, SlidingJoint, Station
+from ...terms.terms import Terms
+from ...terms.vectors import ONE, ZERO, added, rotated_z
+from ..model.phasors import PhasorSum
 
 X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
 

@@ -18,29 +18,19 @@ from typing import Literal, NamedTuple
 
 import sympy as sp
 
-from ..chain.forward import Pose
-from ..model.errors import DescriptionError, LoopError
-from ..model.mechanism import Frame, Mechanism, Strut
-from ..model.robot import Joint
-from ..model.tolerances import ZERO_COMPONENT
-from ..terms.tangents import Tangent, derivative_columns
-from ..terms.terms import Terms
-from ..terms.vectors import dot, subtracted
+from ...chain.forward import Pose
+from ...model.errors import DescriptionError, LoopError
+from ...model.mechanism import Frame, Mechanism, Strut
+from ...model.robot import Joint
+from ...model.tolerances import ZERO_COMPONENT
+from ...terms.generic_point import GenericPoint
+from ...terms.tangents import Tangent, derivative_columns
+from ...terms.terms import Terms
+from ...terms.vectors import dot, subtracted
+from .body_frames import pose_along
 from .exponentials import Factor, around
-from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
-from .planar.planes import (
-    Edge,
-    Linkage,
-    Loop,
-    PinEdge,
-    SlideEdge,
-    WeldEdge,
-    linkages,
-    loops,
-    tidied,
-)
-from .planar.reference import GenericPoint
-from .spatial.body_frames import pose_along
+from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
+from .planes import Edge, Linkage, Loop, PinEdge, SlideEdge, WeldEdge, linkages, loops, tidied
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ...terms.terms import Terms
-from ..constraints import LoopEquations, derivative_rows
+from .constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
 """Unit of each gradient entry. Entries for angles are divided by the length."""

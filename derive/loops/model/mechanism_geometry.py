@@ -23,7 +23,7 @@ from ...model.placements import Placement, Rotation, rotation, translation
 from ...model.robot import Joint
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
-from ..planar.planes import Linkage, Loop, linkages, loops
+from .planes import Linkage, Loop, linkages, loops
 
 _FREE = 6
 """Degrees of freedom of a body in space."""

@@ -17,8 +17,8 @@ from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
 from ...model.tolerances import CLOSING_GAIN, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
 from ...terms.terms import Terms
-from ..planar.planes import linkages
 from .damped_search import differences, least
+from .planes import linkages
 
 Floats = NDArray[np.float64]
 Value = float | Floats

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from ..terms.role import Role
-from ..terms.symbolic_function import Result, SymbolicFunction
-from .constraints import jacobian, jacobian_dot
-from .hybrid import Hybrid
+from ...terms.role import Role
+from ...terms.symbolic_function import Result, SymbolicFunction
+from ..hybrid import Hybrid
+from ..model.constraints import jacobian, jacobian_dot
 from .maps import Maker
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...model.errors import DescriptionError
 from ...model.tolerances import REPEATED_EQUATION
-from ..closing import ClosedLoops, Vector
-from .numeric_mechanism import NumericMechanism
+from ..model.numeric_mechanism import NumericMechanism
+from .closed_loops import ClosedLoops, Vector
 
 MAX_NAMED = 6
 

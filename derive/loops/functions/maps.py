@@ -6,13 +6,13 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.coordinates import LoopRates, SolvedRates
-from ..terms.role import Role, branch_label, side_of
-from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from .agreement import allowed
-from .hybrid import Hybrid
-from .planar.reference import Joined
-from .solution import Solution
+from ...chain.coordinates import LoopRates, SolvedRates
+from ...terms.role import Role, branch_label, side_of
+from ...terms.symbolic_function import Result, SymbolicFunction, matrix_entries
+from ..hybrid import Hybrid
+from ..planar.reference import Joined
+from ..solve.agreement import allowed
+from ..solve.solution import Solution
 
 Maker = Callable[[Hybrid], SymbolicFunction]
 WRAPPED = ", angles between -pi and pi"

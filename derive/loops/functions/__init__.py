@@ -1,0 +1,1 @@
+"""Functions through loops: maps between actuators and main chain, and the loop equations."""
