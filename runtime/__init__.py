@@ -134,8 +134,8 @@ def load(
             object or as a string with a separator in it ("./mine"). The first use of a well-known
             arm or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
             and MJCF `'chasles[derive,files]'`), which takes seconds.
-        base: The base link in a URDF, xacro or MJCF file; by default the root of the link tree.
-        tip: The tip link; by default the end of the longest chain.
+        base: The base link; by default the root of the link tree, or the base of a robot file.
+        tip: The tip link, anywhere in the tree; by default the end of the longest chain.
         group: A group of the SRDF next to the file, instead of base and tip.
         name: The robot's name; by default the name in its file.
         arguments: Values of a xacro file's arguments, each as "name:=value".

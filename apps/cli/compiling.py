@@ -404,8 +404,8 @@ def _each_robot(
     if groups and (job.base or tips):
         stop("--group chooses base and tip: give a group, or --base and --tip")
     jobs = [replace(job, file=file, arguments=words) for file, words in files]
-    if not groups and all(one.file.suffix.lower() == ".toml" for one in jobs):
-        return list(dict.fromkeys(replace(one, tip=tips[0] if tips else None) for one in jobs))
+    if not groups and not tips and all(one.file.suffix.lower() == ".toml" for one in jobs):
+        return list(dict.fromkeys(jobs))
     work, found, problems = _work(), [], []
     for one in jobs:
         try:

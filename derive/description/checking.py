@@ -67,8 +67,8 @@ def check(
 
     Args:
         source: A file or a robot's name, see :func:`~chasles.derive.read`.
-        base: The link whose frame is the base frame, for files with a link tree.
-        tip: The link whose frame is the tool frame, for files with a link tree.
+        base: The link whose frame is the base frame.
+        tip: The link whose frame is the tool frame.
         group: A group of an SRDF file next to the file, instead of base and tip.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 

@@ -34,6 +34,7 @@ from pathlib import Path
 from ..model.convention import Convention
 from ..model.errors import DescriptionError, InputTypeError, UnknownRobotError
 from ..model.mechanism import Described, Mechanism
+from .chain_between import between
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
 from .conventions.suited import with_suitable_conventions
@@ -49,6 +50,8 @@ from .urdf import UrdfFile
 __all__ = ["DescriptionError", "read", "read_text"]
 
 SUFFIX = ".toml"
+Ends = tuple[str | None, str | None]
+"""Base and tip; None for the base frame or the tool frame of the file."""
 
 
 def read(
@@ -68,8 +71,10 @@ def read(
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro) or MJCF model (.xml); or the
             name of a robot installed with chasles, or ``robot:NAME`` from the package
             robot_descriptions.
-        base: The link whose frame is the base frame, for files with a link tree; default: the root.
-        tip: The link whose frame is the tool frame; default: the end of the longest chain.
+        base: The link whose frame is the base frame; default: the root, or the base
+            of a robot file.
+        tip: The link whose frame is the tool frame, anywhere in the tree; default: the end of the
+            longest chain, or the tool of a robot file.
         group: A group of an SRDF file next to the file, instead of base and tip.
         name: Name of the robot; default: the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
@@ -91,7 +96,7 @@ def read(
     words = (*words, *arguments)
     if is_imported(file):
         return _chain(file, base, tip, group, name, words, exact=exact)
-    wrong = {"base": base, "tip": tip, "group": group, "arguments": words}
+    wrong = {"group": group, "arguments": words}
     for field, value in wrong.items():
         if value:
             expected = f"none; it applies to files that end in {', '.join(SUFFIXES)}"
@@ -99,7 +104,7 @@ def read(
     if file.is_file() and file.suffix.lower() != SUFFIX:
         expected = f"a file that ends in one of {', '.join((SUFFIX, *SUFFIXES))}"
         raise file_error(str(file), None, "", None, expected)
-    robot = _of_toml(text_of(file), str(file), conventions, exact)
+    robot = _of_toml(text_of(file), str(file), conventions, exact, (base, tip))
     return replace(robot, name=prefix(name)) if name else robot
 
 
@@ -168,6 +173,7 @@ def _of_toml(
     file: str,
     conventions: Sequence[Convention],
     exact: bool,
+    ends: Ends = (None, None),
     *,
     is_nominal: bool = False,
 ) -> Described:
@@ -175,10 +181,11 @@ def _of_toml(
     reader = reader_of(text, file, conventions)
     if is_nominal and "nominal" in reader.table:
         reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
-    described = reader.described()
+    described = between(reader.described(), *ends, file)
     robot = described if exact else cleaned_with_warning(described, file)
     if isinstance(robot, Mechanism):
-        return _with_nominal(reader, robot, conventions) if "nominal" in reader.table else robot
+        has_nominal = "nominal" in reader.table
+        return _with_nominal(reader, robot, conventions, ends) if has_nominal else robot
     is_auto = reader.table.get("convention") == AUTO
     return with_suitable_conventions(robot) if is_auto else robot
 
@@ -196,15 +203,18 @@ def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotF
     return reader(source.file, source.text, extending, conventions)
 
 
-def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
+def _with_nominal(
+    file: TomlFile, robot: Mechanism, conventions: Sequence[Convention], ends: Ends
+) -> Mechanism:
     """Adds the nominal robot specified in the file."""
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
         if path.suffix.lower() == SUFFIX:
-            nominal = _of_toml(text_of(path), str(path), conventions, exact=False, is_nominal=True)
+            text = text_of(path)
+            nominal = _of_toml(text, str(path), conventions, False, ends, is_nominal=True)
         else:
-            nominal = read(path, conventions=conventions)
+            nominal = read(path, base=ends[0], tip=ends[1], conventions=conventions)
         if not isinstance(nominal, Mechanism):
             file.fail(keys, "the file of a robot with loops")
         return replace(robot, nominal=nominal)

@@ -19,6 +19,7 @@ from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, SerialRobot
 from ..model.tolerances import UNLIMITED
+from .chain_between import outwards
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
@@ -106,7 +107,8 @@ class UrdfFile:
         Args:
             base: The link whose frame is the base frame; default: the root, see
                 :mod:`~chasles.derive.description.importers.tool_links`.
-            tip: The link whose frame is the tool frame; default: the end of the longest chain.
+            tip: The link whose frame is the tool frame, anywhere in the tree; default: the end of
+                the longest chain.
             name: Name of the robot; default: the name in the URDF.
 
         Returns:
@@ -122,12 +124,13 @@ class UrdfFile:
         except NoChain as error:
             self._no_chain(error)
         base, tip = ends.base, ends.tip
-        elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
+        elements = [self.joint_to[joint.child] for joint in self.tree.path(base, tip) or ()]
         self._check_leaders(elements, ends)
+        joints = outwards(map(self._joint, elements), _identifier(base))
         try:
             robot = SerialRobot(
                 name=prefix(name or self._attribute(self.root, "name")),
-                joints=tuple(self._joint(element) for element in elements),
+                joints=tuple(replace(joint, parent="") for joint in joints),
                 title=self.root.get("name", ""),
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
                 base_frame=_identifier(base),
@@ -218,6 +221,7 @@ class UrdfFile:
             before=before,
             after=after,
             link=_identifier(self._link_of(element, "child")),
+            parent=_identifier(self._link_of(element, "parent")),
             limits=self._limits(element, kind),
             mimic=None if kind == "fixed" else self._mimic(element),
             convention=urdf,

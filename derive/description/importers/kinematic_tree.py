@@ -1,8 +1,9 @@
 """Named tree of links and joints of a file, used to find the path from base to tip."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import takewhile
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
@@ -71,6 +72,31 @@ class KinematicTree:
             joints.append(self.joint_to[link])
             link = joints[-1].parent
         return tuple(joints[::-1])
+
+    def path(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
+        """Returns the joints from a link up to the common ancestor, then down to another link.
+
+        None if no joints connect the two links.
+        """
+        root = self.root_of(base)
+        up, down = self.way(root, base), self.way(root, tip)
+        if up is None or down is None:
+            return None
+        shared = sum(
+            1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(up, down, strict=False))
+        )
+        return (*reversed(up[shared:]), *down[shared:])
+
+    def common_ancestor(self, links: Iterable[str]) -> str:
+        """Returns the lowest link below which all links are."""
+        first, *others = links
+        above = self.way(self.root_of(first), first) or ()
+        candidates = (first, *(joint.parent for joint in reversed(above)))
+        return next(
+            link
+            for link in candidates
+            if all(self.way(link, other) is not None for other in others)
+        )
 
     def root_of(self, link: str) -> str:
         """Returns the root above a link; for cyclic joints, the link itself."""

@@ -114,9 +114,9 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
     if tip is None:
         return _guessed_ends(tree, base)
     root = base or tree.root_of(tip)
-    way = tree.way(root, tip)
+    way = tree.path(root, tip)
     if way is None:
-        raise NoChain("tip", tip, f"a link below {root}")
+        raise NoChain("tip", tip, f"a link that joints connect to {root}")
     if not way:
         raise NoChain("tip", tip, "a link other than the base")
     return (_ends(way, base, root, tip),)
@@ -134,25 +134,28 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
         raise NoChain(
             "tip", None, f"a choice of the tip link (chains of equal length end at: {tips})"
         )
-    _check_joints(tree.way(found[0].base, found[0].tip) or ())
+    _check_joints(tree.path(found[0].base, found[0].tip) or (), found[0].base)
     return found[0]
 
 
-def _check_joints(way: Sequence[TreeJoint]) -> None:
+def _check_joints(way: Sequence[TreeJoint], base: str) -> None:
     """Raises an error for multi-DOF joints between base and tip.
 
     Raises:
         NoChain: The chain has a multi-DOF joint; the message suggests other ends.
     """
+    before = base
     for joint in way:
+        behind = joint.child if joint.parent == before else joint.parent
         if joint.kind in ("ball", "free"):
             kind = "a ball joint" if joint.kind == "ball" else "a floating or planar joint"
             raise NoChain(
                 "joint",
                 joint.name,
                 f"revolute, prismatic and fixed joints between base and tip, not {kind} "
-                f"(--base {joint.child} begins behind it, --tip {joint.parent} ends before it)",
+                f"(--base {behind} begins behind it, --tip {before} ends before it)",
             )
+        before = behind
 
 
 def leader_between(follower: str, ends: Ends) -> str:

@@ -384,9 +384,9 @@ def test_robot_is_read_by_name_and_renamed():
     assert read("irb120", name="mine").name == "mine"
 
 
-def test_choice_of_links_in_a_robot_file_is_rejected():
-    with pytest.raises(DescriptionError, match=r"tip.*files that end in \.urdf.*found 'tool0'"):
-        read("ur5e", tip="tool0")
+def test_group_for_a_robot_file_is_rejected():
+    with pytest.raises(DescriptionError, match=r"group.*files that end in \.urdf.*found 'arm'"):
+        read("ur5e", group="arm")
 
 
 def test_text_of_unknown_format_is_rejected():

@@ -64,8 +64,8 @@ class BodyJoint:
     leader: str = ""
     notes: tuple[str, ...] = ()
 
-    def joint(self, is_in_a_tree: bool) -> Joint:
-        """Returns the robot joint; in a tree (robot with loops), including its parent link.
+    def joint(self) -> Joint:
+        """Returns the robot joint with its parent link.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.
@@ -83,7 +83,7 @@ class BodyJoint:
             before=before,
             after=after,
             link=identifier(self.child),
-            parent=identifier(self.parent) if is_in_a_tree else "",
+            parent=identifier(self.parent),
             limits=self.limits,
             mimic=self.mimic,
             convention=urdf,

@@ -1,6 +1,7 @@
 """Reads the chain between two bodies of a MuJoCo model, including its loops."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
@@ -8,6 +9,7 @@ from typing import NoReturn
 from ....model.errors import DescriptionError
 from ....model.mechanism import Closure, Described, Mechanism, Strut
 from ....model.robot import SerialRobot
+from ...chain_between import between, outwards
 from ...toml_file import file_error
 from ..identifiers import identifier, prefix
 from ..kinematic_tree import KinematicTree
@@ -79,47 +81,51 @@ class MjcfFile:
 
     def _between(self, ends: Ends, name: str) -> Described:
         carried = {joint.child: joint for joint in self.bodies.joints}
-        way = [carried[joint.child] for joint in self.tree.way(ends.base, ends.tip) or ()]
-        closers = self.loops.through(way, ends.base)
-        title = self.model.name
-        source = f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
+        way = [carried[joint.child] for joint in self.tree.path(ends.base, ends.tip) or ()]
+        closers = self.loops.through(way)
+        if closers:
+            return self._with_loops(ends, name, closers)
+        self.loops.check_laws(way, is_in_a_tree=False)
+        check_leaders(way, ends)
+        base = identifier(ends.base)
+        joints = outwards([joint.joint() for joint in way], base)
+        return SerialRobot(
+            name,
+            tuple(replace(joint, parent="") for joint in joints),
+            self.model.name,
+            self._source(ends),
+            base_frame=base,
+            tool_frame=identifier(ends.tip),
+            notes=(*ends.notes, *self._notes(way, closers)),
+        )
+
+    def _with_loops(self, ends: Ends, name: str, closers: Sequence[Closure | Strut]) -> Described:
+        """Returns a robot with loops: first from the common ancestor, then from the base."""
+        links = {ends.base, ends.tip, *self.loops.links(closers)}
+        root = self.tree.common_ancestor(sorted(links))
+        connected = {joint.child for link in links for joint in self.tree.way(root, link) or ()}
+        tree = [joint for joint in self.bodies.joints if joint.child in connected]
+        self.loops.check_laws(tree, is_in_a_tree=True)
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
-        connected = self.loops.links(closers)
-        parts = [
-            *way,
-            *(carried[j.child] for h in connected for j in self.tree.way(ends.base, h) or ()),
-        ]
-        tree = [joint for joint in self.bodies.joints if joint in parts] if closers else way
-        self.loops.check_laws(tree, is_in_a_tree=bool(closers))
-        if not closers:
-            check_leaders(way, ends)
-        notes = (*ends.notes, *self._notes(tree, closers))
-        joints = tuple(joint.joint(is_in_a_tree=bool(closers)) for joint in tree)
-        if not closers:
-            return SerialRobot(
-                name,
-                joints,
-                title,
-                source,
-                base_frame=base_frame,
-                tool_frame=tool_frame,
-                notes=notes,
-            )
-        return Mechanism(
+        found = Mechanism(
             name=name,
-            joints=joints,
+            joints=tuple(joint.joint() for joint in tree),
             actuated=self.loops.actuated(tree),
             closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
             struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
-            tool_body=identifier(ends.tip),
-            title=title,
-            source=source,
-            base_frame=base_frame,
+            tool_body=tool_frame,
+            title=self.model.name,
+            source=self._source(ends),
+            base_frame=identifier(root),
             tool_frame=tool_frame,
             reference=self.loops.reference(tree),
-            notes=notes,
+            notes=(*ends.notes, *self._notes(tree, closers)),
             springs=self.loops.springs(tree),
         )
+        return between(found, base_frame, tool_frame, str(self.file))
+
+    def _source(self, ends: Ends) -> str:
+        return f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
 
     def _notes(self, tree: Sequence[BodyJoint], closers: Sequence[object]) -> Iterator[str]:
         """Yields notes on the joints of a robot and on omitted parts of the model."""

@@ -61,12 +61,11 @@ class ModelLoops:
         self.equalities = tuple(self._as_rod(equality, read) for equality in read)
         self.notes: list[str] = []
 
-    def through(self, way: Sequence[BodyJoint], base: str) -> tuple[Closure | Strut, ...]:
+    def through(self, way: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
         """Returns the closures of all loops connected to a chain by shared moving joints.
 
         Raises:
-            DescriptionError: A loop includes bodies that are not descendants of the base, or is not
-                supported.
+            DescriptionError: A loop is not supported.
         """
         moving = {joint.name for joint in way if joint.kind != "fixed"}
         found: list[_Equality] = []
@@ -77,13 +76,6 @@ class ModelLoops:
             moving |= {j.name for e in meeting for j in self._around(e) if j.kind != "fixed"}
         self.notes += [f"{equality.name}: not on the way to the tip" for equality in left]
         found.sort(key=self.equalities.index)
-        for equality in found:
-            for end in (equality.a, equality.b):
-                if self.bodies.tree.way(base, end.link) is None:
-                    raise DescriptionError(
-                        f"equality {equality.name!r} refers to {end.link!r}, which is not below "
-                        f"the base {base!r}; choose another base, such as world"
-                    )
         return tuple(_closures(found))
 
     def links(self, closers: Iterable[Closure | Strut]) -> set[str]:

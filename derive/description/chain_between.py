@@ -1,0 +1,235 @@
+"""The chain between any two links of a tree.
+
+On the way from the base link up to the common ancestor, joints are inverted. For a joint with
+T_parent_link = before * motion(q) * after, the inverted joint leads from the link to the parent:
+
+    T_link_parent = inverse(after) * motion(-q) * inverse(before).
+
+The coordinate, its name and its limits stay those of the joint.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+from ..model.convention import Convention, Placements
+from ..model.errors import DescriptionError
+from ..model.kinds import JointKind
+from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
+from ..model.placements import inverse
+from ..model.robot import Joint, SerialRobot
+from .suggestions import hint
+from .toml_file import file_error, listed
+
+
+@dataclass(frozen=True)
+class _InversePlacements:
+    """The placements of a convention for a joint that leads from its link to its parent."""
+
+    convention: Convention
+
+    def __call__(self, kind: JointKind, **values: object) -> Placements:
+        before, after = self.convention.place(kind, **values)
+        return inverse(after), inverse(before)
+
+
+@cache
+def inverse_convention(convention: Convention) -> Convention:
+    """Returns the convention with the same fields, for joints that lead from link to parent."""
+    if isinstance(convention.place, _InversePlacements):
+        return convention.place.convention
+    return Convention(
+        f"{convention.name}_inverse",
+        convention.fields,
+        _InversePlacements(convention),
+        convention.source,
+        f"the inverse of {convention.words}",
+        second_part=convention.second_part,
+    )
+
+
+def inverted(joint: Joint) -> Joint:
+    """Returns the joint from its link to its parent, with the same coordinate."""
+    return replace(
+        joint,
+        before=inverse(joint.after),
+        after=inverse(joint.before),
+        link=joint.parent,
+        parent=joint.link,
+        direction=-joint.direction,
+        convention=joint.convention and inverse_convention(joint.convention),
+    )
+
+
+def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
+    """Yields the joints of a path in order; joints that lead towards the base are inverted.
+
+    Args:
+        path: The joints; each joint states its link and its parent.
+        base: The first body of the path.
+    """
+    for joint in path:
+        found = joint if joint.parent == base else inverted(joint)
+        yield found
+        base = found.link
+
+
+def between(robot: Described, base: str | None, tip: str | None, file: str) -> Described:
+    """Returns the chain between two frames of a robot, with the loops through its joints.
+
+    Args:
+        robot: The description, with the numbers as written in the file.
+        base: A link, the base frame or the tool frame; None for the base frame.
+        tip: A link, the base frame or the tool frame; None for the tool frame.
+        file: File name in error messages.
+
+    Returns:
+        A SerialRobot if no loop and no drive moves the chain; otherwise a Mechanism.
+
+    Raises:
+        DescriptionError: A link is unknown, both ends are the same link, or a part of the
+            description refers to links outside the chain.
+    """
+    base, tip = base or robot.base_frame, tip or robot.tool_frame
+    if (base, tip) == (robot.base_frame, robot.tool_frame):
+        return robot
+    joints = robot.joints if isinstance(robot, Mechanism) else _with_parents(robot)
+    frames = _frames(robot, joints)
+    for field, name in (("base", base), ("tip", tip)):
+        if name not in frames:
+            expected = f"a link of the file ({listed(frames)}){hint(name, frames)}"
+            raise file_error(file, None, field, name, expected)
+    if base == tip:
+        raise file_error(file, None, "tip", tip, "a link other than the base")
+    try:
+        if isinstance(robot, Mechanism):
+            return _in_mechanism(robot, base, tip, frames)
+        return _in_chain(robot, base, tip, frames, joints)
+    except DescriptionError as error:
+        expected = f"links between which a chain exists ({error})"
+        raise file_error(file, None, "base, tip", f"{base}, {tip}", expected) from None
+
+
+def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
+    """Returns the joints of a serial robot as a tree; the first parent is the base frame."""
+    links = robot.link_names
+    parents = (robot.base_frame, *links)
+    return tuple(
+        replace(joint, parent=parent, link=link)
+        for joint, parent, link in zip(robot.joints, parents, links, strict=False)
+    )
+
+
+def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
+    """Returns the frames at which a chain may begin or end, on their bodies."""
+    tool_body = robot.tool_body if isinstance(robot, Mechanism) else joints[-1].link
+    links = {joint.link: Frame(joint.link) for joint in joints}
+    base = Frame(robot.base_frame, inverse(robot.base))
+    return links | {robot.base_frame: base, robot.tool_frame: Frame(tool_body, robot.tool)}
+
+
+def _path(joints: Sequence[Joint], start: str, end: str) -> list[Joint]:
+    """Returns the joints from a body up to the common ancestor, then down to another body."""
+    carrying = {joint.link: joint for joint in joints}
+
+    def to_root(body: str) -> list[Joint]:
+        found = []
+        while body in carrying:
+            found.append(carrying[body])
+            body = found[-1].parent
+        return found
+
+    up, down = to_root(start), to_root(end)
+    while up and down and up[-1] is down[-1]:
+        up.pop()
+        down.pop()
+    return [*up, *reversed(down)]
+
+
+def _in_chain(
+    robot: SerialRobot,
+    base: str,
+    tip: str,
+    frames: Mapping[str, Frame],
+    joints: Sequence[Joint],
+) -> SerialRobot:
+    if robot.load or robot.springs:
+        raise DescriptionError("masses and springs refer to the whole chain from its base")
+    start, end = frames[base], frames[tip]
+    path = tuple(outwards(_path(joints, start.body, end.body), start.body))
+    coordinates = {joint.name for joint in path if joint.mimic is None}
+    return replace(
+        robot,
+        joints=tuple(replace(joint, parent="") for joint in path),
+        base=inverse(start.placement),
+        tool=end.placement,
+        base_frame=base,
+        tool_frame=tip,
+        transmissions=tuple(t for t in robot.transmissions if t.coordinate in coordinates),
+    )
+
+
+def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Frame]) -> Described:
+    start, end = frames[base], frames[tip]
+    up = _path(robot.joints, start.body, robot.base_frame)
+    joints = (*outwards(up, start.body), *(joint for joint in robot.joints if joint not in up))
+    placed = inverse(start.placement)
+    if start.body != base:
+        mount = Joint(f"{base}_mount", "fixed", placed, link=start.body, parent=base)
+        joints, placed = (mount, *joints), ()
+    kept, closers = _with_loops(joints, robot.closers, end.body)
+    members = {joint.name for joint in kept} | {closer.name for closer in closers}
+    drives = tuple(drive for drive in robot.drives if drive.joint in members)
+    known = members | {drive.name for drive in drives}
+    known |= {c.swing_name for c in closers if isinstance(c, Strut)}
+    found = replace(
+        robot,
+        joints=kept,
+        actuated=tuple(name for name in robot.actuated if name in known),
+        closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
+        struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
+        drives=drives,
+        tool_body=end.body,
+        base=placed,
+        tool=end.placement,
+        base_frame=base,
+        tool_frame=tip,
+        reference=tuple(pair for pair in robot.reference if pair[0] in known),
+        transmissions=tuple(t for t in robot.transmissions if t.coordinate in known),
+        springs=tuple(name for name in robot.springs if name in known),
+    )
+    chain = found.main_chain
+    is_serial = {joint.name for joint in chain.moving} == {*found.actuated}
+    if closers or drives or not is_serial:
+        return found
+    return replace(chain, notes=found.notes, transmissions=found.transmissions)
+
+
+def _with_loops(
+    joints: Sequence[Joint], closers: Sequence[Closure | Strut], tool_body: str
+) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
+    """Returns the joints of a chain and of the loops through them, and the members of these loops.
+
+    A loop belongs to the robot if it shares a moving joint with the chain or with another such
+    loop.
+    """
+    carrying = {joint.link: joint for joint in joints}
+    moving = {joint.name for joint in joints if joint.kind != "fixed"}
+
+    def way(body: str) -> set[str]:
+        names = set()
+        while body in carrying:
+            names.add(carrying[body].name)
+            body = carrying[body].parent
+        return names
+
+    kept, left = way(tool_body), list(closers)
+    ways = {closer.name: (way(closer.a.body), way(closer.b.body)) for closer in closers}
+    loops = {name: (a ^ b) & moving for name, (a, b) in ways.items()}
+    around = kept & moving
+    while meeting := [closer for closer in left if loops[closer.name] & around]:
+        left = [closer for closer in left if closer not in meeting]
+        around = around.union(*(loops[closer.name] for closer in meeting))
+        kept = kept.union(*(way for closer in meeting for way in ways[closer.name]))
+    found = [closer for closer in closers if closer not in left]
+    return tuple(joint for joint in joints if joint.name in kept), found
