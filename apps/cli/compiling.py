@@ -246,7 +246,7 @@ def convert(
 
 
 def export(
-    language: Annotated[str, typer.Argument(help="c, casadi, casadi_c, latex or python.")],
+    language: Annotated[str, typer.Argument(help="The language, such as c, cpp or latex.")],
     robots: Robots,
     to: Annotated[Path, typer.Option(help="Output folder, with one folder per robot.")],
     functions: Annotated[

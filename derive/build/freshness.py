@@ -199,7 +199,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 def _compiler() -> str:
     """Returns the hash of the compiler's code and of the versions of its libraries."""
     digest = hashlib.sha256()
-    for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
+    for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("support/**/*.*")]):
         digest.update(path.read_bytes() + b"\0")
     with requires("chasles[derive]"):
         digest.update(repr((version("casadi"), version("sympy"))).encode())

@@ -7,6 +7,7 @@ from .. import latex
 from ..model.errors import InputValueError
 from . import casadi_c, casadi_file, python_package
 from .c import language as c
+from .cpp import language as cpp
 from .emitter import Emitter
 
 EMITTERS = (
@@ -17,7 +18,10 @@ EMITTERS = (
 )
 LANGUAGES = tuple(emitter.language for emitter in EMITTERS)
 """Names of the default languages."""
-ON_DEMAND = {"casadi_c": Emitter("casadi_c", casadi_c.files)}
+ON_DEMAND = {
+    emitter.language: emitter
+    for emitter in (Emitter("casadi_c", casadi_c.files), Emitter("cpp", cpp.files))
+}
 """Optional languages, by name."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
 """The article without screws, examples and singularities."""

@@ -44,7 +44,7 @@ def header(
         f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)
     )
     declarations = "\n\n".join(
-        [*(_declaration(robot.name, f, _operations(f, programs)) for f in functions), *further]
+        [*(_declaration(robot.name, f, description(f, programs)) for f in functions), *further]
     )
     return f"""\
 {notice(robot)}
@@ -120,11 +120,17 @@ def _operations(function: SymbolicFunction | WrittenFunction, programs: Programs
     return f"{summary(count_operations(programs.whole[function.name]))}{iteration_count(function)}"
 
 
-def _declaration(prefix: str, function: Signature, operations: str) -> str:
+def description(function: SymbolicFunction | WrittenFunction, programs: Programs) -> list[str]:
+    """Returns the lines of a comment: meaning, identity, operations, inputs and outputs."""
+    operations = _operations(function, programs)
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4), f"{operations}."]
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
     for what in described:
         shape = " x ".join(map(str, what.shape))
         lines.append(f"  {what.name}: {what.meaning}, {shape} ({what.unit})")
+    return lines
+
+
+def _declaration(prefix: str, function: Signature, lines: Sequence[str]) -> str:
     comment = "\n * ".join(lines)
     return f"/* {comment} */\n{signature(prefix, function)};"

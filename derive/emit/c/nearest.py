@@ -33,21 +33,21 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
     robot, inverses = derivation.robot, _inverses(derivation)
     if not inverses:
         return {}
-    seeded = _seeded(derivation)
+    public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
     if any(_is_in_lanes(function) for function in inverses):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
-    lines += ["", *(_limits(robot) if seeded else ())]
+    lines += ["", *(_limits(robot) if public else ())]
     for function in inverses:
         lines += _in_lanes(derivation, function) if _is_in_lanes(function) else []
         lines += _by_moves(derivation, function)
-        lines += _definition(derivation, function) if function in seeded else []
+        lines += _definition(derivation, function) if function in public else []
     return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in SUPPORTS}}
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
     """Returns the commented declarations for the robot's header."""
-    return [_declaration(derivation, function) for function in _seeded(derivation)]
+    return [_declaration(derivation, function) for function in seeded(derivation)]
 
 
 def has_nearest(robot: Described, function: Signature) -> bool:
@@ -65,7 +65,7 @@ def _inverses(derivation: Derivation) -> list[Signature]:
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
-def _seeded(derivation: Derivation) -> list[Signature]:
+def seeded(derivation: Derivation) -> list[Signature]:
     """Returns the inverses whose additional inputs a seed determines."""
     return [f for f in _inverses(derivation) if _parameters(derivation, f) is not None]
 
@@ -238,8 +238,7 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
     n, target = len(derivation.robot.coordinates), function.inputs[0]
     shape = " x ".join(map(str, target.shape))
     lines = [
-        f"The solution of {function.name} nearest to q_seed within limits.",
-        *_kept(function),
+        *nearest_summary(function),
         "Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
         f"  {target.name}: {target.meaning}, {shape} ({target.unit})",
         f"  q_seed: the start configuration, {n}",
@@ -253,7 +252,11 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
     return f"/* {comment} */\n{text}"
 
 
-def _kept(function: Signature) -> Sequence[str]:
+def nearest_summary(function: Signature) -> list[str]:
+    """Returns one line with the meaning of the function, and one with its fixed inputs."""
     names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
     kept = ", ".join(names)
-    return [f"Fixed at the values in q_seed: {kept}."] if kept else []
+    return [
+        f"The solution of {function.name} nearest to q_seed within limits.",
+        *([f"Fixed at the values in q_seed: {kept}."] if kept else []),
+    ]

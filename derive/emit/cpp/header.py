@@ -1,0 +1,218 @@
+"""Generates the C++17 header of a robot: constants, and functions over its C functions."""
+
+import textwrap
+from collections.abc import Sequence
+
+from ...derivation import Derivation
+from ...model.mechanism import Coordinate
+from ...model.robot import Joint
+from ...program.programs import Programs
+from ...terms.symbolic_function import (
+    Argument,
+    Result,
+    Signature,
+    SymbolicFunction,
+    WrittenFunction,
+)
+from ..c.expressions import WIDTH, number
+from ..c.header import description, notice
+from ..c.nearest import nearest_summary, seeded
+
+_KEYWORDS = (
+    "alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t class compl concept "
+    "const_cast constexpr decltype delete dynamic_cast explicit export false friend mutable "
+    "namespace new noexcept not not_eq nullptr operator or or_eq private protected public "
+    "reinterpret_cast requires static_assert static_cast template this thread_local throw true try "
+    "typeid typename using virtual wchar_t xor xor_eq"
+)
+RESERVED = frozenset([*_KEYWORDS.split(), "result"])
+"""Keywords of C++ that C does not reserve, and the local variable of each function.
+
+A name among them gets a trailing underscore."""
+SLOTS = ["q", "residual", "margin"]
+"""The outputs of an inverse."""
+
+
+def header(derivation: Derivation, programs: Programs) -> str:
+    """Returns the C++ header of a robot."""
+    robot = derivation.robot
+    guard = f"CHASLES_ROBOT_{robot.name.upper()}_HPP"
+    functions: Sequence[SymbolicFunction | WrittenFunction] = (
+        *derivation.functions,
+        *derivation.written,
+    )
+    results = [_result(function) for function in functions if _has_own_result(function)]
+    definitions = [_definition(robot.name, f, description(f, programs)) for f in functions]
+    nearest = [_nearest(derivation, function) for function in seeded(derivation)]
+    body = "\n\n".join([_constants(robot.coordinates), *results, *definitions, *nearest])
+    return f"""\
+{notice(robot)}
+/* Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
+ * No function allocates, has state or throws. An out-of-reach pose has solutions with NaN or a
+ * residual.
+ */
+#ifndef {guard}
+#define {guard}
+
+#include <string_view>
+
+#include "{robot.name}.h"
+#include "kinematics.hpp"
+
+namespace chasles::{safe(robot.name)} {{
+
+{body}
+
+}}  // namespace chasles::{safe(robot.name)}
+
+#endif
+"""
+
+
+def safe(name: str) -> str:
+    """Returns a name that C++ does not reserve."""
+    return f"{name}_" if name in RESERVED else name
+
+
+def _constants(coordinates: Sequence[Joint | Coordinate]) -> str:
+    n = len(coordinates)
+    names = ", ".join(f'"{coordinate.name}"' for coordinate in coordinates)
+    units = ", ".join(f'"{coordinate.unit}"' for coordinate in coordinates)
+    lower = ", ".join(_bound(coordinate.limits[0], "-infinity") for coordinate in coordinates)
+    upper = ", ".join(_bound(coordinate.limits[1], "infinity") for coordinate in coordinates)
+    texts = f"inline constexpr std::array<std::string_view, {n}>"
+    return "\n".join(
+        [
+            f"inline constexpr std::size_t coordinate_count = {n};",
+            *_wrapped(f"{texts} coordinate_names = {{{names}}};"),
+            *_wrapped(f"{texts} coordinate_units = {{{units}}};"),
+            "/** Lowest and highest coordinates of the robot. */",
+            *_wrapped(
+                f"inline constexpr Limits<{n}> coordinate_limits = {{{{{lower}}}, {{{upper}}}}};"
+            ),
+        ]
+    )
+
+
+def _bound(value: object, infinite: str) -> str:
+    return infinite if value is None else number(float(value))  # type: ignore[arg-type]
+
+
+def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
+    """Returns a function that calls the C function of the same name."""
+    arguments = [_input(argument) for argument in function.inputs]
+    kind, outputs = _returned(function)
+    passed = ", ".join([*(_passed(argument) for argument in function.inputs), *outputs])
+    return "\n".join(
+        [
+            _comment(lines),
+            *_wrapped(f"inline {kind} {safe(function.name)}({', '.join(arguments)}) noexcept {{"),
+            f"  {kind} result;",
+            *_wrapped(f"{prefix}_{function.name}({passed});", "  "),
+            "  return result;",
+            "}",
+        ]
+    )
+
+
+def _returned(function: Signature) -> tuple[str, list[str]]:
+    """Returns the type of a result, and the expressions to which the C function writes."""
+    outputs = function.outputs
+    if len(outputs) == 1:
+        return _type(outputs[0]), [
+            "&result" if outputs[0].size == 1 else "result.data()",
+        ]
+    members = [
+        f"&result.{safe(o.name)}"
+        if o.size == 1 and not _is_slots(function)
+        else f"result.{safe(o.name)}.data()"
+        for o in outputs
+    ]
+    if _is_slots(function):
+        return f"Solutions<{outputs[0].shape[0]}, {outputs[0].shape[1]}>", members
+    return _result_name(function), members
+
+
+def _is_slots(function: Signature) -> bool:
+    return function.role.is_inverse and [output.name for output in function.outputs] == SLOTS
+
+
+def _has_own_result(function: Signature) -> bool:
+    return len(function.outputs) > 1 and not _is_slots(function)
+
+
+def _result_name(function: Signature) -> str:
+    return "".join(word.capitalize() for word in function.name.split("_"))
+
+
+def _result(function: Signature) -> str:
+    """Returns the structure with the results of a function that has several."""
+    members = [
+        f"  {_type(output)} {safe(output.name)}; /**< {output.meaning} ({output.unit}) */"
+        for output in function.outputs
+    ]
+    opening = f"/** Results of {function.name}. */\nstruct {_result_name(function)} {{"
+    return "\n".join([opening, *members, "};"])
+
+
+def _type(value: Result) -> str:
+    if value.size == 1:
+        return "double"
+    if len(value.shape) == 1:
+        return f"std::array<double, {value.size}>"
+    return f"Array<{', '.join(map(str, value.shape))}>"
+
+
+def _input(argument: Argument) -> str:
+    kind = "double" if argument.size == 1 else f"View<{argument.size}>"
+    return f"{kind} {safe(argument.name)}"
+
+
+def _passed(argument: Argument) -> str:
+    name = safe(argument.name)
+    return f"&{name}" if argument.size == 1 else f"{name}.data()"
+
+
+def _nearest(derivation: Derivation, function: Signature) -> str:
+    """Returns the function for the solution nearest to a seed, within limits."""
+    n, name = len(derivation.robot.coordinates), f"{function.name}_nearest"
+    target = function.inputs[0]
+    arguments = [
+        *(_input(target), f"View<{n}> q_seed"),
+        f"const Limits<{n}>& limits = coordinate_limits",
+        f"const std::array<double, {n}>* weights = nullptr",
+    ]
+    passed = [_passed(target), "q_seed.data()", "limits.lower.data()", "limits.upper.data()"]
+    passed += ["weights ? weights->data() : nullptr", "result.q.data()"]
+    passed += ["&result.residual", "&result.margin"]
+    lines = [
+        *nearest_summary(function),
+        f"  {target.name}: {target.meaning} ({target.unit})",
+        f"  q_seed: the start configuration, {n}",
+        f"  weights: weight of each coordinate's displacement in the distance, {n}; 1 by default",
+    ]
+    return "\n".join(
+        [
+            _comment(lines),
+            *_wrapped(f"inline Nearest<{n}> {name}({', '.join(arguments)}) noexcept {{"),
+            f"  Nearest<{n}> result;",
+            *_wrapped(f"result.slot = {derivation.robot.name}_{name}({', '.join(passed)});", "  "),
+            "  return result;",
+            "}",
+        ]
+    )
+
+
+def _comment(lines: Sequence[str]) -> str:
+    return "/** " + "\n * ".join(lines) + " */"
+
+
+def _wrapped(line: str, indent: str = "") -> list[str]:
+    return textwrap.wrap(
+        line,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=f"{indent}    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

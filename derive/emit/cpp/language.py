@@ -1,0 +1,90 @@
+"""Writes a CMake package with the generated C, its C++17 header and a control loop."""
+
+import math
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from ...derivation import Derivation
+from ...model.mechanism import Coordinate
+from ...model.robot import Joint
+from ...program.programs import Programs
+from ...terms.symbolic_function import Signature
+from ..c import language as c
+from ..c.nearest import seeded
+from .header import header, safe
+
+SUPPORT = Path(__file__).parent / "support"
+_START = 0.4
+"""Value of a serial joint at the start of the example (radian, metre), if its limits allow it."""
+_AMPLITUDE = 0.05
+"""Amplitude of the example's motion (radian, metre)."""
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Returns the files of the package by path."""
+    name = derivation.robot.name
+    in_c = c.files(derivation, programs)
+    public = {f"{name}.h", f"{name}_batch.h"}
+    folders = {file: "include/chasles" if file in public else "src" for file in in_c}
+    example = "nearest_loop.cpp.in" if _nearest_of_pose(derivation) else "forward_loop.cpp.in"
+    templates = {
+        "CMakeLists.txt": "CMakeLists.txt",
+        f"chasles_{name}.pc.in": "package.pc.in",
+        "README.md": "README.md",
+        "include/chasles/kinematics.hpp": "kinematics.hpp",
+        "include/chasles/eigen.hpp": "eigen.hpp",
+        "examples/control_loop.cpp": example,
+    }
+    values = _values(derivation, [f"src/{file}" for file in in_c if file.endswith(".c")])
+    return {
+        **{f"{folders[file]}/{file}": text for file, text in in_c.items()},
+        f"include/chasles/{name}.hpp": header(derivation, programs),
+        **{file: _filled(template, values) for file, template in templates.items()},
+    }
+
+
+def _filled(template: str, values: dict[str, str]) -> str:
+    """Returns the text of a template with its placeholders, such as ``@robot@``, replaced."""
+    text = (SUPPORT / template).read_text(encoding="utf-8")
+    for name, value in values.items():
+        text = text.replace(f"@{name}@", value)
+    return text
+
+
+def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
+    """Returns the values of the placeholders."""
+    nearest, start = _nearest_of_pose(derivation), _start(derivation)
+    fixed = nearest.role.given if nearest else ()
+    moved = next((k for k in range(len(start)) if k not in fixed), 0)
+    return {
+        "robot": derivation.robot.name,
+        "namespace": safe(derivation.robot.name),
+        "title": derivation.robot.title,
+        "version": version("chasles"),
+        "sources": " ".join(sources),
+        "start": ", ".join(map(repr, start)),
+        "moved": str(moved),
+        "middle": repr(start[moved]),
+        "amplitude": repr(_AMPLITUDE),
+    }
+
+
+def _nearest_of_pose(derivation: Derivation) -> Signature | None:
+    """Returns the inverse of the example: the first one of complete poses with a nearest form."""
+    return next((f for f in seeded(derivation) if f.role.domain == "pose"), None)
+
+
+def _start(derivation: Derivation) -> list[float]:
+    """Returns coordinates at which the loops close and a serial arm is not stretched."""
+    if derivation.hybrid is not None:
+        return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
+    return [_within(joint) for joint in derivation.robot.coordinates]
+
+
+def _within(joint: Joint | Coordinate) -> float:
+    """Returns the start value of a joint, at least the amplitude away from its limits."""
+    low, high = (math.nan if limit is None else float(limit) for limit in joint.limits)
+    if low + _AMPLITUDE > _START or high - _AMPLITUDE < _START:
+        return round((low + high) / 2, 6)
+    return _START

@@ -1,0 +1,205 @@
+"""The C++ package of a robot: its header, examples, Eigen adapter and CMake package."""
+
+import os
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.derive import read, write
+from chasles.derive.emit.cpp.header import safe
+from tests.support.derivations import description, robot_of
+from tests.support.pages import examples
+from tests.support.tools import needs, reason
+
+pytestmark = [needs("g++"), needs("cmake")]
+NAMES = ["ur5e", "excavator", "planar_3rrr"]
+"""A serial arm, a robot with loops in closed form, and a platform with iterated loops."""
+FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
+"""Functions that the tests compile: with one result, several results, and solutions in slots."""
+PAGE = "how-to/cpp.md"
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+CONSUMER = """\
+cmake_minimum_required(VERSION 3.16)
+project(consumer CXX)
+include(FetchContent)
+find_package(chasles_ur5e REQUIRED)
+add_executable(ur5e ur5e.cpp)
+add_executable(page page.cpp)
+target_link_libraries(ur5e PRIVATE chasles::ur5e)
+target_link_libraries(page PRIVATE chasles::ur5e)
+"""
+FETCHED = """\
+FetchContent_Declare(chasles_{name} SOURCE_DIR {source})
+FetchContent_MakeAvailable(chasles_{name})
+add_executable({name} {name}.cpp)
+target_link_libraries({name} PRIVATE chasles::{name} chasles::ur5e)
+"""
+PUT = """\
+#include <cstdio>
+#include <cstring>
+
+static void put(double value) { std::fwrite(&value, sizeof value, 1, stdout); }
+template <typename Values>
+static void put(const Values& values) {
+  for (const double value : values) {
+    put(value);
+  }
+}
+"""
+EIGEN = """\
+#include <chasles/eigen.hpp>
+#include <chasles/ur5e.hpp>
+
+int main() {
+  namespace robot = chasles::ur5e;
+  Eigen::Matrix<double, 6, 1> q, qd;
+  q << 0.1, -1.2, 1.3, 0.4, 0.5, 0.6;
+  qd << 0.3, 0.2, 0.1, -0.1, -0.2, -0.3;
+  const auto forward = robot::fk_jacobian_mixed(chasles::view(q));
+  const auto V = robot::twist_mixed(chasles::view(q), chasles::view(qd));
+  const Eigen::Isometry3d T = chasles::isometry(forward.T_0_ee);
+  const double error = (chasles::eigen(forward.J) * qd - chasles::eigen(V)).norm();
+  const double turned = (T.linear() * T.linear().transpose() - Eigen::Matrix3d::Identity()).norm();
+  const auto nearest = robot::ik_nearest(chasles::pose(T), chasles::view(q));
+  return !(error < 1e-12 && turned < 1e-12 && nearest &&
+           (chasles::eigen(nearest.q) - q).norm() < 1e-9);
+}
+"""
+
+
+def run(*command, cwd=None, given=None, env=None):
+    """Runs a command, and shows its output if it fails."""
+    words = [str(word) for word in command]
+    done = subprocess.run(words, cwd=cwd, input=given, env=env, capture_output=True, check=False)
+    assert done.returncode == 0, (done.stdout + done.stderr).decode(errors="replace")
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """A folder with the sources of each robot, an installed package, and a program per robot.
+
+    The program of ur5e uses the installed package; the others fetch the sources.
+    """
+    folder = tmp_path_factory.mktemp("packages")
+    project = CONSUMER
+    for name in NAMES:
+        functions = sorted(FUNCTIONS & set(chasles.load(name).functions))
+        write(robot_of(name), folder / name, functions=functions, languages=["cpp"])
+        (folder / f"{name}.cpp").write_text(driver(name))
+        project += FETCHED.format(name=name, source=folder / name) if name != "ur5e" else ""
+    (folder / "CMakeLists.txt").write_text(project)
+    (folder / "page.cpp").write_text(examples(PAGE, "cpp")[0])
+    kind, installed = "-DCMAKE_BUILD_TYPE=Debug", folder / "installed"
+    run("cmake", "-S", folder / "ur5e", "-B", folder / "ur5e" / "build", kind)
+    run("cmake", "--build", folder / "ur5e" / "build")
+    run("cmake", "--install", folder / "ur5e" / "build", "--prefix", installed)
+    run("cmake", "-S", ".", "-B", "build", kind, f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
+    run("cmake", "--build", "build", cwd=folder)
+    return folder
+
+
+def compiled_functions(robot):
+    """Returns the manifest entries of the functions that the tests compile."""
+    return [info for info in robot.manifest.functions if info.name in FUNCTIONS]
+
+
+def driver(name):
+    """Writes a C++ program that evaluates a function for rows of inputs."""
+    robot, cases = chasles.load(name), []
+    for info in compiled_functions(robot):
+        sizes = [int(np.prod(item.shape)) for item in info.inputs]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        arguments = ", ".join(
+            f"x[{start}]" if size == 1 else f"chasles::View<{size}>(x + {start})"
+            for start, size in zip(starts[:-1].tolist(), sizes, strict=True)
+        )
+        members = [f"found.{safe(item.name)}" for item in info.outputs]
+        outputs = members if len(members) > 1 else ["found"]
+        puts = " ".join(f"put({output});" for output in outputs)
+        cases.append(
+            f'  if (!std::strcmp(argv[1], "{info.name}")) {{\n'
+            f"    double x[{starts[-1]}];\n"
+            f"    while (std::fread(x, sizeof x, 1, stdin)) {{\n"
+            f"      const auto found = robot::{safe(info.name)}({arguments});\n      {puts}\n"
+            "    }\n  }"
+        )
+    body = "\n".join(cases)
+    return (
+        f"#include <chasles/{robot.name}.hpp>\n{PUT}\nnamespace robot = chasles::{robot.name};\n\n"
+        f"int main(int, char** argv) {{\n{body}\n  return 0;\n}}\n"
+    )
+
+
+def inputs_of(robot, info, rng, count):
+    """Returns random inputs near the reference of a robot, at which its loops close."""
+    middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
+    q = middle + rng.uniform(-0.1, 0.1, (count, robot.n))
+    if info.inputs[0].name == "T":
+        return [robot.fk(q)]
+    first = robot.chain(q) if info.inputs[0].name == "theta" else q
+    return [first, *(rng.uniform(-1, 1, (count, *item.shape)) for item in info.inputs[1:])]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_functions_return_what_the_robot_returns(name, built):
+    robot, rng, count = chasles.load(name), np.random.default_rng(5), 100
+    checked = 0
+    for info in compiled_functions(robot):
+        inputs = inputs_of(robot, info, rng, count)
+        rows = np.hstack([item.reshape(count, -1) for item in inputs])
+        printed = run(built / "build" / name, info.name, given=rows.tobytes())
+        expected = getattr(robot, info.name)(*inputs)
+        if info.role.is_inverse:
+            expected = (expected.q, expected.residual, expected.margin)
+        expected = expected if isinstance(expected, tuple) else (expected,)
+        flat = np.hstack([np.reshape(item, (count, -1)) for item in expected])
+        found = np.frombuffer(printed).reshape(flat.shape)
+        np.testing.assert_allclose(found, flat, rtol=1e-11, atol=1e-12)
+        checked += 1
+    assert checked >= 5
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_headers_and_example_compile_without_warnings(name, built):
+    example = built / name / "examples" / "control_loop.cpp"
+    include = built / name / "include"
+    run("g++", "-std=c++17", "-fsyntax-only", *WARNINGS, "-I", include, example)
+
+
+def test_example_of_the_page_prints_its_comment(built):
+    (expected,) = re.findall(r"// (.*)", examples(PAGE, "cpp")[0])
+    assert run(built / "build" / "page").decode().strip() == expected
+
+
+def test_control_loop_follows_its_path(built):
+    printed = run(built / "ur5e" / "build" / "control_loop").decode()
+    values = dict(re.findall(r"(\w+) = (\S+) rad", printed))
+    assert list(values) == [joint.name for joint in robot_of("ur5e").coordinates]
+    assert float(values["elbow"]) == pytest.approx(0.4)
+
+
+@needs("pkg-config")
+def test_pkg_config_and_eigen_find_the_installed_package(built, tmp_path):
+    if subprocess.run(["pkg-config", "--exists", "eigen3"], check=False).returncode:
+        pytest.skip(reason("pkg-config"))
+    (tmp_path / "program.cpp").write_text(EIGEN)
+    (folder,) = built.joinpath("installed").rglob("pkgconfig")
+    path = {"PKG_CONFIG_PATH": str(folder), "PATH": os.environ["PATH"]}
+    flags = run("pkg-config", "--cflags", "--libs", "chasles_ur5e", "eigen3", env=path)
+    words = flags.decode().split()
+    run("g++", "-std=c++17", "program.cpp", *words, "-o", "program", cwd=tmp_path)
+    run(tmp_path / "program")
+
+
+def test_names_that_cpp_reserves_compile(tmp_path):
+    text = description("scara").read_text().replace('name = "scara"', 'name = "this"')
+    file = tmp_path / "this.toml"
+    file.write_text(text.replace('name = "quill"', 'name = "new"'))
+    write(read(file), tmp_path / "out", functions=["fk", "ik"], languages=["cpp"])
+    example = tmp_path / "out" / "examples" / "control_loop.cpp"
+    include = tmp_path / "out" / "include"
+    run("g++", "-std=c++17", "-fsyntax-only", *WARNINGS, "-I", include, example)
