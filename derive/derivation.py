@@ -17,15 +17,16 @@ from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.mechanisms import backward_inverse, leg_inverse, mode_check
 from .inverse.serial_inverse import Inverses
+from .loops.closing.loop_model import loop_model
 from .loops.closing.pose_change import with_pose_change
 from .loops.functions import constraint_functions, maps
-from .loops.functions.maps import Maker
-from .loops.hybrid import Hybrid
+from .loops.functions.tool import tool_functions, tool_groups
 from .loops.iterated.closure_equations import LoopClosure
 from .loops.iterated.iteration import Iteration, inner_makers, iterated_makers
 from .loops.model.mechanism_geometry import MechanismGeometry
 from .loops.modes import platforms
 from .loops.parametric.parametric_loops import ParametricLoops
+from .loops.solve.solved_loops import SolvedLoops, solved_loops
 from .model.errors import InputValueError
 from .model.geometry import Geometry
 from .model.mechanism import Coordinate, Described, Mechanism
@@ -61,7 +62,7 @@ class Derivation:
     terms: Terms
     groups: tuple[Group, ...]
     functions: tuple[SymbolicFunction, ...]
-    hybrid: Hybrid | None = None
+    hybrid: SolvedLoops | None = None
     inverse: Inverses | None = None
     written: tuple[WrittenFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
@@ -182,83 +183,77 @@ def _of_mechanism(
     *,
     parametric: bool,
 ) -> Derivation:
-    hybrid = Hybrid(mechanism)
-    mechanism = hybrid.mechanism
-    has_chain = not hybrid.forward.open
-    hybrid.check()
-    mechanism = with_pose_change(mechanism)
-    makers, by_hand = _makers(hybrid), platforms.written_makers(hybrid)
-    written: dict[str, WrittenFunction] = {}
-    closure = None if has_chain else LoopClosure(hybrid)
-    iteration = None
+    # Each step reads the results of earlier steps, and imports only their folders.
+    model = loop_model(mechanism)
+    loops = solved_loops(model)
+    has_chain = not loops.forward.open
+    closed = maps.makers(loops) | constraint_functions.makers(loops)
+    closed |= platforms.makers(loops)
+    by_hand = platforms.written_makers(loops)
+    closure = None if has_chain else LoopClosure(loops)
+    iteration = Iteration(closure) if closure is not None and closure.is_determined else None
+    iterated = iterated_makers(iteration, closed) if iteration else {}
+    is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())
+    varied = ParametricLoops(loops) if is_varied else None
+    legs = backward_inverse.makers(loops) | leg_inverse.makers(loops)
+    makers = iterated | closed | legs
     called: dict[str, Iterable[str]] = {}
-    if closure is not None and closure.is_determined:
-        makers, checked = mode_check.with_legs(makers, closure)
-        iteration = Iteration(closure)
-        iterated = iterated_makers(iteration, makers)
-        called = dict.fromkeys([*FUNCTIONS, *iterated], closure.functions)
-        makers, by_hand = iterated | makers | inner_makers(closure), by_hand | checked
+    if iteration is not None:
+        legs, checked = mode_check.with_legs(legs, iteration.closure)
+        makers = iterated | closed | legs | inner_makers(iteration.closure)
+        by_hand |= checked
+        called = dict.fromkeys([*FUNCTIONS, *iterated], iteration.closure.functions)
     capabilities = [*(FUNCTIONS if has_chain or iteration else ()), *makers]
     inverse = None
-    is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
-    if hybrid.may_have_inverse and is_asked:
-        refined_through = None if hybrid.chain_is_known else closure
-        inverse = hybrid_inverses_for_fixed(hybrid, families, fixed, refined_through)
+    is_asked = functions is None or not set(functions) <= {*capabilities, *by_hand}
+    if loops.may_have_inverse and is_asked:
+        refined_through = None if loops.chain_is_known else closure
+        inverse = hybrid_inverses_for_fixed(loops, families, fixed, refined_through)
         capabilities += [name for name in inverse.functions if name not in capabilities]
-        written |= {function.name: function for function in inverse.written}
+    written = {function.name: function for function in inverse.written} if inverse else {}
     if mode_check.IK in written:
         # The refined inverse of the nominal design replaces the leg-by-leg inverse.
         by_hand.pop(mode_check.IK, None)
         capabilities = [name for name in capabilities if name != mode_check.LEGS]
     asked = [name for name in by_hand if functions is None or name in functions]
-    found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
+    found = [function for name in asked if (function := by_hand[name](loops)) is not None]
     written |= {function.name: function for function in found}
-    laws = transmissions(mechanism, hybrid.terms, hybrid.arguments["q"])
+    robot = with_pose_change(loops.mechanism)
+    laws = transmissions(robot, loops.terms, loops.arguments["q"])
     capabilities = [name for name in capabilities if name not in written]
     capabilities += [*written, *laws]
-    loops = None
-    if parametric or not set(PARAMETRIC).isdisjoint(functions or ()):
-        loops = ParametricLoops(hybrid)
-        called |= {name: loops.called(name) for name in PARAMETRIC}
-    asked_p = PARAMETRIC if parametric else ()
-    inner = loops.inner if loops else {}
+    asked_p, inner = PARAMETRIC if parametric else (), varied.inner if varied else {}
+    called |= {name: varied.called(name) for name in PARAMETRIC} if varied else {}
     called |= {name: function.calls for name, function in written.items()}
     wanted = _with_called([*functions, *asked_p], called) if functions is not None else None
-    chosen = _chosen(mechanism.name, wanted, capabilities, [*inner, *PARAMETRIC])
+    chosen = _chosen(robot.name, wanted, capabilities, [*inner, *PARAMETRIC])
     chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
     asked_of_tool = [name for name in chosen if name in FUNCTIONS]
-    made = hybrid.tool_functions(asked_of_tool) if has_chain and asked_of_tool else {}
-    made |= {name: makers[name](hybrid) for name in chosen if name in makers}
+    made = tool_functions(loops, asked_of_tool) if has_chain and asked_of_tool else {}
+    made |= {name: makers[name](loops) for name in chosen if name in makers}
     # The tool functions share terms with the functions of the main chain.
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws
-    made |= loops.functions(chosen) if loops else {}
+    made |= varied.functions(chosen) if varied else {}
     return Derivation(
-        mechanism,
-        hybrid.terms,
-        hybrid.groups if has_chain else (),
+        robot,
+        loops.terms,
+        tool_groups(loops) if has_chain else (),
         tuple(_guarded(made[name], chosen) for name in chosen if name not in written),
-        hybrid,
+        loops,
         inverse,
         tuple(_unguarded_without(written[name], chosen) for name in chosen if name in written),
         families=families,
         closure=closure,
-        geometry=loops.geometry if loops else None,
-        parametric_loops=loops,
+        geometry=varied.geometry if varied else None,
+        parametric_loops=varied,
     )
 
 
 def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> WrittenFunction:
     """Drops the margin function if it was not requested."""
     return function if function.margin in chosen else replace(function, margin="")
-
-
-def _makers(hybrid: Hybrid) -> dict[str, Maker]:
-    """Returns the builders of the functions through closed-form loops, in order."""
-    of_loops = maps.makers(hybrid) | constraint_functions.makers(hybrid)
-    of_platform = platforms.makers(hybrid) | backward_inverse.makers(hybrid)
-    return of_loops | of_platform | leg_inverse.makers(hybrid)
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:

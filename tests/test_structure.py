@@ -5,7 +5,8 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
+from dataclasses import fields
+from functools import cache, cached_property
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from pathlib import Path
@@ -49,6 +50,16 @@ STAGES = (
 )
 """Packages and modules of the compiler; each imports only from itself and from earlier stages."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
+LOOP_STAGES = (
+    *("model", "closing", "planar", "spatial", "solve"),
+    *("functions", "modes", "iterated", "parametric", "checks"),
+)
+"""Folders of derive/loops; each imports only from itself and from earlier folders."""
+PLAN = (
+    *("loops.closing", "loops.solve", "loops.functions", "loops.modes", "loops.iterated"),
+    *("loops.parametric", "inverse"),
+)
+"""Folders of the steps that derive a mechanism, in order."""
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward to apps."""
 APP_NAMES = {"calibration", "cli", "drawing", "study", "view"}
@@ -167,6 +178,52 @@ def test_compiler_stages_import_only_earlier_stages():
     ]
     assert sum(map(len, graph.values())) > 200
     assert sorted(upwards) == []
+
+
+def test_loop_folders_import_only_earlier_folders():
+    graph = {name: of for name, of in imported_modules(DERIVE).items() if name[0] == "loops"}
+    assert {name[1] for name in graph if len(name) > 1} == set(LOOP_STAGES)
+    upwards = [
+        f"{'.'.join(name)} imports {'.'.join(target)}"
+        for name, targets in graph.items()
+        for target in targets
+        if target[0] == "loops" and LOOP_STAGES.index(target[1]) > LOOP_STAGES.index(name[1])
+    ]
+    assert upwards == []
+
+
+def test_steps_of_a_mechanism_follow_the_plan():
+    """The derivation enters the folders one after the other; results are fields of records."""
+    tree = ast.parse((DERIVE / "derivation.py").read_text(encoding="utf-8"))
+    imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level]
+    folder_of = {
+        alias.name: folder
+        for node in imported
+        for alias in node.names
+        for folder in PLAN
+        if f"{node.module}.{alias.name}".startswith(f"{folder}.")
+    }
+    (plan,) = (node for node in tree.body if getattr(node, "name", "") == "_of_mechanism")
+    names = [node for part in plan.body for node in ast.walk(part) if isinstance(node, ast.Name)]
+    names.sort(key=lambda node: (node.lineno, node.col_offset))
+    entered = dict.fromkeys(folder_of[node.id] for node in names if node.id in folder_of)
+    assert [*entered] == [*PLAN]
+
+
+def test_results_of_steps_are_fields():
+    """A result that is computed at its first use would hide the step that computes it."""
+    model, solved = (
+        getattr(import_module(f"chasles.derive.loops.{path}"), name)
+        for path, name in (
+            ("closing.loop_model", "LoopModel"),
+            ("solve.solved_loops", "SolvedLoops"),
+        )
+    )
+    assert issubclass(solved, model)
+    for record in (model, solved):
+        assert record.__dataclass_params__.frozen
+        assert not any(isinstance(part, cached_property) for part in vars(record).values())
+    assert {field.name for field in fields(solved)} > {field.name for field in fields(model)}
 
 
 @pytest.mark.parametrize("half", HALVES)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from ..loops.hybrid import Hybrid
+from ..loops.solve.solved_loops import SolvedLoops
 from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
 
@@ -23,7 +23,7 @@ units = { length = "m", angle = "deg" }
 """
 
 
-def robot_template(hybrid: Hybrid) -> str:
+def robot_template(hybrid: SolvedLoops) -> str:
     """Returns the text with placeholders; "" if a joint is helical.
 
     Args:
@@ -35,7 +35,7 @@ def robot_template(hybrid: Hybrid) -> str:
     return _HEAD + "\n".join(_lines(hybrid)) + "\n"
 
 
-def _lines(hybrid: Hybrid) -> Iterator[str]:
+def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     mechanism = hybrid.mechanism
     count = 1 + len(mechanism.joints) + 2 * len(mechanism.closers)
     yield "closure = $closure"

@@ -39,7 +39,8 @@ from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
 from ..loops.checks.closable import doubts_of, limits_of
-from ..loops.hybrid import Hybrid
+from ..loops.closing.mobility import mobility_of
+from ..loops.solve.solved_loops import SolvedLoops
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
 from ..model.robot import UNITS, Joint, Parameter, SerialRobot
@@ -102,7 +103,7 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
     """Returns the remarks on the description, the loops and the inverse."""
     hybrid, found = derivation.hybrid, [*derivation.robot.notes]
     if hybrid:
-        found += [*hybrid.mobility.disagreements, *hybrid.missing.values()]
+        found += [*mobility_of(hybrid.numbers).disagreements, *hybrid.missing.values()]
         found += [*limits_of(hybrid), *doubts_of(hybrid)]
     if derivation.inverse:
         found += notes(derivation.inverse)
@@ -126,7 +127,7 @@ def sha256(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _kind(hybrid: Hybrid | None) -> str:
+def _kind(hybrid: SolvedLoops | None) -> str:
     """Returns the kind of a robot, one of `chasles.contract.KINDS`."""
     if hybrid is None:
         return "serial"
@@ -177,15 +178,14 @@ def _inverse(inverse: Inverses) -> InverseFacts:
     return InverseFacts(tier, inverse.missing)
 
 
-def _loops(hybrid: Hybrid) -> LoopFacts:
+def _loops(hybrid: SolvedLoops) -> LoopFacts:
     """Describes a robot's loops: variables, reference configuration and solution method."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
     # The runtime reads iterated passive joints from the configuration.
-    iterated = [variable.name for variable in hybrid.passive_in_loops]
-    passive = iterated if hybrid.forward.open else mechanism.passive
+    passive = hybrid.passive if hybrid.forward.open else mechanism.passive
     return LoopFacts(
         chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
         passive=tuple(Variable(name, units.get(name, "rad")) for name in passive),

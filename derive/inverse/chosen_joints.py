@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.solve.solved_loops import SolvedLoops
 from ..model.errors import InputValueError
 from ..model.robot import SerialRobot
 from ..terms.terms import Terms
@@ -44,7 +44,7 @@ def inverses_for_fixed(
 
 
 def hybrid_inverses_for_fixed(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     families: Sequence[Family],
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..loops.checks.closable import doubts_of, limits_of
-from ..loops.hybrid import Hybrid
+from ..loops.closing.loop_model import loop_model
+from ..loops.closing.mobility import mobility_of
+from ..loops.functions.constraint_functions import equations
 from ..loops.iterated.closure_equations import LoopClosure
 from ..loops.solve.solution import Solution
+from ..loops.solve.solved_loops import SolvedLoops, solved_loops
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
@@ -50,7 +53,7 @@ class Explanation:
     chain: SerialRobot
     inverses: Inverses | None
     loops: str = ""
-    hybrid: Hybrid | None = None
+    hybrid: SolvedLoops | None = None
 
     @property
     def max_solutions(self) -> int:
@@ -146,7 +149,7 @@ def explain(
         return explanation(
             description, inverses_for_fixed(description, terms, families, fixed), None
         )
-    hybrid = Hybrid(description)
+    hybrid = solved_loops(loop_model(description))
     found = None
     if hybrid.may_have_inverse:
         iterated = (
@@ -156,7 +159,9 @@ def explain(
     return explanation(description, found, hybrid)
 
 
-def explanation(robot: Described, inverses: Inverses | None, hybrid: Hybrid | None) -> Explanation:
+def explanation(
+    robot: Described, inverses: Inverses | None, hybrid: SolvedLoops | None
+) -> Explanation:
     """Returns the explanation of a derived inverse.
 
     Args:
@@ -323,7 +328,7 @@ def _general(general: GeneralInverse) -> str:
     return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(general.steps, 1))])
 
 
-def _of_loops(hybrid: Hybrid) -> str:
+def _of_loops(hybrid: SolvedLoops) -> str:
     """Describes how the actuator coordinates are computed from the main-chain joints."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
@@ -345,10 +350,10 @@ def _of_loops(hybrid: Hybrid) -> str:
     return f"{message} ik solves a pose in this way." if is_solved else message
 
 
-def _aside(hybrid: Hybrid) -> list[str]:
+def _aside(hybrid: SolvedLoops) -> list[str]:
     """Returns the actuated coordinates that move neither the main chain nor a loop."""
     moving = {joint.name for joint in hybrid.robot.moving}
-    moving |= {factor.name for loop in hybrid.equations for factor in loop.factors}
+    moving |= {factor.name for loop in equations(hybrid) for factor in loop.factors}
     return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]
 
 
@@ -356,14 +361,8 @@ def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' if count != 1 else ''}"
 
 
-def mechanism_in_words(h: Hybrid) -> str:
-    """Reports three counts of the mechanism's freedoms, its loops, and the solution of each loop.
-
-    Raises:
-        DescriptionError: The loops do not close at the reference, or the actuators do not match the
-            freedoms.
-    """
-    h.check()
+def mechanism_in_words(h: SolvedLoops) -> str:
+    """Reports three counts of the freedoms, the loops, and the solution of each loop."""
     paragraphs = [_freedoms(h)]
     if h.mechanism.closers:
         paragraphs += [_loops(h), _ways(h)]
@@ -371,8 +370,8 @@ def mechanism_in_words(h: Hybrid) -> str:
     return "\n\n".join("\n".join(lines) for lines in paragraphs if lines)
 
 
-def _freedoms(h: Hybrid) -> list[str]:
-    found = h.mobility
+def _freedoms(h: SolvedLoops) -> list[str]:
+    found = mobility_of(h.numbers)
     actuated = ", ".join(h.mechanism.actuated)
     return [
         f"Freedoms: {found.true}, actuated by {actuated}. "
@@ -382,16 +381,16 @@ def _freedoms(h: Hybrid) -> list[str]:
     ]
 
 
-def _loops(h: Hybrid) -> list[str]:
+def _loops(h: SolvedLoops) -> list[str]:
     lines = ["Loops, each with the joints around it:"]
-    for equations in h.equations:
-        around = ", ".join(dict.fromkeys(factor.name for factor in equations.factors))
-        count = len(equations.residual)
-        lines.append(f"  {equations.name} ({equations.kind}, {count} equations): {around}")
+    for loop in equations(h):
+        around = ", ".join(dict.fromkeys(factor.name for factor in loop.factors))
+        count = len(loop.residual)
+        lines.append(f"  {loop.name} ({loop.kind}, {count} equations): {around}")
     return lines
 
 
-def _ways(h: Hybrid) -> list[str]:
+def _ways(h: SolvedLoops) -> list[str]:
     lines = ["From the actuators:", *_steps(h, h.forward)]
     if h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
@@ -401,7 +400,7 @@ def _ways(h: Hybrid) -> list[str]:
     return lines
 
 
-def _steps(h: Hybrid, solution: Solution) -> Iterator[str]:
+def _steps(h: SolvedLoops, solution: Solution) -> Iterator[str]:
     for number, step in enumerate(solution.steps, 1):
         side = f", the branch {step.branch}" if step.branch else ""
         loop = step.name(h.mechanism)

@@ -15,8 +15,9 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ..loops.functions.maps import CHAIN, from_actuators
-from ..loops.hybrid import Hybrid
+from ..loops.functions.tool import tool_functions
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.solve.solved_loops import SolvedLoops
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import MAX_REFINING_STEP, MEASURED_STRUCTURE, RECOVERED, SAMPLED_RANGE
@@ -193,7 +194,7 @@ class ConvergenceResult:
 
 
 def convergence_of(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     nominal: SymbolicFunction,
     length: float,
     given: tuple[int, ...] = (),
@@ -241,7 +242,7 @@ def convergence_of(
     return ConvergenceResult(float(is_recovered.mean()), deviation)
 
 
-def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
+def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
     """Returns the number of full turns per unit of each coordinate; 0 for prismatic joints."""
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
@@ -254,7 +255,7 @@ def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 
-def _configurations(hybrid: Hybrid) -> FloatArray:
+def _configurations(hybrid: SolvedLoops) -> FloatArray:
     """Returns random coordinates (N, n) within the limits or around the reference."""
     low, high = [], []
     for c, middle in zip(hybrid.mechanism.coordinates, hybrid.q_at_reference, strict=True):
@@ -266,13 +267,13 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
 
 
 def _numbers(
-    hybrid: Hybrid, closure: LoopClosure | None
+    hybrid: SolvedLoops, closure: LoopClosure | None
 ) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
     """Returns numeric functions for the pose with Jacobian and for the main-chain joints."""
     if closure is not None:
         followed = Followed(closure)
         return followed.posed, followed.theta
-    pose = hybrid.tool_functions(["fk_jacobian_mixed"])["fk_jacobian_mixed"]
+    pose = tool_functions(hybrid, ["fk_jacobian_mixed"])["fk_jacobian_mixed"]
     fk, theta = lower([pose, CHAIN.function(from_actuators(hybrid))], "true")
 
     def posed(q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,10 +9,10 @@ import sympy as sp
 import chasles
 from chasles.derive import DescriptionError, derive, mobility, write
 from chasles.derive.loops.functions.maps import makers
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.placements import Translation
 from tests.campaigns.mechanisms import FAULTS, Verdict, _compare, half_way
 from tests.support.generators.drawn_mechanisms import FAMILIES, drawn_mechanism
+from tests.support.loops.solved import solved
 from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 3
@@ -45,7 +45,7 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 
 def maps_of(mechanism, folder):
     """Returns a robot with only the maps of a mechanism."""
-    known = makers(Hybrid(mechanism))
+    known = makers(solved(mechanism))
     write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)
 

@@ -7,15 +7,15 @@ import numpy as np
 from chasles.contract import ActuatedVariable
 from chasles.derive.derivation import Derivation
 from chasles.derive.emit.manifest import skeleton_facts
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
 from chasles.drawing import skeleton
+from tests.support.loops.solved import solved
 
 
 def described_skeleton(robot):
     """Returns the skeleton of a description, with all loops at the reference."""
-    hybrid = Hybrid(robot) if isinstance(robot, Mechanism) else None
+    hybrid = solved(robot) if isinstance(robot, Mechanism) else None
     robot = hybrid.mechanism if hybrid else robot
     terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})
     found = Derivation(robot, terms, (), (), hybrid).skeleton

@@ -11,9 +11,10 @@ from functools import partial
 import numpy as np
 
 from ...chain.kinematics import common_unit
+from ...loops.functions.constraint_functions import equations
 from ...loops.functions.maps import Maker
-from ...loops.hybrid import Hybrid
 from ...loops.modes.platforms import is_platform, of_open_chain, triad_of
+from ...loops.solve.solved_loops import SolvedLoops, named
 from ...model.mechanism import Mechanism
 from ...model.tolerances import SAMPLED_RANGE
 from ...terms.casadi_graph import lower
@@ -44,7 +45,7 @@ WHOLE = 6
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
 
 
-def makers(h: Hybrid) -> dict[str, Maker]:
+def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the function ``ik`` if all joints are closed-form functions of the main-chain joints.
 
     Returns no function otherwise; planar platforms with three legs have a separate inverse.
@@ -56,7 +57,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
     return {} if structure is None else {"ik": partial(_inverse, structure=structure)}
 
 
-def _structure(h: Hybrid) -> Structure | None:
+def _structure(h: SolvedLoops) -> Structure | None:
     """Returns the main-chain axes and a structure that solves the pose, or None."""
     classification = classify(h.robot, h.terms)
     found = classification.found
@@ -66,14 +67,14 @@ def _structure(h: Hybrid) -> Structure | None:
     return (classification.lines, found) if fits else None
 
 
-def _inverse(h: Hybrid, structure: Structure) -> SymbolicFunction:
+def _inverse(h: SolvedLoops, structure: Structure) -> SymbolicFunction:
     """Returns the function ``ik`` with one slot per distinct sign combination."""
     function, work = _solved(h, frozenset(), structure)
     settled = _settled(h, function, work)
     return _solved(h, settled, structure)[0] if settled else function
 
 
-def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
+def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
     """Returns the indices of the sign choices that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
@@ -89,7 +90,7 @@ def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
-def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
+def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
     """Returns the loop branches that do not affect the actuated coordinates (flipped forks)."""
     q = function.outputs[0].entries
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
@@ -108,7 +109,7 @@ def _is_held_at_its_end(mechanism: Mechanism) -> bool:
     return not chain & actuated and all(way in (set(), chain) for way in ways)
 
 
-def _poses(h: Hybrid) -> FloatArray:
+def _poses(h: SolvedLoops) -> FloatArray:
     """Returns random poses (16, N) of the main chain around the reference."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
@@ -120,7 +121,7 @@ def _poses(h: Hybrid) -> FloatArray:
 
 
 def _solved(
-    h: Hybrid, settled: frozenset[int], structure: Structure
+    h: SolvedLoops, settled: frozenset[int], structure: Structure
 ) -> tuple[SymbolicFunction, Work]:
     """Returns the function without the settled sign choices, and the steps of the function."""
     lines, found = structure
@@ -132,11 +133,11 @@ def _solved(
     theta = {symbol: joint.direction * value for symbol, joint, value in moving}
     loops = solved_on_sides(h, work)
     margins = [margin for _, margin in loops.margins]
-    z = h.named(loops, [variable.name for variable in h.variables])
+    z = named(h, loops, [variable.name for variable in h.variables])
     actuators = h.actuators_in(loops)
     q = substituted(terms, actuators, theta)
     at_theta = dict(zip(h.arguments["z"].symbols, substituted(terms, z, theta), strict=True))
-    open_ = [entry for loop in h.equations for entry in loop.residual]
+    open_ = [entry for loop in equations(h) for entry in loop.residual]
     closing = substituted(terms, open_, at_theta)
     moved, turned = pose_errors(tool_of(terms, h.robot, values), POSE_SYMBOLS)
     residual = larger(

@@ -13,8 +13,10 @@ from itertools import combinations
 import sympy as sp
 
 from ...chain.kinematics import common_unit
-from ...loops.hybrid import Hybrid
+from ...loops.closing.loop_model import loop_model
+from ...loops.functions.tool import tool_kinematics
 from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.solve.solved_loops import SolvedLoops, named, solved_loops
 from ...model.errors import DescriptionError
 from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
 from ...terms.symbolic_function import Argument, WrittenFunction
@@ -63,7 +65,7 @@ IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
 def hybrid_inverses(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
     closure: LoopClosure | None = None,
@@ -92,7 +94,10 @@ def hybrid_inverses(
 
 
 def _by_structure(
-    hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...], built: Hybrid | None = None
+    hybrid: SolvedLoops,
+    families: Sequence[Family],
+    give: tuple[int, ...],
+    built: SolvedLoops | None = None,
 ) -> Inverses:
     """Returns the inverse of the main chain, or of the shortened chain with virtual joints.
 
@@ -121,7 +126,7 @@ def _by_structure(
 
 
 def _giving_turns(
-    hybrid: Hybrid, classification: Classification, families: Sequence[Family]
+    hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
     """Returns a structure with inner revolute joints fixed; tries the last joints first.
 
@@ -138,7 +143,7 @@ def _giving_turns(
 
 
 def _by_nominal(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     families: Sequence[Family],
     give: tuple[int, ...],
     closure: LoopClosure | None,
@@ -157,7 +162,7 @@ def _by_nominal(
     return None
 
 
-def _without_nominal(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
+def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     """Adds the role of the nominal robot to the reason why there is no inverse.
 
     If the caller fixed joints, the reason is not changed.
@@ -181,14 +186,14 @@ def _without_nominal(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> 
 
 
 def _of_nominal(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     nominal: Nominal,
     families: Sequence[Family],
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
     """Returns the inverse refined from a nominal robot; None if few poses converge."""
-    design = Hybrid(nominal.mechanism, hybrid.terms)
+    design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None
     if exact is None or found is None:
@@ -222,14 +227,29 @@ def _of_nominal(
     )
 
 
-def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
+def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
     """Whether each fixed joint depends only on its own actuated coordinate."""
     given = {hybrid.theta[k] for k in found.given}
-    fixed = (hybrid.actuator(k) for k in solved.function.role.given)
+    fixed = (_actuator(hybrid, k) for k in solved.function.role.given)
     return all(_arguments(hybrid, entry) <= given for entry in fixed)
 
 
-def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
+def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
+    """Returns one actuator as a function of the main-chain joints.
+
+    Raises:
+        DescriptionError: This actuator has no closed form.
+    """
+    coordinate = hybrid.mechanism.coordinates[k]
+    if coordinate.moves in hybrid.backward.open:
+        raise DescriptionError(f"{hybrid.mechanism.name}: no closed form gives {coordinate.name}")
+    (value,) = named(hybrid, hybrid.backward, [coordinate.moves])
+    return hybrid.terms.let(value / coordinate.ratio)
+
+
+def _by_chain(
+    hybrid: SolvedLoops, lines: Lines, found: Attempt, built: SolvedLoops | None
+) -> Solved:
     """Solves the joints of the main chain, then the actuators.
 
     For a robot as built, its own loops give the actuators if these loops have a closed form. The
@@ -248,7 +268,7 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None
 
 
 def _on_chain(
-    hybrid: Hybrid, lines: Lines, found: Attempt, work: Work, built: Hybrid | None = None
+    hybrid: SolvedLoops, lines: Lines, found: Attempt, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
     """Solves the chain and the actuators without the settled sign choices.
 
@@ -264,7 +284,7 @@ def _on_chain(
     if built is not None:
         entries = list(beyond_dead_points(terms, entries))
         for k in fixed:
-            entries[k] = built.actuator(k)
+            entries[k] = _actuator(built, k)
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]
     residual = _residual(hybrid, q)
@@ -275,7 +295,7 @@ def _on_chain(
 
 
 def _start_on_chain(
-    design: Hybrid, built: Hybrid, lines: Lines, found: Attempt, work: Work
+    design: SolvedLoops, built: SolvedLoops, lines: Lines, found: Attempt, work: Work
 ) -> Solved:
     """Solves the main-chain joints of the design, then the actuators as built.
 
@@ -296,7 +316,7 @@ def _start_on_chain(
 
 
 def _joints_of(
-    hybrid: Hybrid, lines: Lines, found: Attempt, work: Work
+    hybrid: SolvedLoops, lines: Lines, found: Attempt, work: Work
 ) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
     """Returns the arguments other than the pose, and the solved main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
@@ -310,7 +330,7 @@ def _joints_of(
 
 
 def _by_translation(
-    hybrid: Hybrid, moved: Translating, found: Attempt, is_start: bool
+    hybrid: SolvedLoops, moved: Translating, found: Attempt, is_start: bool
 ) -> Solved | None:
     """Solves the joints of the shortened chain, then the actuators."""
     whole = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
@@ -321,7 +341,7 @@ def _by_translation(
 
 
 def _on_shorter_chain(
-    hybrid: Hybrid, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
+    hybrid: SolvedLoops, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
     """Solves the chain and the actuators without the settled sign choices."""
     robot, terms = hybrid.robot, hybrid.terms
@@ -356,14 +376,14 @@ def _on_shorter_chain(
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
-def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
+def _arguments(hybrid: SolvedLoops, entry: sp.Expr) -> set[sp.Symbol]:
     """Returns the main-chain joints that an expression depends on."""
     rests_on = [entry, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed([entry]))]
     return {symbol for e in rests_on for symbol in e.free_symbols} & set(hybrid.theta)
 
 
 def _solved(
-    hybrid: Hybrid,
+    hybrid: SolvedLoops,
     work: Work,
     arguments: Sequence[Argument],
     inputs: tuple[TaskInput, ...],
@@ -380,13 +400,13 @@ def _solved(
     return Solved(function, work, names, inputs)
 
 
-def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
+def _residual(hybrid: SolvedLoops, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
     """Compares the tool pose at the actuated coordinates with the target pose.
 
     Without ``is_closed``, the result is NaN if a loop cannot be closed at these coordinates.
     """
     terms = hybrid.terms
-    axes, origin = hybrid.kinematics.forward.tool_pose()
+    axes, origin = tool_kinematics(hybrid).forward.tool_pose()
     entries: Sequence[sp.Expr] = (*axes[0], *axes[1], *axes[2], *origin)
     if not is_closed:
         entries = hybrid.while_closed(entries, hybrid.forward)
@@ -395,7 +415,7 @@ def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -
     return pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
 
 
-def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
+def _while_closed(hybrid: SolvedLoops, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the residual, or NaN if a loop cannot be closed for the main-chain joints."""
     if not closing:
         return residual
@@ -403,9 +423,9 @@ def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr])
     return hybrid.terms.let(residual + hybrid.where(closed))
 
 
-def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:
+def _coordinates(hybrid: SolvedLoops, joints: Sequence[int]) -> list[int]:
     """Returns the indices of actuated coordinates that move the listed main-chain joints."""
-    entries = [hybrid.chain[k] for k in joints]
+    entries = named(hybrid, hybrid.forward, [hybrid.robot.moving[k].name for k in joints])
     rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
     behind = {symbol for e in rests_on for symbol in e.free_symbols}
     return [k for k, symbol in enumerate(hybrid.q) if symbol in behind]

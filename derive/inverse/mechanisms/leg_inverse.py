@@ -3,9 +3,9 @@
 import sympy as sp
 
 from ...loops.functions.maps import Maker
-from ...loops.hybrid import Hybrid
 from ...loops.modes.platforms import is_platform
 from ...loops.modes.rods import pins_in_tool, rods_of
+from ...loops.solve.solved_loops import SolvedLoops
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ...terms.vectors import dot
@@ -14,7 +14,7 @@ from ..tasks.slots import POSE_SYMBOLS, pose_argument, squares
 FREEDOMS = 6
 
 
-def makers(h: Hybrid) -> dict[str, Maker]:
+def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the function ``ik`` of a six-cylinder platform; an empty result for other robots."""
     mechanism = h.mechanism
     moved = {coordinate.moves for coordinate in mechanism.coordinates}
@@ -24,7 +24,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
     return {}
 
 
-def leg_lengths(h: Hybrid) -> SymbolicFunction:
+def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
     """Returns the function ``ik``: each pose has one vector of leg lengths.
 
     A leg length is the distance between the leg's end points. The residual is the deviation of T

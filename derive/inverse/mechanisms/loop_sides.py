@@ -14,9 +14,10 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...loops.functions.maps import CHAIN, from_actuators
-from ...loops.hybrid import Hybrid
+from ...loops.functions.tool import tool_functions
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solve.solution import Solution, with_free_sides
+from ...loops.solve.solved_loops import SolvedLoops
 from ...model.tolerances import MAX_REFINING_STEP, RECOVERED
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
@@ -37,7 +38,7 @@ MAX_CHOICES = 9
 """Maximum number of sign choices (512 slots); further loops keep the reference branch."""
 
 
-def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
+def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
     """Solves all joints from the main chain, with one sign per loop branch.
 
     Args:
@@ -67,7 +68,9 @@ def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
     return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
 
 
-def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -> frozenset[int]:
+def settled_choices(
+    hybrid: SolvedLoops, solved: Solved, given: Sequence[int] = ()
+) -> frozenset[int]:
     """Returns the indices of the redundant sign choices of an inverse.
 
     The inverse is evaluated at the poses of random configurations. A sign choice is redundant if
@@ -95,7 +98,7 @@ def choices_of_loops(work: Work) -> frozenset[int]:
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
-def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
+def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
     """Returns the indices of loop branches that a robot as built never reaches.
 
     At random configurations, the start values of such a branch are never closer to the coordinates
@@ -129,7 +132,10 @@ def _least(far: FloatArray) -> FloatArray:
 
 
 def idle_choices(
-    hybrid: Hybrid, function: SymbolicFunction, *inputs: FloatArray, within: float | None = None
+    hybrid: SolvedLoops,
+    function: SymbolicFunction,
+    *inputs: FloatArray,
+    within: float | None = None,
 ) -> tuple[frozenset[int], frozenset[int]]:
     """Finds the sign choices of an inverse that do not change the results at sample poses.
 
@@ -152,10 +158,10 @@ def idle_choices(
     return same, frozenset(k for k in choices if not np.take(solves, 1, axis=k).any())
 
 
-def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
+def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
     """Returns random coordinates (N, n), their poses (16, N), and fixed joint values (1, N)."""
     fk, theta = lower(
-        [hybrid.tool_functions(["fk"])["fk"], CHAIN.function(from_actuators(hybrid))], "true"
+        [tool_functions(hybrid, ["fk"])["fk"], CHAIN.function(from_actuators(hybrid))], "true"
     )
     for part in PARTS:
         known = _configurations(hybrid, part)
@@ -182,7 +188,7 @@ def _asked(
     return q, np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, count)
 
 
-def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> bool:
+def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int) -> bool:
     """Whether both signs of a choice have the same solutions."""
     one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
     if not one.any() or (one != other).any():
@@ -193,7 +199,7 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
     return not bool((moved > RECOVERED * sizes).any())
 
 
-def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
+def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
     """Converts coordinate differences (..., n) to joint differences, modulo full turns."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
@@ -201,7 +207,7 @@ def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
     return np.asarray(np.abs(np.where(turns, wrapped, moved)))
 
 
-def _configurations(hybrid: Hybrid, part: float) -> FloatArray:
+def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
     Random coordinates lie within the limits. Without limits, angles span a full turn and lengths

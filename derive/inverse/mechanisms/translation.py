@@ -13,8 +13,9 @@ import numpy as np
 import sympy as sp
 
 from ...chain.groups import Group, Station
-from ...loops.hybrid import Hybrid
+from ...loops.functions.tool import tool_groups, tool_kinematics
 from ...loops.solve.collapse import collapsed
+from ...loops.solve.solved_loops import SolvedLoops
 from ...model.robot import JointKind
 from ...model.tolerances import INDEPENDENT_SLIDES
 from ...terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction
@@ -66,11 +67,13 @@ class Translating:
     slides: Slides
 
 
-def translating(hybrid: Hybrid) -> Translating | None:
+def translating(hybrid: SolvedLoops) -> Translating | None:
     """Returns the shortened chain, or None if no part of the chain only translates."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
-    shorter, translations = collapsed(terms, hybrid.groups, hybrid.forward.relations, len(values))
+    shorter, translations = collapsed(
+        terms, tool_groups(hybrid), hybrid.forward.relations, len(values)
+    )
     if not translations:
         return None
     everything = [*values, *translations]
@@ -248,9 +251,9 @@ def _two(
     return {crank: terms.solved_angle(turn.c, turn.s), along: length}
 
 
-def still_axes(design: Hybrid) -> Basis | None:
+def still_axes(design: SolvedLoops) -> Basis | None:
     """Returns the tool axes if no coordinate rotates the tool, else None."""
-    axes, _ = design.kinematics.forward.tool_pose()
+    axes, _ = tool_kinematics(design).forward.tool_pose()
     is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
     return axes if is_still else None
 

@@ -9,8 +9,8 @@ from ...chain.body_shapes import Skeleton
 from ...derivation import Derivation, derive
 from ...inverse.serial_inverse import STRUCTURED, WAYS, Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
-from ...loops.hybrid import Hybrid
 from ...loops.model.mechanism_geometry import MechanismGeometry
+from ...loops.solve.solved_loops import SolvedLoops
 from ...model.geometry import Geometry
 from ...model.mechanism import Mechanism
 from ...terms.symbolic_function import SymbolicFunction
@@ -41,7 +41,7 @@ class LoopPage:
     """
 
     mechanism: Mechanism
-    hybrid: Hybrid
+    hybrid: SolvedLoops
     skeleton: Skeleton
     chain: Page
     members: Members

@@ -5,6 +5,7 @@ from functools import partial
 
 import sympy as sp
 
+from ...loops.functions.constraint_functions import equations
 from ...loops.model.constraints import LoopEquations
 from ...loops.model.exponentials import Factor
 from ...model.mechanism import Closure
@@ -21,12 +22,12 @@ DECIMALS = 6
 
 def loops(page: LoopPage) -> str:
     """Prints every loop as a product of exponentials and as equations, and the rate equations."""
-    equations = page.hybrid.equations
-    shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
-    count = sum(len(loop.residual) for loop in equations)
+    found = equations(page.hybrid)
+    shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
+    count = sum(len(loop.residual) for loop in found)
     z = listed(map(page.tex, page.joints.values()))
     if page.hybrid.residual_gaps is not None:
-        return text(_introduction(equations), *shown, _least_squares(page, count, z))
+        return text(_introduction(found), *shown, _least_squares(page, count, z))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
@@ -40,13 +41,13 @@ def loops(page: LoopPage) -> str:
             ]
         ),
     )
-    return text(_introduction(equations), *shown, rates)
+    return text(_introduction(found), *shown, rates)
 
 
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
     """Prints the least-squares condition for redundant loops with contradicting constraints."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
-    metres = rf"{page.hybrid.in_numbers.size:.3g}\,\mathrm{{m}}"
+    metres = rf"{page.hybrid.numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Some constraints are redundant and contradict each other for the robot as"

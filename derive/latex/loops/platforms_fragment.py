@@ -10,12 +10,12 @@ from functools import cached_property
 
 import sympy as sp
 
-from ...loops.hybrid import Hybrid
 from ...loops.model.phasors import Complex
 from ...loops.modes.hexapod import hexapod_of
 from ...loops.modes.platforms import free_directions, triad_of
 from ...loops.modes.rods import joint_values, line_coordinates, pins_in_tool, rods_of, tool_position
 from ...loops.modes.triad import Triad, elimination
+from ...loops.solve.solved_loops import SolvedLoops
 from ..setting.layout import Equation, aligned, flowed
 from ..setting.names import head
 from ..setting.notation import LENGTH, TERM
@@ -149,7 +149,7 @@ class PrintedPlatform:
         """Returns the tool position in the base frame."""
         return tuple(map(self.of, tool_position(self.page.hybrid)))
 
-    def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
+    def _rods(self, hybrid: SolvedLoops) -> tuple[PrintedRod, ...]:
         constant = self.page.constant
         values = joint_values(hybrid)
         found = []

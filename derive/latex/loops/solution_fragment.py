@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
+from ...loops.functions.tool import tool_groups
 from ...loops.model.phasors import ZERO, Complex
 from ...loops.solve.collapse import collapsed
 from ...loops.solve.solution import Solution
@@ -223,12 +224,16 @@ def _collapsed(page: LoopPage) -> list[str]:
     if hybrid.forward.open:
         return []
     count = len(hybrid.robot.moving)
-    shorter, translations = collapsed(page.terms, hybrid.groups, hybrid.forward.relations, count)
+    shorter, translations = collapsed(
+        page.terms, tool_groups(hybrid), hybrid.forward.relations, count
+    )
     if not translations:
         return []
     stations = [station for group in shorter for station in group.stations]
     kept = {station.joint for station in stations}
-    moving = [s.joint for group in hybrid.groups for s in group.stations if s.joint is not None]
+    moving = [
+        s.joint for group in tool_groups(hybrid) for s in group.stations if s.joint is not None
+    ]
     gone = [joint for joint in moving if joint not in kept]
     merged = [[s for s in station.slides if s.joint >= count] for station in stations]
     moves = [

@@ -19,8 +19,8 @@ from ..closing.closed_loops import longest_length
 from ..closing.gaps import interval, shown
 from ..closing.swapped_ends import doubtful_ends
 from ..functions.maps import margin
-from ..hybrid import Hybrid
 from ..model.numeric_mechanism import NumericMechanism
+from ..solve.solved_loops import SolvedLoops
 from .nearly_met import nearly_met
 
 Floats = NDArray[np.float64]
@@ -35,7 +35,7 @@ LITTLE = 0.5
 """Smallest fraction of configurations with closed loops that needs no remark."""
 
 
-def limits_of(h: Hybrid) -> tuple[str, ...]:
+def limits_of(h: SolvedLoops) -> tuple[str, ...]:
     """States the joint limits at which a robot's loops do not close; empty if all loops close."""
     mechanism = h.mechanism
     if h.forward.open:
@@ -51,7 +51,7 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
     return tuple(limits_in_words(mechanism, h.q_at_reference, is_closed, MANY, MANY_STEPS))
 
 
-def doubts_of(h: Hybrid) -> tuple[str, ...]:
+def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
     """Returns warnings about a robot whose loops close; usually empty.
 
     The warnings concern rods with swapped ends, reference values far from the closed configuration,
@@ -163,7 +163,7 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
     return inside
 
 
-def moved_reference(h: Hybrid) -> str:
+def moved_reference(h: SolvedLoops) -> str:
     """States which described joint value is farthest from its value at the closed reference.
 
     The described values of dependent joints only select the branch. A large difference usually

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate
 from ...terms.casadi_graph import lower
 from ..functions.maps import margin
-from ..hybrid import Hybrid
+from ..solve.solved_loops import SolvedLoops
 
 Floats = NDArray[np.float64]
 PLACES = 4001
@@ -37,7 +37,7 @@ class DeadValues:
     least: float
 
 
-def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
+def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
     """Returns the zeros of each margin, or None for a margin of several coordinates.
 
     A revolute coordinate without limits is searched over a full turn. For a prismatic coordinate

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Strut
 from ...model.tolerances import MEASURED_STRUCTURE, NOISE, SAMPLED_RANGE
 from ..closing.tilted_pins import tilt_of
-from ..hybrid import Hybrid
 from ..planar.reference import AtReference
+from ..solve.solved_loops import SolvedLoops
 from ..spatial.struts import Known, Legs
 from ..spatial.three_spheres import SPHERES, spheres_of
 
@@ -24,14 +24,14 @@ TWO = 2
 """Minimum number of revolute axes, besides the closer, for a test of parallel axes."""
 
 
-def nearly_met(h: Hybrid) -> Iterator[str]:
+def nearly_met(h: SolvedLoops) -> Iterator[str]:
     """Yields sentences on closed forms that the loops narrowly miss, if there are any."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
 
 
-def _parallel_rods(h: Hybrid) -> Iterator[str]:
+def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
     """Yields a sentence on a platform whose rods are nearly parallel in pairs."""
     struts = [
         loop.closer
@@ -63,7 +63,7 @@ def _parallel_rods(h: Hybrid) -> Iterator[str]:
     )
 
 
-def _around(h: Hybrid) -> Iterator[AtReference]:
+def _around(h: SolvedLoops) -> Iterator[AtReference]:
     """Yields the reference and configurations on both sides of the reference."""
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
@@ -90,7 +90,7 @@ def _apart(numbers: Floats, a: int, b: int) -> float:
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 
 
-def _planes(h: Hybrid) -> Iterator[str]:
+def _planes(h: SolvedLoops) -> Iterator[str]:
     """Yields sentences on nearly planar loops."""
     for loop in h.loops.spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]

@@ -4,15 +4,24 @@ from collections.abc import Mapping
 
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
-from ..hybrid import Hybrid
-from ..model.constraints import jacobian, jacobian_dot
+from ..closing.loop_model import LoopModel
+from ..model.constraints import LoopEquations, constraints, jacobian, jacobian_dot
 from .maps import Maker
 
 
-def constraint(h: Hybrid) -> SymbolicFunction:
+def equations(h: LoopModel) -> tuple[LoopEquations, ...]:
+    """Returns the independent scalar equations of all loops, in z."""
+    z, is_open = h.arguments["z"].symbols, h.residual_gaps is not None
+    return h.terms.once(
+        ("loop equations", h),
+        lambda: constraints(h.mechanism, h.terms, z, may_stay_open=is_open),
+    )
+
+
+def constraint(h: LoopModel) -> SymbolicFunction:
     """Builds the function for the residuals of all loops."""
-    entries = [entry for loop in h.equations for entry in loop.residual]
-    names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in h.equations)
+    entries = [entry for loop in equations(h) for entry in loop.residual]
+    names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in equations(h))
     return h.function(
         "constraint",
         "Residuals of the loop closure equations, zero where the loops are closed.",
@@ -23,9 +32,9 @@ def constraint(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def constraint_D_z(h: Hybrid) -> SymbolicFunction:
+def constraint_D_z(h: LoopModel) -> SymbolicFunction:
     """Builds the function for the constraint Jacobian."""
-    rows = jacobian(h.equations, h.terms, h.arguments["z"].symbols)
+    rows = jacobian(equations(h), h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
         "Derivative of the closure equations with respect to the full configuration.",
@@ -36,10 +45,10 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
+def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
     """Builds the function for the time derivative of the constraint Jacobian."""
     z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
-    rows = jacobian_dot(h.equations, h.terms, z, zd)
+    rows = jacobian_dot(equations(h), h.terms, z, zd)
     return h.function(
         "constraint_D_z_dot",
         "Time derivative of the constraint Jacobian.",
@@ -50,7 +59,7 @@ def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def makers(h: Hybrid) -> dict[str, Maker]:
+def makers(h: LoopModel) -> dict[str, Maker]:
     """Returns the builders of the loop equations, in output order."""
     return dict(_EQUATIONS) if h.mechanism.closers else {}
 

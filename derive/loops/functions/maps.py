@@ -9,12 +9,12 @@ import sympy as sp
 from ...chain.coordinates import LoopRates, SolvedRates
 from ...terms.role import Role, branch_label, side_of
 from ...terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from ..hybrid import Hybrid
 from ..planar.reference import Joined
 from ..solve.agreement import allowed
 from ..solve.solution import Solution
+from ..solve.solved_loops import SolvedLoops, backward_branches, forward_branches, named
 
-Maker = Callable[[Hybrid], SymbolicFunction]
+Maker = Callable[[SolvedLoops], SymbolicFunction]
 WRAPPED = ", angles between -pi and pi"
 
 
@@ -33,7 +33,7 @@ class Joints:
         finished: Completes a function so that it returns NaN if the loops do not close.
     """
 
-    hybrid: Hybrid
+    hybrid: SolvedLoops
     coordinates: str
     named: Callable[[Iterable[str]], tuple[sp.Expr, ...]]
     rates: LoopRates
@@ -54,20 +54,20 @@ class Joints:
         return self.finished(made)
 
 
-def from_actuators(h: Hybrid) -> Joints:
+def from_actuators(h: SolvedLoops) -> Joints:
     """Returns all joints in closed form as functions of the actuated coordinates."""
     return _in_closed_form(h, "q", h.forward)
 
 
-def from_chain(h: Hybrid) -> Joints:
+def from_chain(h: SolvedLoops) -> Joints:
     """Returns all joints in closed form as functions of the main-chain joints."""
     return _in_closed_form(h, "theta", h.backward)
 
 
-def _in_closed_form(h: Hybrid, coordinates: str, solution: Solution) -> Joints:
+def _in_closed_form(h: SolvedLoops, coordinates: str, solution: Solution) -> Joints:
     rates = SolvedRates(h.terms, solution.loops, h.arguments[coordinates].symbols)
-    named, finished = partial(h.named, solution), h.of_closed_loops
-    return Joints(h, coordinates, named, rates, h.mechanism.passive, WRAPPED, finished)
+    values, finished = partial(named, h, solution), h.of_closed_loops
+    return Joints(h, coordinates, values, rates, h.mechanism.passive, WRAPPED, finished)
 
 
 @dataclass(frozen=True)
@@ -201,28 +201,28 @@ _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
 """The map to the coordinates of a domain, by their name."""
 
 
-def margin(h: Hybrid) -> SymbolicFunction:
+def margin(h: SolvedLoops) -> SymbolicFunction:
     """Builds the margin function, whose entries are zero at the dead points of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 
-def actuator_margin(h: Hybrid) -> SymbolicFunction:
+def actuator_margin(h: SolvedLoops) -> SymbolicFunction:
     """Builds the margin function of the map from the main chain to the actuators."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
-def chain_all(h: Hybrid) -> SymbolicFunction:
+def chain_all(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the main-chain joints on every branch."""
     branches = [
-        (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
-        for solution in h.forward_branches
+        (named(h, solution, [joint.name for joint in h.robot.moving]), solution)
+        for solution in forward_branches(h)
     ]
     return _all(h, "chain_all", ("q", "chain"), "theta", h.arguments["theta"].unit, branches)
 
 
-def actuators_all(h: Hybrid) -> SymbolicFunction:
+def actuators_all(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the actuators on every branch."""
-    branches = [(h.actuators_in(solution), solution) for solution in h.backward_branches]
+    branches = [(h.actuators_in(solution), solution) for solution in backward_branches(h)]
     return _all(
         h,
         "actuators_all",
@@ -239,7 +239,7 @@ def _always(_: Sequence[Solution]) -> sp.Basic:
 
 
 def _all(
-    h: Hybrid,
+    h: SolvedLoops,
     name: str,
     between: tuple[str, str],
     result: str,
@@ -276,7 +276,7 @@ def _all(
     )
 
 
-def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
+def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
     """Returns the values of one branch slot, which become NaN if a condition fails."""
     if condition == sp.true:
         return row
@@ -305,7 +305,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
     return last
 
 
-def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
+def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
     """Returns the branch label of each slot, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
@@ -331,7 +331,7 @@ def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
     }
 
 
-def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> SymbolicFunction:
+def _margins(h: SolvedLoops, name: str, solution: Solution, argument: str) -> SymbolicFunction:
     values = [value for _, value in solution.margins]
     function = h.function(
         name,
@@ -378,11 +378,13 @@ def _makers(
     return {name: partial(_made, build, of) for name, build in builders.items()}
 
 
-def _made(build: Callable[[Joints], SymbolicFunction], of: Joints, _: Hybrid) -> SymbolicFunction:
+def _made(
+    build: Callable[[Joints], SymbolicFunction], of: Joints, _: SolvedLoops
+) -> SymbolicFunction:
     return build(of)
 
 
-def makers(h: Hybrid) -> dict[str, Maker]:
+def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the builders of a robot's closed-form maps, in output order."""
     found: dict[str, Maker] = {}
     if not h.forward.open:

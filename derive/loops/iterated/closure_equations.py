@@ -21,7 +21,6 @@ from ...terms.casadi_graph import lower
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..closing.closed_loops import longest_length
-from ..hybrid import Hybrid
 from ..model.constraints import (
     LoopEquations,
     configuration_names,
@@ -30,6 +29,7 @@ from ..model.constraints import (
     rates_of,
 )
 from ..model.gradient import UNIT, gradient
+from ..solve.solved_loops import SolvedLoops
 
 FloatArray = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ class LoopClosure:
         unknown: Indices of the unknown variables.
     """
 
-    def __init__(self, hybrid: Hybrid, of_actuators: "LoopClosure | None" = None) -> None:
+    def __init__(self, hybrid: SolvedLoops, of_actuators: "LoopClosure | None" = None) -> None:
         """Names the variables.
 
         Args:

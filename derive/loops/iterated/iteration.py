@@ -18,8 +18,9 @@ from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.tangents import Tangent
 from ..functions.maps import CONFIGURATION, Joints, Maker, backward_makers, forward_makers
-from ..hybrid import Hybrid
+from ..functions.tool import open_chain
 from ..model.constraints import swing_angles
+from ..solve.solved_loops import SolvedLoops
 from .closure_equations import LoopClosure
 
 SYSTEM = 400
@@ -137,7 +138,7 @@ class Iteration:
     @property
     def joints(self) -> Joints:
         """All joints as functions of the coordinates."""
-        passive = tuple(variable.name for variable in self.hybrid.passive_in_loops)
+        passive = self.hybrid.passive
         interval = ", swings between -pi and pi" if self.hybrid.mechanism.swings else ""
         return Joints(
             self.hybrid, self._input, self.named, self, passive, interval, self.with_calls
@@ -145,7 +146,7 @@ class Iteration:
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
         """Returns the named functions of the tool."""
-        chain = self.hybrid.open_chain
+        chain = open_chain(self.hybrid)
         motion = ThroughLoops(chain.motion.values, self)
         found = replace(chain, motion=motion, arguments=self.hybrid.arguments).functions(names)
         return {name: self.with_calls(function) for name, function in found.items()}
@@ -203,7 +204,7 @@ def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
     return {name: partial(_inner, closure, name) for name in closure.functions}
 
 
-def _inner(closure: LoopClosure, name: str, _: Hybrid) -> SymbolicFunction:
+def _inner(closure: LoopClosure, name: str, _: SolvedLoops) -> SymbolicFunction:
     return closure.functions[name]
 
 

@@ -12,7 +12,7 @@ from ...terms.casadi_graph import lower
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction, Tables, WrittenFunction
 from ...terms.vectors import ORIGIN, Vector, subtracted
-from ..hybrid import Hybrid
+from ..solve.solved_loops import SolvedLoops
 from .hexapod_starts import MAX_POSES, RodFamily, starts
 from .rods import free_platform, is_right_handed, rods_of
 from .soma import RODS, SOMA, Array, SixRods
@@ -78,7 +78,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
     return pairs if all(len(rods) == PAIR for rods in joints.values()) else ()
 
 
-def hexapod_of(h: Hybrid) -> Hexapod | None:
+def hexapod_of(h: SolvedLoops) -> Hexapod | None:
     """Returns the six rods of a spatial platform; None for other platforms."""
     platform = free_platform(h, FREE)
     if platform is None:
@@ -94,7 +94,7 @@ def hexapod_of(h: Hybrid) -> Hexapod | None:
     return Hexapod(a, b, tuple(rod.length for rod in rods_of(h)), tuple(axes))
 
 
-def rod_ends(h: Hybrid) -> SymbolicFunction:
+def rod_ends(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the rod ends on the actuated side, and the rod lengths."""
     found = hexapod_of(h)
     assert found is not None
@@ -112,7 +112,7 @@ def rod_ends(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def modes(h: Hybrid) -> WrittenFunction | None:
+def modes(h: SolvedLoops) -> WrittenFunction | None:
     """Returns the function ``modes``, or None if the rod lengths do not determine the pose."""
     found = hexapod_of(h)
     assert found is not None
@@ -253,7 +253,7 @@ class HexapodTables(Tables):
         )
 
 
-def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
+def _rods(h: SolvedLoops, found: Hexapod) -> RodNumbers:
     kernel = lower([rod_ends(h)], h.mechanism.name)[0]
     outputs = [kernel(q) for q in _samples(h)]
     a = np.array([np.array(out[0]).reshape(RODS, 3) for out in outputs])
@@ -267,7 +267,7 @@ def _short(x: float) -> float:
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
-def _samples(h: Hybrid) -> Array:
+def _samples(h: SolvedLoops) -> Array:
     """Returns fixed generic actuated coordinates, within the limits of limited coordinates."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1

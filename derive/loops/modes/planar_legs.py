@@ -23,12 +23,12 @@ from ...terms.tangents import derivative_columns
 from ...terms.vectors import Vector, named, subtracted
 from ...terms.vectors import cross as cross_product
 from ...terms.vectors import dot as scalar
-from ..hybrid import Hybrid
 from ..model.body_frames import pose_of
 from ..model.phasors import Complex, PhasorSum, PlanarPose, conjugate, is_zero, minus, product
 from ..model.planes import Edge, Linkage, PinEdge, SlideEdge, is_cylinder
 from ..planar.arm import arm
 from ..planar.clusters import Cluster, Clusters
+from ..solve.solved_loops import SolvedLoops
 from .rods import joint_frame, joint_values, tool_position
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
@@ -64,7 +64,7 @@ class Leg(NamedTuple):
     line: LegLine | None
 
 
-def legs_of(h: Hybrid) -> Triad | None:
+def legs_of(h: SolvedLoops) -> Triad | None:
     """Returns the leg equations of a planar three-leg platform, rods first; None otherwise."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
@@ -84,13 +84,13 @@ def legs_of(h: Hybrid) -> Triad | None:
     )
 
 
-def _virtual(h: Hybrid) -> list[Joint]:
+def _virtual(h: SolvedLoops) -> list[Joint]:
     """Returns the moving joints of the main chain."""
     way = h.mechanism.way(h.mechanism.tool_body)
     return [joint for joint in way if joint.kind != "fixed"]
 
 
-def _linkage(h: Hybrid) -> Linkage | None:
+def _linkage(h: SolvedLoops) -> Linkage | None:
     """Returns the linkage of a platform that a virtual chain x, y, phi connects to the base."""
     mechanism, moving = h.mechanism, _virtual(h)
     if [joint.kind for joint in moving] != VIRTUAL or h.loops.spatial or len(h.loops.planar) != 1:
@@ -103,7 +103,7 @@ def _linkage(h: Hybrid) -> Linkage | None:
     return linkage if is_virtual and not moves else None
 
 
-def _joined(h: Hybrid, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
+def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
     """Returns the clusters of bodies that known joints connect."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
@@ -111,7 +111,7 @@ def _joined(h: Hybrid, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Cluste
     return clusters
 
 
-def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
+def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
     """Returns the axes of x and y; None if x, y, phi are not Cartesian planar coordinates."""
     moving = _virtual(h)
     x, y, phi = h.theta
@@ -143,7 +143,7 @@ def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
-def _legs(h: Hybrid, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
+def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
     """Returns the legs, or None if a part between base and platform has no leg equation."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
@@ -165,7 +165,7 @@ class _Reader:
     """Extracts the equation of each leg."""
 
     def __init__(
-        self, h: Hybrid, clusters: Clusters, axes: ChainAxes, base: Cluster, platform: Cluster
+        self, h: SolvedLoops, clusters: Clusters, axes: ChainAxes, base: Cluster, platform: Cluster
     ) -> None:
         self.terms, self.clusters, self.axes = h.terms, clusters, axes
         self.base, self.platform = base, platform
@@ -229,7 +229,7 @@ class _Reader:
 # --- functions for legs other than rods ---
 
 
-def legs(h: Hybrid, triad: Triad) -> SymbolicFunction:
+def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
     """Builds the function for the residual of each leg equation."""
     residuals = tuple(leg_residuals(h.terms, triad, h.theta))
     return h.function(
@@ -242,7 +242,7 @@ def legs(h: Hybrid, triad: Triad) -> SymbolicFunction:
     )
 
 
-def legs_D_chain(h: Hybrid, triad: Triad) -> SymbolicFunction:
+def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
     """Builds the Jacobian of the leg residuals with respect to the main chain."""
     columns = derivative_columns(h.terms, leg_residuals(h.terms, triad, h.theta), h.theta)
     return h.function(
@@ -255,7 +255,7 @@ def legs_D_chain(h: Hybrid, triad: Triad) -> SymbolicFunction:
     )
 
 
-def relation(h: Hybrid, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
+def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
     """Returns the rows of J_x (force, then moment about the tool, base axes) and entries of J_q."""
     values = joint_values(h)
     frames = [pose_of(h.mechanism, h.terms, joint_frame(j), values) for j in _virtual(h)]

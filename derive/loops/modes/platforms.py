@@ -30,20 +30,21 @@ from ...terms.symbolic_function import (
 from ...terms.tangents import derivative_columns
 from ...terms.vectors import named, subtracted
 from ..functions.maps import Maker
-from ..hybrid import Hybrid
+from ..functions.tool import open_chain
+from ..solve.solved_loops import SolvedLoops
 from . import hexapod, planar_legs, triad_modes
 from .hexapod import hexapod_of
 from .rods import Rod, free_platform, is_right_handed, line_coordinates, rods_of, tool_position
 from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
-WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
+WrittenMaker = Callable[[SolvedLoops], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
 """Names of serial-robot functions, keyed by function names of the open main chain."""
 
 
-def makers(h: Hybrid) -> dict[str, Maker]:
+def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the builders of a platform's functions; empty if the robot is not a platform."""
     found: dict[str, Maker] = {}
     if h.forward.open:
@@ -73,7 +74,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
     return found
 
 
-def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
+def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
     """Returns the builders of a platform's functions that have handwritten C."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
@@ -103,11 +104,11 @@ def is_platform(mechanism: Mechanism) -> bool:
     return all(map(is_leg, mechanism.struts))
 
 
-def _residuals(h: Hybrid, found: Sequence[Rod]) -> list[sp.Expr]:
+def _residuals(h: SolvedLoops, found: Sequence[Rod]) -> list[sp.Expr]:
     return [h.terms.let(rod.distance - rod.length) for rod in found]
 
 
-def rods(h: Hybrid) -> SymbolicFunction:
+def rods(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the difference between each rod's end distance and its length."""
     entries = tuple(_residuals(h, rods_of(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
@@ -121,7 +122,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def rods_D_chain(h: Hybrid) -> SymbolicFunction:
+def rods_D_chain(h: SolvedLoops) -> SymbolicFunction:
     """Builds the Jacobian of the rod residuals with respect to the main chain."""
     residuals = _residuals(h, rods_of(h))
     columns = derivative_columns(h.terms, residuals, h.theta)
@@ -141,7 +142,7 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def velocity_relation(h: Hybrid) -> SymbolicFunction:
+def velocity_relation(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the matrices J_x and J_q of the velocity relation."""
     if is_platform(h.mechanism):
         rows, J_q = _relation_of_rods(h)
@@ -163,7 +164,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def _relation_of_rods(h: Hybrid) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
+def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
     """Returns the rods' rows of J_x for a twist in base axes, and the entries of J_q."""
     found = rods_of(h)
     tool = tool_position(h)
@@ -176,16 +177,16 @@ def _relation_of_rods(h: Hybrid) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Ex
     return rows, matrix_entries(columns)
 
 
-def free_directions(h: Hybrid) -> list[int]:
+def free_directions(h: SolvedLoops) -> list[int]:
     """Returns the components of the tool's twist in base axes that the main chain can move."""
     (J,) = of_open_chain("jacobian_mixed", h).outputs
     _, n = J.shape
     return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
 
 
-def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
+def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
     """Builds a function of the main-chain joints only, with theta as coordinates."""
-    function = h.open_chain.function(name)
+    function = open_chain(h).function(name)
     return SymbolicFunction(
         f"chain_{name}",
         f"{function.summary[:-1]}, from the main-chain joints.",
@@ -200,12 +201,12 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 # --- three planar rods ---
 
 
-def triad_of(h: Hybrid) -> Triad | None:
+def triad_of(h: SolvedLoops) -> Triad | None:
     """Returns the three legs of a planar platform; None for other robots."""
     return _rods_in_plane(h) if is_platform(h.mechanism) else planar_legs.legs_of(h)
 
 
-def _rods_in_plane(h: Hybrid) -> Triad | None:
+def _rods_in_plane(h: SolvedLoops) -> Triad | None:
     """Returns the rods of a planar platform supported by struts alone; None otherwise."""
     platform = free_platform(h, planar_legs.VIRTUAL)
     if platform is None or not is_right_handed(h.terms, platform.directions):
@@ -217,7 +218,7 @@ def _rods_in_plane(h: Hybrid) -> Triad | None:
     return Triad(A, b, tuple(h.terms.let(rod.length) for rod in rods_of(h)))
 
 
-def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
+def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
@@ -232,7 +233,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
+def _assembly(name: str, h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the platform's pose at a zero of the polynomial."""
     triad = triad_of(h)
     assert triad is not None

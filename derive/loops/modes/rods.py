@@ -19,8 +19,8 @@ from ...model.robot import Joint
 from ...terms.tangents import Tangent
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, ZERO, Vector, cross, dot, named, subtracted
-from ..hybrid import Hybrid
 from ..model.body_frames import pose_of
+from ..solve.solved_loops import SolvedLoops
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Exp
     return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
 
 
-def rods_of(h: Hybrid) -> list[Rod]:
+def rods_of(h: SolvedLoops) -> list[Rod]:
     """Returns the rods of a platform in the order of the description."""
     values = joint_values(h)
     found = []
@@ -82,7 +82,7 @@ def rods_of(h: Hybrid) -> list[Rod]:
     return found
 
 
-def pins_in_tool(h: Hybrid) -> list[Vector]:
+def pins_in_tool(h: SolvedLoops) -> list[Vector]:
     """Returns the rods' platform ends in the tool frame (metre), which are constant."""
     still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
     axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
@@ -96,7 +96,7 @@ def pins_in_tool(h: Hybrid) -> list[Vector]:
     return pins
 
 
-def tool_position(h: Hybrid) -> Vector:
+def tool_position(h: SolvedLoops) -> Vector:
     """Returns the position of the tool in the base frame at theta (metre)."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
 
@@ -117,7 +117,7 @@ class FreePlatform:
     ends: tuple[tuple[Vector, Vector], ...]
 
 
-def free_platform(h: Hybrid, kinds: Sequence[str]) -> FreePlatform | None:
+def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
     """Returns the platform on a virtual chain of joints of some kinds; None for other chains.
 
     Args:
@@ -145,14 +145,14 @@ def free_platform(h: Hybrid, kinds: Sequence[str]) -> FreePlatform | None:
     return FreePlatform(directions, points, tuple((a, b) for a, b in ends))
 
 
-def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
+def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
     """Returns chain joint values in theta, and actuated joints and cylinders in q, by name."""
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
     return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
 
 
-def from_base(h: Hybrid, strut: Strut) -> tuple[Frame, Frame]:
+def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
     """Returns the ends of a rod, the platform end last."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))

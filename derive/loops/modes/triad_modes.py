@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
 from ..closing.closed_loops import longest_length
-from ..hybrid import Hybrid
+from ..solve.solved_loops import SolvedLoops
 from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
@@ -26,7 +26,7 @@ class TriadTables(Tables):
     size: float
 
 
-def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
+def modes(h: SolvedLoops, triad: Triad) -> WrittenFunction:
     """Returns the function ``modes`` of a platform on three planar legs."""
     if h.mechanism.closures:
         size = float(f"{longest_length(h.mechanism, h.terms):.3g}")
@@ -70,7 +70,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
     )
 
 
-def _size(h: Hybrid, triad: Triad) -> float:
+def _size(h: SolvedLoops, triad: Triad) -> float:
     """Returns the largest of all rod lengths and distances between platform pins (metre)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]

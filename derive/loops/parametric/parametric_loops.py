@@ -30,12 +30,12 @@ from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
 from ..closing.closed_loops import ClosedLoops
-from ..hybrid import Hybrid
 from ..iterated.closure_equations import on_balls
 from ..model.constraints import configuration_names
 from ..model.loop_rows import Row, loop_rows
 from ..model.mechanism_geometry import MechanismGeometry, mechanism_geometry
 from ..model.motions import BASE, ElementaryMotion, Reached, bodies, gradient
+from ..solve.solved_loops import SolvedLoops
 
 SYSTEM = "loops_p"
 """Name of the equations in C."""
@@ -50,7 +50,7 @@ OPERATIONS = 4000
 class ParametricLoops:
     """The parametric functions of one mechanism, over the terms of its derivation."""
 
-    def __init__(self, hybrid: Hybrid) -> None:
+    def __init__(self, hybrid: SolvedLoops) -> None:
         """Names the variables and the parameters.
 
         Args:

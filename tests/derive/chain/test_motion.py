@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.solve.solved_loops import named
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.tangents import Tangent
 from chasles.derive.terms.terms import Terms
 from tests.support.loops.mechanisms import four_bar, geared, slider_crank, slotted_rocker
+from tests.support.loops.solved import solved
 
 a, b, ad, bd, L = sp.symbols("a b ad bd L", real=True)
 
@@ -90,9 +91,9 @@ def kernel(h, arguments, values):
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_first_and_second_loop_derivatives_match_casadi(name):
-    h = Hybrid(MECHANISMS[name]())
+    h = solved(MECHANISMS[name]())
     names = [v.name for v in h.variables]
-    values = h.named(h.forward, names)
+    values = named(h, h.forward, names)
     q, qd, qdd = (h.arguments[key].symbols for key in ("q", "qd", "qdd"))
     loops = h.forward.loops
     first = Tangent(h.terms, dict(zip(q, qd, strict=True)), loops).of_each(values)
@@ -116,13 +117,13 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
     """The oracle is the derivative of Freudenstein's half-angle formula in mpmath."""
-    h = Hybrid(four_bar())
+    h = solved(four_bar())
     loops = h.forward.loops
     (q,) = h.q
     unit = Tangent(h.terms, {q: sp.Integer(1)}, loops)
-    slope = unit.of(h.named(h.forward, ["rocker"])[0])
+    slope = unit.of(named(h, h.forward, ["rocker"])[0])
     bend = unit.of(slope)
-    f = kernel(h, (h.q,), (h.named(h.forward, ["rocker"])[0], slope, bend))
+    f = kernel(h, (h.q,), (named(h, h.forward, ["rocker"])[0], slope, bend))
 
     def freudenstein(x):
         r, d, c, b2 = mpmath.mpf(1), mpmath.mpf(3), mpmath.mpf("2.5"), mpmath.mpf(9)

@@ -6,10 +6,11 @@ import sympy as sp
 
 from chasles.derive import DescriptionError, derive, read_text
 from chasles.derive.latex import fragments
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.closing.mobility import mobility_of
 from chasles.derive.loops.spatial.guides import Guides
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closed_in_numbers import Model
+from tests.support.loops.solved import forward, solved
 
 BRIDGE = """\
 name = "bridge"
@@ -111,12 +112,12 @@ def bridge(floating=FLOATING, base="fixed"):
 @pytest.mark.parametrize("floating", [WELDED, FLOATING], ids=["welded", "floating"])
 def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
     robot = read_text(bridge(floating, base))
-    hybrid = Hybrid(robot)
-    hybrid.check()
+    hybrid = solved(robot)
+
     assert not hybrid.forward.open
     assert not hybrid.backward.open
     is_exact = floating is FLOATING
-    assert hybrid.mobility.is_overconstrained is not is_exact
+    assert mobility_of(hybrid.numbers).is_overconstrained is not is_exact
     derived = derive(robot, functions=["configuration", "passive", "actuators", "chain"])
     kernels = dict(
         zip([f.name for f in derived.functions], lower(derived.functions, "b"), strict=True)
@@ -141,7 +142,7 @@ def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
 
 
 def test_floating_rail_is_solved_by_a_guides_step():
-    hybrid = Hybrid(read_text(bridge()))
+    hybrid = solved(read_text(bridge()))
     assert [type(step) for step in hybrid.forward.steps] == [Guides]
     assert hybrid.forward.steps[0].name(hybrid.mechanism) == "yaw"
 
@@ -149,7 +150,7 @@ def test_floating_rail_is_solved_by_a_guides_step():
 def test_bearings_with_repeated_axis_are_not_guides():
     # Roll and yaw axes are independent, but two roll axes are not.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
-    assert Hybrid(read_text(bridge(twice))).forward.open
+    assert forward(read_text(bridge(twice))).open
 
 
 def test_teeth_and_pitch_give_the_drive_radius():
@@ -234,4 +235,4 @@ boom = "1/2"
 """
     assert read_text(text).reference_of("jack") == sp.Rational(1, 2)
     assert read_text(text + "jack = 0\n").reference_of("jack") == 0
-    assert Hybrid(read_text(text)).at_reference["jack"] == 0.5
+    assert solved(read_text(text)).at_reference["jack"] == 0.5

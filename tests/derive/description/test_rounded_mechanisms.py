@@ -11,11 +11,11 @@ from chasles.derive.description.arrangement import Distances, arranged
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.checks.nearly_met import nearly_met
 from chasles.derive.loops.closing.closed_loops import closed_configuration
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.rounded_mechanisms import awkward_turn, rounded
 from tests.support.loops import mechanisms
+from tests.support.loops.solved import solved
 
 R = sp.Rational
 NOISE = 1e-9
@@ -87,21 +87,23 @@ def test_exact_option_keeps_decimals_of_loops():
     as_written = read_text(linear_delta(), exact=True)
     assert not as_written.cleaning.numbers
     assert as_written.as_written is None
-    assert Hybrid(as_written).forward.open
+    assert solved(as_written).forward.open
 
 
 def test_rods_that_nearly_are_parallel_are_named():
-    (message,) = nearly_met(Hybrid(read_text(linear_delta(longer=0.3))))
+    (message,) = nearly_met(solved(read_text(linear_delta(longer=0.3))))
     assert "three spheres" in message
     assert message.endswith("'r1l' and 'r1r' by 0.3 mm")
-    assert not list(nearly_met(Hybrid(read_text(linear_delta()))))
+    assert not list(nearly_met(solved(read_text(linear_delta()))))
 
 
 def test_axis_that_is_nearly_parallel_is_named():
     robot = mechanisms.four_bar()
     crank, elbow, rocker = robot.joints
     tilted = replace(elbow, before=(*elbow.before, Rotation("x", R(1, 1000))))
-    (message,) = nearly_met(Hybrid(replace(robot, joints=(crank, tilted, rocker))))
+    (message,) = nearly_met(
+        solved(replace(robot, joints=(crank, tilted, rocker), closure="least squares"))
+    )
     assert "loop of 'wrist' would be planar" in message
     assert "axis of 'elbow' is 1 mrad" in message
 
@@ -119,8 +121,8 @@ ROUNDED = {
 def test_rounded_numbers_on_turned_base_keep_form(name):
     robot, places = getattr(mechanisms, name)(), ROUNDED[name]
     turn = awkward_turn(np.random.default_rng(places))
-    found = Hybrid(cleaned(rounded(robot, places, turn))).forward
-    exact = Hybrid(robot).forward
+    found = solved(cleaned(rounded(robot, places, turn))).forward
+    exact = solved(robot).forward
     assert not found.open
     assert [type(step) for step in found.steps] == [type(step) for step in exact.steps]
 

@@ -14,10 +14,10 @@ from chasles.derive.build.freshness import Job, is_up_to_date, stamp
 from chasles.derive.inverse.mechanisms import hybrid_inverse
 from chasles.derive.inverse.mechanisms.differences import apart
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation, Translation
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import BOARD_INSTALLER, as_built
+from tests.support.loops.solved import solved
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
@@ -56,10 +56,10 @@ def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
     # short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
-    alone = hybrid_inverses(Hybrid(built()))
+    alone = hybrid_inverses(solved(built()))
     assert not alone.solved
     assert 'nominal = "<file>" names the robot as designed' in alone.missing
-    nominal_start = hybrid_inverses(Hybrid(replace(built(), nominal=design())))
+    nominal_start = hybrid_inverses(solved(replace(built(), nominal=design())))
     assert list(nominal_start.solved) == ["ik_nominal"]
     assert nominal_start.polished is not None
     (*_, lengths) = nominal_start.classification.found.requirements
@@ -68,7 +68,7 @@ def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
 
 def test_unsuitable_nominal_design_is_reported():
     other = as_built(design(), BOARD_INSTALLER, 1e-4, np.random.default_rng(4))
-    found = hybrid_inverses(Hybrid(replace(built(), nominal=other)))
+    found = hybrid_inverses(solved(replace(built(), nominal=other)))
     assert not found.solved
     assert (
         "no inverse of the nominal robot 'board_installer' can be refined to this robot"

@@ -18,6 +18,7 @@ from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.loops.tool_position import without_guard
 from chasles.derive.latex.setting.names import is_symbol
 from chasles.derive.latex.setting.printer import FractionPrinter
+from chasles.derive.loops.functions.constraint_functions import equations
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
@@ -254,7 +255,7 @@ def test_printed_loop_equations_match_constraint_function(name):
     page = LoopPage.of(derivation(name))
     z = random(len(page.joints), 11)
     expected = array(name, "constraint", z)
-    shown = [residual(page, loop) for loop in page.hybrid.equations]
+    shown = [residual(page, loop) for loop in equations(page.hybrid)]
     reader = Reader(page)
     for variable, x in zip(page.hybrid.variables, z, strict=True):
         reader.give([page.joints[variable.name]], [x])
@@ -290,7 +291,7 @@ def test_printed_screws_close_the_loops(name):
     )
     shown = committed(name)["loops.tex"]
     reader = Reader(page)
-    for loop in page.hybrid.equations:
+    for loop in equations(page.hybrid):
         before, after, free = np.eye(4), np.eye(4), None
         home = np.array(
             [[float(reader(page.constant(e))) for e in row] for row in loop.home.tolist()]

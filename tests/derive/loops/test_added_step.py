@@ -10,7 +10,6 @@ from test_loop_steps import Numbers
 
 from chasles.derive import Frame, Mechanism, Parameter, Strut, derive
 from chasles.derive.latex import fragments
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.model.phasors import REAL, cross
 from chasles.derive.loops.planar import assembly
 from chasles.derive.loops.planar.arm import Arm, arm, rates_of, turn_of
@@ -30,6 +29,7 @@ from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.tangents import Tangent
 from tests.support.loops.closures import Model
 from tests.support.loops.mechanisms import BASE, at, four_bar, near, pin
+from tests.support.loops.solved import solved
 
 HALF = sp.Rational(1, 2)
 
@@ -165,11 +165,11 @@ def numbers():
 
 
 def test_added_step_matches_built_in_three_pins(request):
-    (built_in,) = Hybrid(rocker()).forward.steps
+    (built_in,) = solved(rocker()).forward.steps
     assert type(built_in) is ThreePins
     expected = numbers()
     request.getfixturevalue("with_isosceles")
-    (step,) = Hybrid(rocker()).forward.steps
+    (step,) = solved(rocker()).forward.steps
     assert type(step) is Isosceles
     assert (step.branch, step.sign) == (built_in.branch, built_in.sign)
     found = numbers()
@@ -198,7 +198,7 @@ def test_article_prints_text_and_equations_of_added_step():
 
 @pytest.mark.usefixtures("with_isosceles")
 def test_printed_rates_of_added_step_match_its_functions():
-    h = Hybrid(rocker())
+    h = solved(rocker())
     (step,) = h.forward.steps
     equations = step.equations()
     quantities = Numbers(h.forward, equations)
@@ -215,5 +215,5 @@ def test_printed_rates_of_added_step_match_its_functions():
 
 @pytest.mark.usefixtures("with_isosceles")
 def test_unsuitable_added_step_falls_back_to_built_in_step():
-    (step,) = Hybrid(four_bar()).forward.steps
+    (step,) = solved(four_bar()).forward.steps
     assert type(step) is ThreePins

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from chasles.derive import derive
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.drawn_mechanisms import drawn_mechanism
 from tests.support.loops.mechanisms import delta, rsur
+from tests.support.loops.solved import solved
 from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
@@ -51,7 +51,7 @@ def test_inconsistent_chain_joints_give_nan_actuators(seed):
 
 def test_inconsistent_universal_joint_angles_give_nan_actuators():
     mechanism = rsur()
-    at = Hybrid(mechanism).at_reference
+    at = solved(mechanism).at_reference
     actuators = every_actuator(mechanism)
     theta = np.array([at[name] for name in ("rocker", "yoke", "swing")])
     assert np.nanmin(np.abs(actuators(theta) - at["crank"])) < 1e-12

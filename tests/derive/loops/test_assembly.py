@@ -8,7 +8,6 @@ import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError, Rotation, Translation, derive, read_text
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
 from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
 from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
@@ -40,6 +39,7 @@ from tests.support.loops.mechanisms import (
     trammel,
     welded,
 )
+from tests.support.loops.solved import forward, solved
 
 CLOSED = 1e-12
 UP = ("x", sp.pi / 2)
@@ -229,7 +229,7 @@ def test_four_bar_branches_are_named_left_and_right():
     assert (step.branch, step.sign) in [("left", 1), ("right", -1)]
     whole = four_bar()
     flipped = replace(whole, reference=near(("crank", sp.pi / 3), ("elbow", -2), ("rocker", -2)))
-    (other,) = Hybrid(flipped).forward.steps
+    (other,) = solved(flipped).forward.steps
     assert {step.branch, other.branch} == {"left", "right"}
 
 
@@ -237,7 +237,7 @@ def test_slider_crank_branches_are_named_far_and_near():
     (step,) = hybrid("slider_crank").forward.steps
     assert (step.branch, step.sign) == ("far", 1)
     mirrored = near(("crank", 1), ("elbow", sp.pi - 1), ("cross", -2))
-    (other,) = Hybrid(replace(slider_crank(), reference=mirrored)).forward.steps
+    (other,) = solved(replace(slider_crank(), reference=mirrored)).forward.steps
     assert (other.branch, other.sign) == ("near", -1)
 
 
@@ -286,7 +286,7 @@ def test_loop_open_at_the_reference_is_rejected():
 @pytest.mark.parametrize("cranks", [3, 4])
 def test_parallelogram_with_redundant_cranks_is_solved(cranks):
     mechanism = parallelogram(cranks)
-    h = Hybrid(mechanism)
+    h = solved(mechanism)
     assert not h.forward.open
     assert not h.forward.margins
     derived = derive(mechanism, functions=["configuration", "chain_D_q"])
@@ -333,14 +333,14 @@ def test_undriven_parts_stay_open_without_blocking_other_loops():
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
     tied = Strut("tie", Frame("output", at("1/2")), Frame("bob", at("1/2")), 2)
     mechanism = replace(whole, joints=(*whole.joints, loose, second), struts=(tied,))
-    assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
+    assert set(forward(mechanism).open) == {"loose", "second", "tie_swing"}
 
 
 def test_reference_is_converted_through_drive_with_named_radius():
     text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8").split("[reference]")[0]
     assert "limits = [0, 400]" in text
     robot = read_text(text.replace("limits = [0, 400]", "limits = [3, 400]"), file="gantry.toml")
-    h = Hybrid(robot)
+    h = solved(robot)
     motors = [float(value) for value in map(h.forward.reference.of, h.q)]
     assert motors == pytest.approx([0.2015 / 0.010, 0, 0], abs=1e-12)
     assert h.at_reference["x"] == pytest.approx(0.2015, abs=1e-15)
@@ -358,7 +358,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
         parameters=(L, M),
         reference=near(("arm", 1), ("shade", -1), ("stay_swing", 1)),
     )
-    h = Hybrid(mechanism)
+    h = solved(mechanism)
     (step,) = h.forward.steps
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
@@ -367,6 +367,6 @@ def test_parallelogram_angles_are_solved_without_square_root():
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )
-    (step,) = Hybrid(crossed).forward.steps
+    (step,) = solved(crossed).forward.steps
     assert type(step) is CrossedParallelogram
     assert step.margin is None

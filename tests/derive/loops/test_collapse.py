@@ -7,15 +7,16 @@ import pytest
 import sympy as sp
 
 from chasles.derive import derive, read
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.functions.tool import tool_groups, tool_kinematics
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 from tests.support.loops.mechanisms import BASE, at, four_bar, near, parallelogram, pin
+from tests.support.loops.solved import solved
 
 
 def stations(h):
-    return [station for group in h.kinematics.forward.groups for station in group.stations]
+    return [station for group in tool_kinematics(h).forward.groups for station in group.stations]
 
 
 def solved_terms(h, expressions):
@@ -32,11 +33,11 @@ def solved_terms(h, expressions):
 
 @pytest.fixture(scope="module")
 def board():
-    return Hybrid(read(ROBOTS / "board_installer.toml"))
+    return solved(read(ROBOTS / "board_installer.toml"))
 
 
 def test_board_installer_collapse_leaves_a_single_solved_angle(board):
-    full = [s for group in board.groups for s in group.stations]
+    full = [s for group in tool_groups(board) for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
     # The shoulder and elbow terms vanish, because the wrist compensates for both joints. Only the
@@ -51,7 +52,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
 def test_board_installer_translation_matches_crank_formula(board):
     """The translation is Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), up to its origin."""
     q2, q3 = board.q[1], board.q[2]
-    values = board.kinematics.motion.values
+    values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
     # The term that makes the results of open loops NaN is 0 if all loops are closed.
@@ -97,7 +98,7 @@ def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
 
 
 def test_a_parallelogram_only_translates():
-    h = Hybrid(parallelogram(2))
+    h = solved(parallelogram(2))
     assert not any(h.terms.is_solved(s.angle) for s in stations(h))
     assert not h.forward.margins
     (q,) = h.q
@@ -111,7 +112,7 @@ def test_a_parallelogram_only_translates():
 
 
 def test_four_bar_is_not_collapsed_to_a_translation():
-    h = Hybrid(four_bar())
+    h = solved(four_bar())
     kept = stations(h)
     assert [s.joint for s in kept if s.joint is not None] == [0, 1]
     assert not any(s.slides for s in kept)
@@ -190,7 +191,7 @@ def test_consecutive_parallelograms_keep_tool_orientation():
             ("a0", 1), ("plate", -1), ("a1", 1), ("b0", "-1/2"), ("hand", "1/2"), ("b1", "-1/2")
         ),
     )
-    h = Hybrid(mechanism)
+    h = solved(mechanism)
     assert not any(h.terms.is_solved(s.angle) for s in stations(h))
     (kernel,) = lower(derive(mechanism, functions=["fk"]).functions, "test")
     T = np.array(kernel([0.9, -0.2])).reshape(4, 4)

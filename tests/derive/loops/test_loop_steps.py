@@ -10,7 +10,6 @@ from test_assembly import crank_slider_offset, oldham
 from test_spatial import crank_and_slider
 
 from chasles.derive import Frame, Mechanism, Strut
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.assembly import STEPS as PLANAR
 from chasles.derive.loops.planar.loop_step import Cross, components, length_of, quantity
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram
@@ -34,6 +33,7 @@ from tests.support.loops.mechanisms import (
     slotted_rocker,
     stewart,
 )
+from tests.support.loops.solved import solved
 
 TRUE = 1e-10
 
@@ -74,7 +74,7 @@ PLATFORMS = (stewart, flat_legs, tripod)
 
 @cache
 def hybrid(build):
-    return Hybrid(build())
+    return solved(build())
 
 
 def steps():

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError, derive
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.solve.solved_loops import forward_branches
 from chasles.derive.loops.spatial.cylinder_length import CylinderLength
 from chasles.derive.loops.spatial.sliding_leg import SlidingLeg
 from chasles.derive.loops.spatial.three_spheres import ThreeSpheres
@@ -18,6 +18,7 @@ from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
 from tests.support.loops.mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
+from tests.support.loops.solved import solved
 
 CLOSED = 1e-12
 
@@ -106,8 +107,8 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
 
 def test_reference_equally_near_two_branches_is_rejected():
     whole = crank_and_slider()
-    h = Hybrid(whole)
-    far, near_ = (h.forward.reference.of(s.values["ram"]) for s in h.forward_branches)
+    h = solved(whole)
+    far, near_ = (h.forward.reference.of(s.values["ram"]) for s in forward_branches(h))
     assert far - near_ > 1
     middle = sp.Rational(f"{(far + near_) / 2:.9f}")
     for offset in (0, sp.Rational(1, 10**6)):
@@ -115,10 +116,10 @@ def test_reference_equally_near_two_branches_is_rejected():
         with pytest.raises(
             DescriptionError, match="both branches of the loop of rod are equally near"
         ):
-            _ = Hybrid(tie).forward
+            _ = solved(tie).forward
     for offset, sign in ((sp.Rational(1, 100), 1), (-sp.Rational(1, 100), -1)):
         clear = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
-        (step,) = Hybrid(clear).forward.steps
+        (step,) = solved(clear).forward.steps
         assert step.sign == sign
 
 
@@ -274,7 +275,7 @@ def test_reference_selects_the_delta_branch():
     up = replace(delta(), reference=tuple((n, -v if n == "z" else v) for n, v in delta().reference))
     whole = derived("delta").hybrid
     (usual,) = whole.forward.steps
-    turned = Hybrid(up)
+    turned = solved(up)
     (step,) = turned.forward.steps
     assert {step.branch, usual.branch} == {"above", "below"}
     assert turned.at_reference["z"] > 0 > whole.at_reference["z"]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from chasles.derive.description.robot_files import read_text
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Result, SymbolicFunction
+from tests.support.loops.solved import solved
 
 BAR = """
 [[joints]]
@@ -70,7 +70,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
     """The loop of ram, a0 and b1 contains a swing angle and closures, but no joint of the tree."""
-    hybrid = Hybrid(scissor_lift(sign, ram))
+    hybrid = solved(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values
     value = lower_values(hybrid, [chain[name] for name in ("a0", "b0")], ram_length(ram, 0.7))

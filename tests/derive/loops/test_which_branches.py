@@ -7,10 +7,11 @@ import pytest
 import sympy as sp
 
 from chasles.derive import Frame, Joint, Mechanism, Strut, derive, files
-from chasles.derive.loops import hybrid
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.solve import solved_loops
+from chasles.derive.loops.solve.solved_loops import forward_branches
 from chasles.derive.model.mechanism import Closure
 from tests.support.loops.mechanisms import BASE, at, excavator_arm, near, parallelogram, pin, slider
+from tests.support.loops.solved import solved
 
 
 def in_a_row(count):
@@ -47,7 +48,7 @@ def test_branches_of_serial_four_bars_multiply():
 
 
 def test_branches_beyond_the_maximum_are_cut_and_noted(monkeypatch):
-    monkeypatch.setattr(hybrid, "MAX_BRANCHES", 4)
+    monkeypatch.setattr(solved_loops, "MAX_BRANCHES", 4)
     made = files(in_a_row(3), functions=["chain", "chain_all"])
     content = json.loads(made["manifest.json"])
     (function,) = [f for f in content["functions"] if f["name"] == "chain_all"]
@@ -91,8 +92,8 @@ def test_third_crank_leaves_only_the_parallel_branch(cranks):
 
 
 def test_rhombus_has_a_folded_branch():
-    h = Hybrid(parallelogram(2))
-    own, other = (solution.values for solution in h.forward_branches)
+    h = solved(parallelogram(2))
+    own, other = (solution.values for solution in forward_branches(h))
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
     # On the other branch, the bar lies along the first crank, and the second crank lies along the

@@ -8,12 +8,12 @@ import sympy as sp
 
 from chasles.derive import DescriptionError, derive, read
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 from tests.support.loops.closures import Model
+from tests.support.loops.solved import solved
 
 POSES = 100
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin")
@@ -43,7 +43,7 @@ def built(tmp_path_factory):
     """
     robot = drawn(94)
     folder = tmp_path_factory.mktemp("built")
-    return compiled(robot, folder, [*FUNCTIONS, "ik"], ["c"]), Model(Hybrid(robot).mechanism)
+    return compiled(robot, folder, [*FUNCTIONS, "ik"], ["c"]), Model(solved(robot).mechanism)
 
 
 def coordinates(robot):
@@ -103,7 +103,7 @@ def test_requirements_note_nominal_loop_lengths():
 
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
     """The spatial loops determine the planar loops, and the nominal inverse is refined."""
-    hybrid = Hybrid(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
+    hybrid = solved(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open
     assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}
     found = hybrid_inverses(hybrid)

@@ -7,13 +7,13 @@ import pytest
 
 from chasles.derive import read
 from chasles.derive.loops.closing.closed_loops import longest_length
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.terms import Terms
 from tests.support.compiling import compiled
 from tests.support.generators.as_built import on_links, out_of_plane
 from tests.support.loops.closures import Model
 from tests.support.loops.mechanisms import five_bar, parallelogram
+from tests.support.loops.solved import solved
 from tests.support.optional import OptionalPackage
 
 optimize = OptionalPackage("scipy.optimize")
@@ -149,7 +149,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 def test_closable_loops_keep_closed_form_solution():
     """The least-squares option has no effect here: the closed form of the design is kept."""
-    hybrid = Hybrid(replace(parallelogram(), closure="least squares"))
+    hybrid = solved(replace(parallelogram(), closure="least squares"))
     assert not hybrid.forward.open
 
 

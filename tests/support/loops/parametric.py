@@ -5,15 +5,15 @@ from functools import cache
 import numpy as np
 
 from chasles.derive import read
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
+from tests.support.loops.solved import solved
 
 
 @cache
 def loops_of(name):
-    loops = ParametricLoops(Hybrid(read(ROBOTS / f"{name}.toml")))
+    loops = ParametricLoops(solved(read(ROBOTS / f"{name}.toml")))
     functions = list(loops.inner.values())
     return loops, dict(zip(loops.inner, lower(functions, name), strict=True))
 

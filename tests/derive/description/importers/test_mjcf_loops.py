@@ -7,8 +7,8 @@ import pytest
 
 from chasles.derive import derive
 from chasles.derive.latex import fragments
+from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.functions import constraint_functions
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.mjcf_models import (
     mujoco,
@@ -63,8 +63,7 @@ def at_solutions(path, text, tip, cranks):
         made = derive(robot, functions=("fk", "constraint")).functions
     else:
         # Random loops may have more degrees of freedom than motors, which derive() rejects.
-        hybrid = Hybrid(robot)
-        made = (constraint_functions.makers(hybrid)["constraint"](hybrid),)
+        made = (constraint_functions.constraint(loop_model(robot)),)
     kernels = lower(made, "r")
     functions = dict(zip((f.name for f in made), kernels, strict=True))
     model = mujoco.MjModel.from_xml_string(

@@ -7,8 +7,8 @@ import pytest
 
 from chasles.derive import read_text
 from chasles.derive.loops.checks.dead_values import dead_values
-from chasles.derive.loops.hybrid import Hybrid
 from tests.support.derivations import ROBOTS
+from tests.support.loops.solved import solved
 
 
 def drawn_four_bar(rng):
@@ -25,7 +25,7 @@ def test_four_bar_dead_points_align_coupler_and_rocker(seed):
     text = (ROBOTS / "four_bar.toml").read_text()
     for name, old, new in zip("abcd", (100, 300, 250, 350), (a, b, c, d), strict=True):
         text = text.replace(f"\n{name} = {{ value = {old},", f"\n{name} = {{ value = {new},")
-    (found,) = dead_values(Hybrid(read_text(text, file="four_bar.toml")))
+    (found,) = dead_values(solved(read_text(text, file="four_bar.toml")))
     assert found.coordinate == 0
     cosines = [(a * a + d * d - far**2) / (2 * a * d) for far in (b + c, abs(b - c))]
     stops = [sign * math.acos(x) for x in cosines if abs(x) < 1 for sign in (1, -1)]
@@ -38,6 +38,6 @@ def test_four_bar_dead_points_align_coupler_and_rocker(seed):
 
 def test_dead_points_of_multi_coordinate_margins_are_not_listed():
     (far,) = dead_values(
-        Hybrid(read_text((ROBOTS / "five_bar.toml").read_text(), file="five_bar.toml"))
+        solved(read_text((ROBOTS / "five_bar.toml").read_text(), file="five_bar.toml"))
     )
     assert far is None

@@ -10,8 +10,8 @@ import sympy as sp
 from chasles import InputValueError
 from chasles.derive import DescriptionError, explain, kutzbach, read
 from chasles.derive.loops.checks.closable import limits_of, moved_reference
-from chasles.derive.loops.hybrid import Hybrid
 from tests.support.derivations import ROBOTS
+from tests.support.loops.solved import solved
 
 
 def limited(name, **limits):
@@ -27,13 +27,13 @@ def limited(name, **limits):
 
 def test_reachable_limits_give_no_note():
     for name in ("four_bar", "excavator", "well_manipulator"):
-        assert limits_of(Hybrid(read(ROBOTS / f"{name}.toml"))) == ()
+        assert limits_of(solved(read(ROBOTS / f"{name}.toml"))) == ()
 
 
 def test_note_on_unreachable_limits_states_closing_range():
     # The length of the stretched cylinder is the sum of both pin distances from the boom pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
-    (message,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
+    (message,) = limits_of(solved(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
         r"limits of boom_cylinder, 0 to 3000 mm: with the others at the reference the loops close "
         r"from 0 to (\S+) mm",
@@ -44,7 +44,7 @@ def test_note_on_unreachable_limits_states_closing_range():
 
 def test_closing_range_is_found_within_very_wide_limits():
     pins = np.hypot(0.55, 0.65), np.hypot(2.6, 0.85)
-    *_, message = limits_of(Hybrid(limited("excavator", boom_cylinder=("-1.9", "3000"))))
+    *_, message = limits_of(solved(limited("excavator", boom_cylinder=("-1.9", "3000"))))
     found = re.search(r"the loops close from (\S+) to (\S+) mm$", message)
     ends = [1000 * (pins[1] - pins[0]) - 1980, 1000 * (pins[1] + pins[0]) - 1980]
     assert [float(end) for end in found.groups()] == pytest.approx(ends, abs=1)
@@ -55,7 +55,7 @@ def test_note_states_share_of_limits_in_which_loops_close():
     short = tuple(
         replace(p, value=sp.Rational(18, 100)) if p.name == "b" else p for p in robot.parameters
     )
-    message = limits_of(Hybrid(replace(robot, parameters=short)))
+    message = limits_of(solved(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
     # The loops close if the distance of the elbows is at most both couplers (360 mm). A grid gives
     # the fraction of the configurations with closed loops.
@@ -67,7 +67,7 @@ def test_note_states_share_of_limits_in_which_loops_close():
 
 
 def test_closing_range_of_platform_limits_is_searched():
-    message = limits_of(Hybrid(limited("planar_3rrr", theta_1=("-3", "3"))))
+    message = limits_of(solved(limited("planar_3rrr", theta_1=("-3", "3"))))
     assert re.match(r"limits: the loops close in \d+ % of 60 random", message[0])
     low, high = map(float, re.search(r"close from (\S+) to (\S+) deg", message[1]).groups())
     assert -171.9 < low < 76.28 < high < 171.9
@@ -107,10 +107,10 @@ def test_impossible_numbers_of_kutzbach_are_rejected(numbers, words):
 
 def test_note_reports_reference_far_from_closed_configuration():
     for name in ("excavator", "five_bar", "four_bar"):
-        assert moved_reference(Hybrid(read(ROBOTS / f"{name}.toml"))) == ""
+        assert moved_reference(solved(read(ROBOTS / f"{name}.toml"))) == ""
     robot = read(ROBOTS / "four_bar.toml")
     other = tuple((name, x + 1 if name == "coupler" else x) for name, x in robot.reference)
-    assert moved_reference(Hybrid(replace(robot, reference=other))) == (
+    assert moved_reference(solved(replace(robot, reference=other))) == (
         "reference: coupler is -7.704 deg in the file, and -63.05 deg where the loops close at "
         "crank = 90 deg"
     )

@@ -14,10 +14,10 @@ import pytest
 import sympy as sp
 
 from chasles.derive import Rotation, derive, explain
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import agile_eye, drawn, driven_by_a_leg
+from tests.support.loops.solved import solved
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
@@ -97,8 +97,8 @@ def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
         else joint
         for joint in flat.joints
     )
-    assert not Hybrid(flat).backward.open
-    assert set(Hybrid(replace(flat, joints=joints)).backward.open) == {"r0_0", "r1_0"}
+    assert not solved(flat).backward.open
+    assert set(solved(replace(flat, joints=joints)).backward.open) == {"r0_0", "r1_0"}
 
 
 def test_explanation_names_the_leg_steps():

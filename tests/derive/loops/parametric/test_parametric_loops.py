@@ -11,11 +11,11 @@ from numpy.testing import assert_allclose
 from chasles.derive import DescriptionError, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.loops.closing.closed_loops import closed_configuration
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.model.placements import Translation
 from tests.support.derivations import ROBOTS
 from tests.support.loops.parametric import loops_of, nominal, reference
+from tests.support.loops.solved import solved
 
 RODS = ("five_bar", "delta", "excavator")
 """A planar loop, a spatial loop, and loops with a cylinder."""
@@ -123,4 +123,4 @@ def test_redundant_loops_have_no_parametric_functions():
     (rod,) = mechanism.struts
     again = replace(rod, name="again", swing="again_swing")
     with pytest.raises(DescriptionError, match="2 loop equations for 1 unknown"):
-        ParametricLoops(Hybrid(replace(mechanism, struts=(rod, again))))
+        ParametricLoops(solved(replace(mechanism, struts=(rod, again))))

@@ -9,13 +9,14 @@ import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError, Frame, Mechanism, derive
-from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.solve.solved_loops import forward_branches
 from chasles.derive.loops.spatial.turning_leg import TurningLeg
 from chasles.derive.loops.spatial.universal_leg import UniversalLeg
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
 from tests.support.loops.mechanisms import BASE, at, near, pin, rsur
+from tests.support.loops.solved import solved
 
 CLOSED = 1e-12
 FUNCTIONS = ["chain", "chain_rates", "configuration", "margin", "chain_all", "actuators_all"]
@@ -58,10 +59,10 @@ def random_q(count, spread=np.pi):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_universal_leg_is_solved_in_two_steps_with_four_branches(name):
-    h = Hybrid(BUILDERS[name]())
+    h = solved(BUILDERS[name]())
     assert [type(step) for step in h.forward.steps] == [TurningLeg, UniversalLeg]
     assert not h.forward.open
-    assert len(h.forward_branches) == 4
+    assert len(forward_branches(h)) == 4
 
 
 @pytest.mark.parametrize("name", BUILDERS)
@@ -78,14 +79,14 @@ def test_loops_close_where_margins_are_positive(name):
 @pytest.mark.parametrize("name", BUILDERS)
 def test_solution_lies_on_the_branch_of_the_reference(name):
     mechanism = BUILDERS[name]()
-    at_reference = Hybrid(mechanism).at_reference
+    at_reference = solved(mechanism).at_reference
     for joint, value in at_reference.items():
         assert np.cos(value - float(mechanism.reference_of(joint))) > 0.8
     # If the universal joint is flipped over, the configuration belongs to the other branch.
     over = {"yoke": at_reference["yoke"] + np.pi, "swing": np.pi - at_reference["swing"]}
     if name == "turned_round":
         values = [(n, sp.Rational(f"{over.get(n, v):.3f}")) for n, v in at_reference.items()]
-        other = Hybrid(replace(mechanism, reference=tuple(values))).at_reference
+        other = solved(replace(mechanism, reference=tuple(values))).at_reference
         assert np.cos(other["yoke"] - over["yoke"]) == pytest.approx(1)
         assert np.cos(other["swing"] - over["swing"]) == pytest.approx(1)
 
@@ -119,7 +120,7 @@ def test_axes_that_do_not_meet_have_no_closed_form():
     whole = rsur()
     *others, swing = whole.joints
     aside = replace(swing, before=at("1/10", "1/10", "1/5", ("x", sp.pi * sp.Rational(2, 5))))
-    h = Hybrid(replace(whole, joints=(*others, aside)))
+    h = solved(replace(whole, joints=(*others, aside)))
     assert set(h.forward.open) == {"rocker", "yoke", "swing"}
 
 

@@ -1,0 +1,96 @@
+"""A mechanism whose loops can close, and the coordinates in which its functions are expressed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import sympy as sp
+
+from ...chain.kinematics import arguments_of, common_unit, coordinates
+from ...model.mechanism import Mechanism
+from ...model.robot import SerialRobot
+from ...terms.role import OTHER, Role
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from ...terms.terms import Terms
+from ..model.constraints import ConfigurationVariable, configuration_names
+from .residual_gaps import ResidualGaps, residual_gaps
+from .tilted_pins import closable
+
+_DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
+
+
+@dataclass(frozen=True, eq=False)
+class LoopModel:
+    """A mechanism with its coordinates.
+
+    Attributes:
+        mechanism: The description. Pins whose tilt the file accepts are balls.
+        terms: Names of all terms.
+        residual_gaps: The gaps of loops that close only in the least-squares sense; None if all
+            loops close.
+        robot: The main chain as a serial robot.
+        variables: The entries of the full configuration z.
+        passive: Names of the passive joints in z, without drives that are coupled to other joints.
+        arguments: The arguments of all functions, by name.
+        q: Symbols of the actuated coordinates.
+        theta: Symbols of the main-chain joints.
+    """
+
+    mechanism: Mechanism
+    terms: Terms
+    residual_gaps: ResidualGaps | None
+    robot: SerialRobot
+    variables: tuple[ConfigurationVariable, ...]
+    passive: tuple[str, ...]
+    arguments: Mapping[str, Argument] = field(repr=False)
+    q: tuple[sp.Symbol, ...]
+    theta: tuple[sp.Symbol, ...]
+
+    def function(
+        self,
+        name: str,
+        summary: str,
+        identity: str,
+        inputs: tuple[str, ...],
+        *outputs: Result,
+        role: Role = OTHER,
+    ) -> SymbolicFunction:
+        """Builds a function of some arguments. The first argument determines the domain."""
+        arguments = tuple(self.arguments[argument] for argument in inputs)
+        text = replace(role, domain=_DOMAINS[inputs[0]])
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)
+
+
+def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
+    """Returns a mechanism whose loops can close, with its coordinates.
+
+    Args:
+        mechanism: The description.
+        terms: The terms of a different mechanism with the same parameters. By default, new terms
+            are created.
+
+    Raises:
+        DescriptionError: The pins of a rod are not parallel, and the file does not accept it.
+    """
+    terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
+    mechanism, gaps = closable(mechanism, terms), None
+    if mechanism.closure == "least squares" and (gaps := residual_gaps(mechanism)) is not None:
+        text = f"closed in least squares: {gaps}"
+        mechanism = replace(mechanism, notes=(*mechanism.notes, text))
+    robot, variables = mechanism.main_chain, configuration_names(mechanism)
+    moving = robot.moving
+    arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
+    unit, either = common_unit(joint.unit for joint in moving), "(rad or m)"
+    for name, count, shown, meaning in (
+        ("theta", len(moving), unit, "joints of the main chain"),
+        ("thetad", len(moving), f"{unit}/s", "joint rates of the main chain"),
+        ("thetadd", len(moving), f"{unit}/s^2", "joint accelerations of the main chain"),
+        ("z", len(variables), either, "full configuration"),
+        ("zd", len(variables), f"{either}/s", "rates of the full configuration"),
+    ):
+        # A parameter may be called theta4, but parameter names never start with an underscore.
+        symbols = coordinates(f"_{name}", count)
+        arguments[name] = Argument(name, symbols, (count,), shown, meaning)
+    names = {variable.name for variable in variables}
+    passive = tuple(name for name in mechanism.passive if name in names)
+    q, theta = arguments["q"].symbols, arguments["theta"].symbols
+    return LoopModel(mechanism, terms, gaps, robot, variables, passive, arguments, q, theta)

@@ -1,0 +1,277 @@
+"""The closed loops of a mechanism: solutions in closed form, and the reference configuration."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+import sympy as sp
+
+from ...model.errors import DescriptionError
+from ...model.mechanism import Strut
+from ...model.tolerances import CLOSED_LOOP
+from ...terms.symbolic_function import SymbolicFunction
+from ..closing.actuation import check_actuation
+from ..closing.closed_loops import ClosedLoops, Vector
+from ..closing.gaps import not_closing
+from ..closing.loop_model import LoopModel
+from ..planar.loop_step import HALF, LoopStep
+from .solution import (
+    Loops,
+    Solution,
+    every_solution,
+    from_actuators,
+    from_chain,
+    joint_angle,
+    sorted_loops,
+)
+
+MAX_BRANCHES = 128
+"""Maximum number of branches of a kinematic map: seven binary choices."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedLoops(LoopModel):
+    """A mechanism whose loops close at the reference, with their closed-form solutions.
+
+    Attributes:
+        loops: The loops by kind.
+        forward: All joints as functions of the actuators.
+        backward: All joints as functions of the main-chain joints; empty if the branch is
+            undetermined.
+        numbers: The constraints in double precision, near the reference configuration.
+        at_reference: The value of every entry of z at the closed reference configuration.
+        q_at_reference: The actuated coordinates (n,) at the reference (radian or metre).
+        missing: Number of branches that each all-branch function omits, keyed by function name.
+    """
+
+    loops: Loops
+    forward: Solution
+    backward: Solution
+    numbers: ClosedLoops
+    at_reference: Mapping[str, float]
+    q_at_reference: Vector
+    missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def may_have_inverse(self) -> bool:
+        """Whether the tool pose can have an inverse, exact or refined from a nominal robot.
+
+        A robot designed with loops that have no closed form has no inverse.
+        """
+        is_built = self.residual_gaps is not None or self.mechanism.nominal is not None
+        return is_built or self.chain_is_known
+
+    @property
+    def chain_is_known(self) -> bool:
+        """Whether the loops determine the main-chain joints in closed form."""
+        return all(joint.name in self.forward.values for joint in self.robot.moving)
+
+    def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
+        """Returns a function of actuator or chain joints, NaN if a loop does not close."""
+        is_of_actuators = function.role.domain == "actuators"
+        solution = self.forward if is_of_actuators else self.backward
+        results = tuple(
+            replace(result, entries=self.while_closed(result.entries, solution))
+            for result in function.outputs
+        )
+        return replace(function, outputs=results)
+
+    def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
+        """Makes expressions that depend on the configuration NaN if the loops do not close.
+
+        An expression that contains the square root of a solution step is NaN if the step has no
+        solution. Other steps, such as those for a brace next to the chain, need an extra term that
+        is 0 or NaN.
+
+        Args:
+            entries: The entries.
+            solutions: The solutions on which these expressions depend. The loops of a single
+                solution must close.
+        """
+        unguarded = [
+            [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
+        ]
+        asked = [all(steps) for steps in unguarded]
+        if not any(asked):
+            return tuple(entries)
+        # All entries share one term, because an extra square root costs more than a comparison.
+        conditions = []
+        for k, solution in enumerate(solutions):
+            indices = {
+                i
+                for row, is_asked in zip(unguarded, asked, strict=True)
+                if is_asked
+                for i in row[k]
+            }
+            squares = [self._under_root(solution.steps[i]) for i in sorted(indices)]
+            conditions.append(sp.And(*(sp.Ge(square, 0) for square in squares)))
+        gate = self.where(sp.Or(*conditions))
+        return tuple(
+            self.terms.let(entry + gate) if is_asked else entry
+            for entry, is_asked in zip(entries, asked, strict=True)
+        )
+
+    def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
+        """Returns the indices of the steps whose square roots are missing from an expression."""
+        if self.terms.is_constant(entry):
+            return []
+        behind = self._behind(entry)
+        return [
+            i
+            for i, step in enumerate(solution.steps)
+            if step.margin is not None and not step.root.free_symbols <= behind
+        ]
+
+    def _under_root(self, step: LoopStep) -> sp.Expr:
+        """Returns the radicand of a step, which has the margin's sign, or the margin itself."""
+        (root,) = step.root.free_symbols
+        powers = self.terms.definitions[root].atoms(sp.Pow)
+        bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
+        return bases[0] if len(bases) == 1 else step.margin
+
+    def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
+        """Returns the symbols on which an entry depends."""
+        definitions = self.terms.definitions
+        known: dict[sp.Symbol, set[sp.Symbol]] = self.terms.once("symbols behind terms", dict)
+        for symbol in self.terms.needed(entry.free_symbols - known.keys()):
+            if symbol not in known:
+                own = definitions[symbol].free_symbols
+                known[symbol] = own.union(*(known.get(s, ()) for s in own))
+        own = entry.free_symbols
+        return frozenset(own.union(*(known.get(s, ()) for s in own)))
+
+    def where(self, condition: sp.Basic) -> sp.Expr:
+        """Returns an expression that is 0 if a condition holds, otherwise NaN."""
+        # With constants in both cases, automatic differentiation does not divide by zero.
+        square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
+        return self.terms.let(sp.sqrt(square))
+
+    def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
+        """Returns the actuated coordinates of a solution."""
+        return self.driven(named(self, solution, [c.moves for c in self.mechanism.coordinates]))
+
+    def driven(self, values: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """Returns the actuated coordinates, computed from the values of the actuated joints."""
+        return tuple(
+            self.terms.let(value / c.ratio)
+            for value, c in zip(values, self.mechanism.coordinates, strict=True)
+        )
+
+
+def solved_loops(model: LoopModel) -> SolvedLoops:
+    """Solves the loops of a mechanism, and closes them at the reference.
+
+    Raises:
+        LoopError: The loops do not close at the reference. The message states the gap and the
+            remedies.
+        DescriptionError: Some freedoms have no actuator, or some actuators depend on each other.
+    """
+    whole = sorted_loops(model.mechanism)
+    # Loops that cannot close have no closed form.
+    solvable = whole if model.residual_gaps is None else replace(whole, planar=(), spatial=())
+    try:
+        forward = from_actuators(solvable, model.terms, model.q)
+        described = {} if forward.open else _described(model, forward)
+        numbers = _numbers(model, described)
+        _ = numbers.generic
+    except DescriptionError as error:
+        raise not_closing(model.mechanism, error) from error
+    check_actuation(numbers)
+    at = described or _closed(model, numbers)
+    value, coordinates = model.terms.value, model.mechanism.coordinates
+    q = np.array([at[c.moves] / float(value(c.ratio)) for c in coordinates])
+    backward = _backward(model, solvable, forward)
+    found = {f.name: getattr(model, f.name) for f in fields(model)}
+    return SolvedLoops(
+        **found,
+        loops=whole,
+        forward=forward,
+        backward=backward,
+        numbers=numbers,
+        at_reference=at,
+        q_at_reference=q,
+    )
+
+
+def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
+    if model.residual_gaps is not None:
+        return ClosedLoops(model.mechanism, model.residual_gaps.at, in_least_squares=True)
+    return ClosedLoops(model.mechanism, at)
+
+
+def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
+    """Returns the reference configuration in closed form."""
+    values = named(model, forward, [variable.name for variable in model.variables])
+    of = forward.reference.of
+    return {v.name: of(value) for v, value in zip(model.variables, values, strict=True)}
+
+
+def _closed(model: LoopModel, numbers: ClosedLoops) -> dict[str, float]:
+    """Returns the reference configuration, closed by Newton's method.
+
+    Values below the iteration precision are 0, as they differ between processors.
+    """
+    try:
+        z = numbers.closed(numbers.reference, numbers.passive)
+    except DescriptionError as error:
+        raise not_closing(model.mechanism, error) from error
+    scales = np.where(numbers.is_length, numbers.size, 1.0)
+    z = np.where(np.abs(z) > CLOSED_LOOP * scales, z, 0.0)
+    return dict(zip(numbers.names, map(float, z), strict=True))
+
+
+def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
+    """Returns all joints as functions of the main-chain joints; empty if undetermined.
+
+    An undetermined branch is an error, unless the loops have no closed form or describe an as-built
+    robot.
+    """
+    of, terms, theta = forward.reference.of, model.terms, model.theta
+    closed = {} if forward.open else {name: of(x) for name, x in forward.values.items()}
+    try:
+        return from_chain(loops, terms, theta, closed=closed)
+    except DescriptionError:
+        if not forward.open and model.mechanism.closure == "exact":
+            raise
+    return from_chain(replace(loops, planar=(), spatial=()), terms, theta, closed=closed)
+
+
+def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
+    """Returns values of joints and coupled drives; joint angles lie between -pi and pi."""
+    joints = {joint.name: joint for joint in model.mechanism.joints}
+    found = []
+    for name in names:
+        follower = model.mechanism.followers.get(name)
+        if follower is not None:
+            found.append(model.terms.let(solution.values[follower.joint] / follower.ratio))
+            continue
+        value, joint = solution.values[name], joints.get(name)
+        lengths = isinstance(model.mechanism.members.get(name), Strut)
+        if not lengths and (joint is None or joint.kind != "prismatic"):
+            value = joint_angle(model.terms, solution, value, joint)
+        found.append(model.terms.let(value))
+    return tuple(found)
+
+
+def forward_branches(h: SolvedLoops) -> list[Solution]:
+    """Returns the solutions from the actuators on all closed-form branches."""
+    given = [c.moves for c in h.mechanism.coordinates]
+    return _complete(h, "chain_all", h.forward, given)
+
+
+def backward_branches(h: SolvedLoops) -> list[Solution]:
+    """Returns the solutions from the main chain on all closed-form branches."""
+    given = [joint.name for joint in h.robot.moving]
+    return _complete(h, "actuators_all", h.backward, given)
+
+
+def _complete(h: SolvedLoops, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
+    """Returns the branches that determine at least the joints of the reference branch."""
+    found, is_all = every_solution(h.loops, own, given, MAX_BRANCHES)
+    whole = [solution for solution in found if set(solution.open) <= set(own.open)]
+    if not is_all:
+        h.missing[name] = f"{name} has {len(whole)} of more than {MAX_BRANCHES} branches"
+    elif len(whole) < len(found):
+        left = len(found) - len(whole)
+        h.missing[name] = f"{name} omits {left} branches without a closed form"
+    return whole

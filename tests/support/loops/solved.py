@@ -1,0 +1,15 @@
+"""The loops of a mechanism, as the functions of a robot read them."""
+
+from chasles.derive.loops.closing.loop_model import loop_model
+from chasles.derive.loops.solve.solution import from_actuators, sorted_loops
+from chasles.derive.loops.solve.solved_loops import solved_loops
+
+
+def solved(mechanism):
+    return solved_loops(loop_model(mechanism))
+
+
+def forward(mechanism):
+    """Returns the solution from the actuators, which need not determine every joint."""
+    model = loop_model(mechanism)
+    return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)
