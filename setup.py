@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: the C extensions, and one package for each generated robot."""
+"""Build steps that pyproject.toml cannot describe: C extensions and robot packages."""
 
 from pathlib import Path
 
@@ -26,13 +26,13 @@ APPS = ("calibration", "cli", "drawing", "study", "view")
 
 
 def packages_under(folder):
-    """The packages of a folder, under the names they have once installed."""
+    """The packages of a folder, under their names after installation."""
     prefix = f"chasles.{Path(folder).name}"
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
 def extension(name, patterns):
-    """One of the modules in C."""
+    """One of the modules written in C."""
     runtime = Path("runtime")
     return Extension(
         f"chasles.{name}",

@@ -1,8 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
-Time ratios to peers in the same run hardly depend on the machine; a margin covers the rest. If a
-ratio is below the margin, all ratios are measured again. A ratio fails if it is below the margin in
-both measurements.
+Time ratios to peers in the same run hardly depend on the machine; a margin allows for the remaining
+dependence. If a ratio is below the margin, all ratios are measured again. A ratio fails if it is
+below the margin in both measurements.
 """
 
 import json
@@ -24,7 +24,7 @@ MARGIN_ELSEWHERE = 0.5
 
 
 def run(write: bool) -> int:
-    """Measure, then write the baseline or compare with the baseline; return the exit status."""
+    """Measure, then write the baseline or compare with it; return the exit status."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}

@@ -118,9 +118,9 @@ def compare(
     Args:
         kind: "kernels" or "python".
         expected: Versions and counts of bench/instructions.json.
-        found: Versions and counts of this machine.
+        found: Versions and counts of the current machine.
         same: Names of the versions that affect the counts; if they differ, nothing fails.
-        exactly: Whether each difference or missing function is a failure.
+        exactly: Whether each difference or missing function is treated as a failure.
 
     Returns:
         One line per failure.
@@ -189,7 +189,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
         "--compress-strings=no",
     ]
     subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
-    # The first part is the program start, each further part a kernel.
+    # The first part of the output is the program start, each further part a kernel.
     parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
     totals = [
         own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))

@@ -30,7 +30,7 @@ class Shape:
         name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame; () for a shape without axis.
-        ends: "pin" or "ball" for the ends of a strut, else "".
+        Whether the joint's frame is at the end of a strut.
     """
 
     kind: ShapeKind
@@ -75,7 +75,7 @@ class Span:
         bodies: Indices of the bodies at the first and the second end.
         ends: The end points in the frames of these bodies [m].
         across: A direction in the frame of the first body. The component of this direction normal
-            to the strut is the strut's y axis.
+            to the strut is the y axis of the strut.
         from_end: Whether the body's frame is at the second end instead of the first.
     """
 
@@ -115,8 +115,8 @@ class Body:
         placement: The first three rows of the pose in the parent, at joint value 0.
         joint: The joint that carries the body; None for the ground and for bodies of struts.
         span: The end points of a strut; None for other bodies.
-        shapes: The shapes in the body's own frame. Among bodies fixed to each other, the first body
-            has all shapes.
+        shapes: The shapes in the body's own frame. If several bodies are fixed to each other, the
+            first body has all shapes.
     """
 
     name: str

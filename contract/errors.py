@@ -24,14 +24,14 @@ class ShapeError(InputValueError):
 class DescriptionError(ChaslesError, ValueError):
     """A robot description is invalid or cannot be compiled.
 
-    A description built in Python has no file, and the remaining attributes may also be empty.
+    A description built in Python has no file, and the other attributes may also be empty.
 
     Attributes:
         file: Name of the file as passed by the caller; empty if there is no file.
         line: Line number, starting at 1; None if no line is known.
         field: Dotted path of the field; empty for the description as a whole.
-        value: The value found; None if no value was found.
-        expected: Description of a valid value; empty if only the message states it.
+        value: The value found; The value is None if no value was found.
+        expected: Description of a valid value; empty if only the message contains it.
     """
 
     def __init__(
@@ -56,8 +56,8 @@ class LoopError(DescriptionError):
     Attributes:
         gap: Smallest distance between the frames of the open loop, or between the length of a strut
             and the distance of its ends (metre); None if no distance was found.
-        remedies: The lengths, angles and coordinates that each close the loop on their own, with
-            the interval of closing values; smallest change first.
+        remedies: The lengths, angles and coordinates of which each alone can close the loop, with
+            the interval of suitable values; smallest change first.
     """
 
     def __init__(

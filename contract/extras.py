@@ -16,7 +16,7 @@ def requires(distribution: str) -> Iterator[None]:
 
     Raises:
         NotInstalledError: The package is not installed. A missing module of chasles itself is a
-            defect of chasles and raises ModuleNotFoundError.
+            defect and raises ModuleNotFoundError.
     """
     try:
         yield

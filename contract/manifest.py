@@ -242,7 +242,7 @@ class ContractTolerances:
     """Tolerances that belong to the generated code.
 
     Attributes:
-        dead_point: The largest margin for which a loop counts as being at a dead point.
+        dead_point: The largest margin for which a loop is considered to be at a dead point.
     """
 
     dead_point: float
@@ -320,7 +320,7 @@ class Manifest:
             codomain: Name of the coordinate vector that maps and branches return.
 
         Returns:
-            The first match in the manifest; None if there is none.
+            The first match in the manifest; None if no value is required.
         """
         wanted = (role, domain, codomain)
         return next((f for f in self.functions if f.role.key == wanted), None)

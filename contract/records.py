@@ -286,7 +286,7 @@ def _mapping_reader(inner: Reader) -> Reader:
 def _is_number(value: Any) -> bool:
     if isinstance(value, float):
         return not math.isnan(value)
-    # Python reads integers beyond the range of a double.
+    # Python reads integers beyond the range of a double without an error.
     return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _MAX_INTEGER
 
 
@@ -296,7 +296,7 @@ def _is_count(value: Any) -> bool:
 
 _MAX_INTEGER = 2**1023
 _MAX_COUNT = 2**31 - 1
-"""Largest count; the C code uses int."""
+"""Largest integer in a manifest; the C code uses int."""
 _PLAIN: Mapping[type[Any], Check] = {
     str: Check("a string", lambda value: isinstance(value, str)),
     bool: Check("true or false", lambda value: isinstance(value, bool)),
@@ -350,5 +350,5 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # Avoids -0.0, whose sign depends on the order of additions.
+    # The sum avoids -0.0, whose sign depends on the order of additions.
     return float(value) + 0.0 if kind is float else value

@@ -1,7 +1,7 @@
 """Definitions of robot kinds, function roles, vectors and task components.
 
-A role states what a function computes. Neither the compiler nor the runtime infers the role from
-the function's name.
+A role states which result a function computes. Neither the compiler nor the runtime infers the role
+from the function's name.
 """
 
 from __future__ import annotations
@@ -105,16 +105,16 @@ class Role:
         domain: The vector of its first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
         given: Indices in q of the coordinates that the second and later inputs of an inverse
-            determine. These coordinates are constant during refinement.
+            determine. These coordinates are constant during the refinement.
         labels: The branch label of each slot, for an inverse or for branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
             velocity relation.
         components: The task components that the first input of an inverse prescribes, in the order
             of its entries. Each is one of :data:`TASK_COMPONENTS`; () for a full pose.
         free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
-        searches: Whether the closed form can miss poses at which joints are at right angles. If
-            true, the runtime also searches for solutions, starting from the least-squares
-            solutions.
+        searches: Whether the closed form can miss poses of configurations with joints at right
+            angles. If true, the runtime also searches for solutions, starting from the
+            least-squares solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})
@@ -134,7 +134,7 @@ class Role:
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether only methods call the function, which is not an attribute of the robot."""
+        """Whether only methods call the function, so that it is not an attribute of the robot."""
         return self.name in INTERMEDIATE
 
     @property

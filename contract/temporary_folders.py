@@ -13,7 +13,8 @@ if sys.platform != "win32":
 _PREFIX = ".chasles-"
 """Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
 _SUFFIX = "[0-9a-f]" * 16
-"""Pattern of the random digits at the end of the names: no folder of a user has such a name."""
+"""Pattern of the random digits at the end of the folder names: a folder of a user has no such
+name."""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if its file system has no locks."""
 
@@ -29,7 +30,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
         parent: The folder that contains the temporary folder.
         name: A part of its name, such as the name of a robot.
     """
-    # Imported here: loading a compiled robot needs no temporary folder.
+    # The module is imported here, because loading a compiled robot needs no temporary folder.
     import shutil  # noqa: PLC0415
 
     for left in parent.glob(f"{_PREFIX}*{_SUFFIX}"):

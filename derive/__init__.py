@@ -1,4 +1,4 @@
-"""The compiler: a robot's description becomes equations, LaTeX and C.
+"""The compiler derives equations, LaTeX and C from a robot's description.
 
     >>> from chasles.derive import read, write
     >>> robot = read("my_robot.toml")
@@ -57,7 +57,8 @@ if TYPE_CHECKING:
     from .sympy_expressions import expressions as expressions
 
 # SymPy reads its cache size at import. SymPy's default of a thousand cached results is too small
-# for a robot with loops: With this cache size, SymPy would rebuild the same expressions repeatedly.
+# for a robot with loops: With the default cache size, SymPy would rebuild the same expressions
+# repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

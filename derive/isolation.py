@@ -48,8 +48,8 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
         limits: Limits of the process.
 
     Raises:
-        IsolatedWorkError: The work exceeded a limit or crashed. Errors of the work itself are
-            raised unchanged.
+        IsolatedWorkError: The work exceeded a limit or crashed. Errors that the work itself raises
+            are not changed.
     """
     run = _forked if sys.platform == "linux" else _started
     try:
@@ -96,7 +96,7 @@ def main() -> None:
     """Reads work from standard input, runs it, and writes its outcome to standard output."""
     work, limits = pickle.loads(sys.stdin.buffer.read())
     output = os.fdopen(os.dup(1), "wb")
-    # Library output must not mix with the outcome.
+    # Output of libraries must not mix with the result.
     os.dup2(2, 1)
     with output:
         output.write(pickle.dumps(outcome_of(lambda: _limited(work, limits))))

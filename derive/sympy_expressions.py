@@ -27,11 +27,11 @@ class Expressions:
         robot: Name of the robot.
         function: Name of the function.
         inputs: The symbols of each input in its shape; a vector is a column.
-        signs: For a function with branches, a symbol for each two-way choice, 1 or -1. The outputs
-            belong to a single branch.
+        signs: For a function with branches, a symbol with the value 1 or -1 for each choice between
+            two branches. The outputs belong to a single branch.
         parameters: The value of each parameter, exact.
-        terms: The shared terms in their order, each in inputs, parameters, signs and earlier terms;
-            empty after expansion.
+        terms: The shared terms in their order, each expressed in inputs, parameters, signs and
+            earlier terms; empty after expansion.
         outputs: The entries of each output in its shape; a vector is a column.
     """
 

@@ -1,6 +1,6 @@
 """Compiles each article to build/docs/<robot>.pdf without warnings.
 
-No line may leave the page.
+No line may extend beyond the page.
 """
 
 import re
@@ -14,11 +14,11 @@ WARNINGS = ("LaTeX Warning", "Missing character", "undefined")
 """Words in the log of an article with a wrong reference or character."""
 OUTPUT = ROOT / "build" / "docs"
 WIDEST_EXCESS = 1.0
-"""Largest excess of a line into the margin (pt): less than the eye sees."""
+"""Largest extension of a line into the margin (pt), too small to be visible."""
 
 
 def main() -> int:
-    """Compiles all; returns how many failed."""
+    """Compiles all articles; returns the number of articles that failed."""
     if shutil.which("pdflatex") is None:
         print("make docs needs pdflatex (Debian: texlive-latex-extra lmodern)", file=sys.stderr)
         return 1

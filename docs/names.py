@@ -1,4 +1,4 @@
-"""The page of all public names: ``python docs/names.py`` writes docs/reference/names.md."""
+"""Writes the page of all public names: ``python docs/names.py`` writes docs/reference/names.md."""
 
 import inspect
 import textwrap
@@ -33,7 +33,7 @@ WIDTH = 118
 
 
 def names_of(module: ModuleType) -> list[str]:
-    """The public names of a module: its ``__all__``, else what it defines itself."""
+    """Returns the public names of a module: its ``__all__``, else the names it defines."""
     if hasattr(module, "__all__"):
         return sorted(module.__all__)
     defined = vars(module).items()
@@ -42,9 +42,9 @@ def names_of(module: ModuleType) -> list[str]:
 
 
 def members_of(kind: type) -> list[str]:
-    """The public attributes of a class that chasles defines, inherited ones included.
+    """Returns the public attributes of a class of chasles, also inherited attributes.
 
-    Names that exist only for the hint in their error, such as `fkine`, are left out.
+    Names that exist only for the hint in their error message, such as `fkine`, are omitted.
     """
     own = [base for base in kind.__mro__ if base.__module__.startswith("chasles")]
     found = {name for base in own for name in (*vars(base), *vars(base).get("__annotations__", {}))}
@@ -65,7 +65,7 @@ def _lines(module: ModuleType) -> Iterator[str]:
 
 
 def page() -> str:
-    """The text of the page."""
+    """Returns the text of the page."""
     lines = [line for name in MODULES for line in _lines(import_module(name))]
     return "\n".join([HEAD.rstrip(), *lines, ""])
 

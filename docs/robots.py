@@ -33,7 +33,7 @@ Each file in `derive/robots/shelf` names the source of its numbers.
 
 
 def page() -> str:
-    """The text of the page."""
+    """Returns the text of the page."""
     return TEXT.format(shelf=_table(ROBOTS / "shelf"), generated=_table(ROBOTS))
 
 

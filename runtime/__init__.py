@@ -126,7 +126,7 @@ def load(
     exact: bool = False,
     parametric: bool = False,
 ) -> Robot:
-    """Loads a robot; derives and compiles it first if the cache does not hold it.
+    """Loads a robot; derives and compiles it first if the cache does not contain it.
 
     Args:
         robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in

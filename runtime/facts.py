@@ -193,8 +193,8 @@ class RobotFacts(GeneratedFunctions):
         """(n,) a configuration within the limits and away from singularities.
 
         For a robot with loops it is the reference configuration, unless that is singular. Otherwise
-        it is the configuration with the largest smallest singular value of the Jacobian (lengths in
-        `unit_length`), out of 256 around the reference or around the middle of the limits.
+        it is the configuration, out of 256 around the reference or around the middle of the limits,
+        at which the smallest singular value of the Jacobian is largest (lengths in `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4

@@ -110,7 +110,7 @@ def parameter_values(
 
 
 def is_own(robot: RobotFacts, fixed: Mapping[str, FloatArray]) -> bool:
-    """Test whether every fixed joint is a redundancy parameter, an input of `ik`."""
+    """Test whether every fixed joint is a redundancy parameter, that is, an input of `ik`."""
     return fixed.keys() <= {item.name for item in robot.redundancy}
 
 
@@ -127,7 +127,7 @@ def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
 
 
 def _name(robot: RobotFacts, label: str, item: str | int) -> str:
-    """Check the name of a redundancy parameter or joint; return the name of a coordinate index."""
+    """Check the name of a redundancy parameter or joint; an index gives a coordinate."""
     if isinstance(item, int):
         return robot.coordinate_names[_coordinate(robot, label, item)]
     parameters = [own.name for own in robot.redundancy]

@@ -31,12 +31,12 @@ def load_functions(
     """Return the functions of a robot, after compilation if the cache has no library.
 
     Raises:
-        MismatchError: If the library is damaged, and there is no compiler.
+        MismatchError: If the library is damaged, and no compiler was found.
         ChaslesError: If the library cannot be compiled; the message states the reason.
     """
     library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}
-    # Margin functions come before the functions that they guard. Inverses come last, since their
+    # Margin functions come before the functions that they guard. Inverses come last, because their
     # refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.role.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")

@@ -65,7 +65,7 @@ class Robot(
         link_names: The link names, in the order of `link_poses`.
         parameters: The named parameters of the robot description, by name.
         geometry: The input `p` of the parametric functions, in order; () without such functions.
-        notes: Remarks, for example on values that were snapped.
+        notes: Remarks on the description, for example on values that were snapped.
         cleaning: The snapped values of the robot description, with bounds on the change of the tool
             pose: `cleaning.position` [m], `cleaning.orientation` [rad].
         functions: The generated functions by name, including intermediate functions.
@@ -108,11 +108,11 @@ class Robot(
         return [name for name in super().__dir__() if not lacks(self, name)]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        """Refuses: a robot does not change."""
+        """Raise an error, because a robot cannot be changed."""
         raise AttributeError(f"a Robot does not change: cannot set {name!r}", name=name, obj=self)
 
     def __delattr__(self, name: str) -> NoReturn:
-        """Refuses: a robot does not change."""
+        """Raise an error, because a robot cannot be changed."""
         raise AttributeError(
             f"a Robot does not change: cannot delete {name!r}", name=name, obj=self
         )
@@ -138,7 +138,7 @@ class Robot(
 
 
 def _address(folder: Path) -> str:
-    """Return a robot name if it is installed, which is valid on other machines, else its folder."""
+    """Return the name of an installed robot, valid on other machines, else its folder."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
     return folder.name if installed else str(folder.absolute())
 

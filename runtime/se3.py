@@ -269,7 +269,7 @@ def project(
 
     Raises:
         InputValueError: If the deviation of a matrix is larger; the message states its index and
-            the reason. Also if the tolerance is not positive.
+            the reason. The error is also raised if the tolerance is not positive.
         InputTypeError: If T does not hold real numbers.
     """
     if not tolerance > 0:
@@ -325,7 +325,7 @@ def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:
 def _path(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both ends and the parameter as arrays."""
+    """Return both end poses and the parameter as arrays."""
     return (
         ending(T_a, (4, 4), name, "T_a"),
         ending(T_b, (4, 4), name, "T_b"),

@@ -59,7 +59,7 @@ def unit_length(
     coordinates: Sequence[Coordinate],
     reference: Reference | None,
 ) -> float:
-    """Return the power of 1000 [m] nearest to the workspace size; 1 m if the tip never moves."""
+    """Return the power of 1000 [m] nearest to the workspace size; 1 m if the tip cannot move."""
     p = _positions(fk, configurations(coordinates, reference), reference)
     if not len(p):
         return 1.0

@@ -44,7 +44,7 @@ def log(R: ArrayLike) -> FloatArray:
     """
     rotations = ending(R, (3, 3), "so3.log", "R")
     # The antisymmetric part is the axis times the sine; the trace yields the cosine. Beyond pi / 2
-    # the axis comes from the symmetric part, (1 - cos) a a^T + cos, as the sine vanishes at pi.
+    # the symmetric part (1 - cos) a a^T + cos gives the axis, because the sine vanishes at pi.
     w = (rotations - np.swapaxes(rotations, -1, -2))[..., [2, 0, 1], [1, 2, 0]] / 2
     sine = np.sqrt(np.sum(w * w, -1))[..., None]
     cosine = (np.trace(rotations, axis1=-2, axis2=-1)[..., None] - 1) / 2
@@ -81,7 +81,7 @@ def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]
     length = np.sqrt(np.sum(column * column, -1))[..., None]
     side = np.where(np.sum(column * w, -1) < 0, -1.0, 1.0)[..., None]
-    # All columns vanish only at small angles, for which the result is not used.
+    # All columns vanish only at small angles, for which this result is not used.
     return np.asarray(side * np.divide(column, length, out=np.zeros_like(column), where=length > 0))
 
 

@@ -10,14 +10,14 @@ MIN_SIZE = 1e-5
 """Minimum robot size relative to the distance from the base origin; SOLVED times this size is
 still 100 times the rounding error of such positions."""
 
-# --- closed_form: solutions in slots ---
+# --- closed form: solutions in slots ---
 
 SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
 REFINED = 1e-4
 """Maximum residual (length, radian) of a slot that is refined: rounding can change four nearly
-equal roots of a quartic by its fourth root."""
+equal roots of a quartic by the fourth root of the rounding error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
 six joints, which cannot reach rounded poses."""
@@ -32,7 +32,7 @@ AT_REST = 1e-7
 much to reach smaller residuals."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a possible self-motion
-direction, whose rate is about 1e-7. The rate is as small at the workspace boundary."""
+direction, whose rate is about 1e-7. The rate is equally small at the workspace boundary."""
 AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""
@@ -62,7 +62,7 @@ SELF_MOTION_STEP = 1e-9
 """Final sampling step [rad or m] of a search along the self-motion, as accurate as a solution:
 distances have a kink at their minimum."""
 
-# --- closed_form: loops ---
+# --- closed form: closure of loops ---
 
 SAME_JOINTS = 1e-6
 """Maximum difference (metre, radian) between equal main-chain joints: at a dead point, rounding
@@ -75,7 +75,7 @@ POLISHED = 1e-14
 SETTLED = 1e-12
 """Residual (metre, radian) below which a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
-"""Maximum ratio of the damping lambda^2 to the squared error; then the steps are negligible."""
+"""Maximum ratio of the damping lambda^2 to the squared error; larger ratios stop the steps."""
 MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
@@ -101,9 +101,9 @@ TRACK_GAIN = 0.5
 """Default fraction of the error that a step of `track` corrects. The full linear correction is 1;
 above 2 the error would grow."""
 
-# --- poses and screws ---
+# --- poses, twists and screws ---
 
 NO_ROTATION = 0.3
-"""Deviation of a matrix from a rotation [rad] above which its projection would be a guess."""
+"""Deviation of a matrix from a rotation [rad] above which it is not projected to a pose."""
 SERIES = 0.25
 """Angle [rad] below which quotients with a vanishing denominator use their series."""

@@ -8,7 +8,7 @@ import pytest
 import chasles.derive  # noqa: F401
 
 NEW_OBJECTS = 50_000
-"""Allocations between two collections of young objects; Python's default is 700.
+"""Number of allocations between two collections of young objects; the default of Python is 700.
 
 SymPy allocates many small, long-lived objects, and a collection that scans them frees nothing.
 """
@@ -27,8 +27,8 @@ def pytest_addoption(parser):
 def pytest_collection_finish():
     """Hides all modules that the tests import from the garbage collector.
 
-    A full collection then takes milliseconds. Otherwise each collection takes 0.4 s, because SymPy,
-    CasADi and Pinocchio are loaded, and tests for leaks need dozens of collections.
+    A full garbage collection then takes milliseconds. Otherwise each collection takes 0.4 s,
+    because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need dozens of collections.
     """
     gc.collect()
     gc.freeze()
@@ -47,7 +47,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """Lists each skip reason that an installation would remove, one per line."""
+    """Lists each reason for a skipped test that an installation would remove, one per line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

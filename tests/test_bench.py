@@ -1,4 +1,4 @@
-"""A smoke test of the benchmarks."""
+"""Short runs of the benchmarks."""
 
 import subprocess
 import sys

@@ -15,7 +15,8 @@ README = "../README.md"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """A separate folder, because examples read and write files; robots are derived quickly."""
+    """A separate folder, because examples read and write files; robots in it are derived
+    quickly."""
     monkeypatch.chdir(tmp_path)
     with own_robots_compiled_quickly(), deriving_only():
         yield

@@ -48,7 +48,8 @@ STAGES = (
     ("build",),
     ("__init__",),
 )
-"""Packages and modules of the compiler; each imports only from itself and from earlier stages."""
+"""Packages and modules of the compiler; each imports only from itself and from earlier stages in
+this list."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
 LOOP_STAGES = (
     *("model", "closing", "planar", "spatial", "solve"),
@@ -110,7 +111,7 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     """Returns, for each module of a half, the modules of the same half that it imports.
 
-    The half's own __init__ is omitted, because it imports names of all packages lazily.
+    The __init__ file of the half is omitted, because it imports names of all packages lazily.
     """
     known = modules(root)
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
@@ -242,7 +243,7 @@ def test_packages_have_no_import_cycle(half):
 
 
 INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (), "apps": ()}
-"""The package below `chasles` under which each half is installed."""
+"""The package below `chasles` under which each half of the project is installed."""
 
 
 def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
@@ -322,7 +323,7 @@ def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
     for level, module, names in imports(path):
         base = (*(package[: len(package) - level + 1] if level else ()), *filter(None, [module]))
         dotted = tuple(".".join(base).split("."))
-        # In `from tests import support` the last name is a module.
+        # In the statement `from tests import support`, the last name is a module.
         yield from ((*dotted, name) for name in names or [""])
 
 

@@ -24,7 +24,7 @@ from .parameters import nominal as nominal_of
 from .shown_numbers import roll_pitch_yaw
 
 _PITCH = 1e-12
-"""Tolerance for rounding errors in the pitch of a revolute joint [m/rad] and in |axis| = 1."""
+"""Tolerance for rounding errors: pitch of a revolute joint [m/rad], and |axis| = 1."""
 _METRE = 15
 """Decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
 _DEGREE = 13
@@ -39,9 +39,9 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         robot: The nominal robot, with parametric functions.
         p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Origin of the values, for the file.
-        nominal: Name or file of the nominal robot. The inverse of a robot with loops refines its
-            solutions; without it, the compiler rounds lengths to a grid.
+        source: Origin of the values, written to the file.
+        nominal: Name or file of the nominal robot. The inverse of a robot with loops refines the
+            solutions of this robot; without it, the compiler rounds lengths to a grid.
 
     Gains and periodic errors of drives become transmissions; joint compliances become springs. The
     functions of the calibrated robot expect true coordinates. `coordinates_from_readings` and
@@ -116,7 +116,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
         robot: The nominal robot, with parametric functions.
         p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Origin of the values, for the file.
+        source: Origin of the values, written to the file.
         nominal: Name or file of the nominal robot; "" to omit it.
     """
     texts = {

@@ -196,7 +196,7 @@ class _Exchange:
         return np.asarray(B.T @ B)
 
     def best(self, count: int) -> NDArray[np.intp]:
-        """Return the configurations found by adding, then exchanging."""
+        """Return the configurations found by additions and exchanges."""
         chosen = list(self.extended(np.zeros(0, dtype=np.intp), count))
         for _ in range(_PASSES):
             exchanged = False
@@ -211,7 +211,7 @@ class _Exchange:
         return np.array(chosen, dtype=np.intp)
 
     def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
-        """Return the selected configurations and the next best ones, added one by one."""
+        """Return the selected configurations, and the configurations that would be added next."""
         for _ in range(more):
             chosen = np.append(chosen, np.argmax(self._gains(chosen)))
         return chosen

@@ -26,9 +26,9 @@ NOISY = 10.0
 """Ratio of actual to stated noise above which the identified parameters do not explain the
 measurements."""
 MIN_SPREAD = 1e-6
-"""Minimum spread of the tool positions [m]; with less spread, the tool only rotates."""
+"""Minimum spread of the tool positions [m]; a smaller spread means that the tool only rotates."""
 MANY = 0.2
-"""Maximum fraction of outliers; with more outliers, the whole table is suspicious."""
+"""Maximum fraction of outliers; a larger fraction makes the whole table suspicious."""
 STILL = math.radians(5)
 """Minimum range of a revolute joint [rad] for which its parameters are identifiable; for a
 prismatic joint, relative to the spread of the tool positions."""
@@ -39,7 +39,7 @@ FAR_OFF = 0.1, 0.01
 
 
 def diagnose(found: Calibration) -> tuple[str, ...]:
-    """Return the warnings about a calibration, one sentence each."""
+    """Return all warnings about a calibration, one sentence each."""
     return (
         *_poor_fit(found),
         *_rows_off(found),

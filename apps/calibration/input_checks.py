@@ -56,18 +56,18 @@ _FEW = 6
 checked with any number of rows."""
 _ALIKE = 1.5
 """Ratio of misfits up to which two mistakes count as equally good; the more frequent mistake is
-reported. A wrong sign of a wrist's pitch, for example, is equivalent to a roll zero off by 180
-deg."""
+reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll
+joint by 180 deg."""
 
 
 class Mistake(NamedTuple):
     """A possible mistake in the input, and the corrected input.
 
     Attributes:
-        words: The mistake, as the end of a sentence "the measurements fit better if ...".
+        words: The mistake, as the end of the sentence "the measurements fit better if ...".
         q: (N, n) corrected coordinates.
         measurements: The corrected measurements.
-        factor: Scale factor of the corrected lengths.
+        factor: Factor that corrects the lengths.
     """
 
     words: str
@@ -81,8 +81,8 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
 
     Args:
         robot: The nominal robot.
-        q: (N, n) coordinates, not corrected.
-        measured: The measurements, not corrected.
+        q: (N, n) coordinates, without a correction.
+        measured: The measurements, without a correction.
     """
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
@@ -153,7 +153,7 @@ def check_input(
         q: (N, n) coordinates [rad or m].
         p: The nominal geometry.
         measurements: The measurements.
-        stated: The misfit without corrections [m].
+        stated: The misfit without a correction [m].
 
     Raises:
         InputValueError: A correction reduces the misfit by a factor of ten; the message states the
@@ -211,7 +211,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """Return the first, most frequent of the mistakes that explain the misfit equally well."""
+    """Return the most frequent mistake among the mistakes that explain the misfit equally well."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 
@@ -219,7 +219,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield the best pairs of mistakes; correcting the first one alone reduces the misfit."""
+    """Yield the best pairs of mistakes, in which the first correction alone reduces the misfit."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

@@ -38,12 +38,12 @@ targets has a sampling uncertainty of about 5 %."""
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """A set of parameters to identify.
+    """A model: the set of parameters to identify.
 
     Attributes:
         name: Name of the model, for reports.
         vary: Names or groups of parameters, as in :func:`~chasles.calibration.identify`.
-        parameter_std: Standard deviations about the nominal values.
+        parameter_std: Standard deviations of the parameters about the nominal values.
     """
 
     name: str
@@ -60,7 +60,8 @@ CALIBRATION_MODELS = (
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
-"""Models, the simplest first. The standard deviations of the models [m, rad, 1] suit industrial
+"""Models to compare, the simplest first. The standard deviations of the models [m, rad, 1] suit
+industrial
 arms: encoder zeros within 1 degree, links made and mounted within 1 mm and 1 mrad, drives exact
 within 0.3 mrad."""
 
@@ -129,7 +130,8 @@ def cross_validate(
     """Return the cross-validation errors of a calibration.
 
     Args:
-        robot: As in :func:`~chasles.calibration.identify`, like all arguments except `folds`.
+        robot: The meaning is the same as in :func:`~chasles.calibration.identify`, as for all
+            arguments except `folds`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
         folds: Number of folds; a fold contains every folds-th configuration.
@@ -151,7 +153,8 @@ def _validation_errors(
 ) -> FloatArray:
     """Return the error of each row, predicted by the fit that omits the row's configuration.
 
-    Each fit starts from the solution with all configurations; the start does not change the result.
+    Each fit starts from the solution with all configurations; the start values do not affect the
+    result.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))

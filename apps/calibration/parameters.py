@@ -23,11 +23,11 @@ FRAMES = frozenset({"base", "tool"})
 GEOMETRY = "geometry"
 """Name for all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Groups that "geometry" stands for: axes include offsets, loops include rod lengths."""
+"""Groups that "geometry" includes: axes include offsets, loops include rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:
-    """Replace "geometry" by the groups that it stands for.
+    """Replace "geometry" by the groups that it includes.
 
     Args:
         robot: A robot with parametric functions.

@@ -255,7 +255,7 @@ class Calibration(StudyResult):
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Write all data to a compressed .npz file."""
-        # The file contains the robot's name instead of the robot.
+        # The file contains the name of the robot instead of the robot itself.
         StudyResult.to_npz(replace(self, robot=cast(Any, self.robot.name)), path)
 
     @classmethod
@@ -276,7 +276,7 @@ class Calibration(StudyResult):
         if robot is not None and robot.name != name:
             raise InputValueError(f"{path}: expected the calibrated {name}, got {robot.name}")
         if robot is None and not name.isidentifier():
-            # Loading a path would run the code of any folder.
+            # A path could load code from any folder.
             raise InputValueError(f"{path}: expected the name of a robot, got {name!r}; pass robot")
         return replace(found, robot=robot or load(name, parametric=True))
 

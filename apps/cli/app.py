@@ -67,7 +67,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # The reader (head, less) closed the pipe; this avoids an error message at exit.
+        # The reader of the pipe (head, less) closed it; without this statement, an error message
+        # would follow at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))

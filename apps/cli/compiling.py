@@ -320,7 +320,7 @@ def _write(due: list[Job], workers: int, sources: Path | None, *, shows_bar: boo
     _announce(due)
     if not _show(work.derived(due, workers), len(due), shows_bar=shows_bar):
         if len(due) == 1:
-            # The error message of the robot has already stated the reason for the exit.
+            # The error message has already stated the reason for the exit.
             raise typer.Exit(1)
         stop("some robots failed")
     say(f"{_counted(due)} written to {folder}, {time.perf_counter() - started:.1f} s")
@@ -353,7 +353,7 @@ def _stop_at_problems(due: list[Job], ending: str) -> None:
 
 def _announce(due: list[Job]) -> None:
     if len(due) > 1 and not out.is_terminal:
-        # Without a progress bar, a pipe would be silent until the first robot is done.
+        # Without a progress bar, a pipe receives no output until the first robot is complete.
         say(f"deriving {_counted(due)}")
 
 

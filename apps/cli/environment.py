@@ -68,7 +68,7 @@ def build(
     """Compile robots into the cache, or into portable folders."""
     words = options_of(exact, parametric=False, base=base, tip=tip)
     manifests = [read_manifest(find_folder(robot, words)) for robot in chosen or robots()]
-    # Threads suffice: the compiler does the work, in processes of its own.
+    # Threads are sufficient, because the compiler works in separate processes.
     work = _build_one if portable is None else partial(_write_one, portable)
     with ThreadPoolExecutor(threads) as pool:
         failed = 0
@@ -157,7 +157,7 @@ def doctor(as_json: Json = False) -> None:
 
 
 def _compiler_state() -> str:
-    """Return the C compiler with its version, or why there is none."""
+    """Return the C compiler with its version, or the reason why there is none."""
     try:
         command = find_compiler().command
     except ChaslesError as error:
@@ -179,7 +179,7 @@ def _cache_state(folder: Path) -> str:
 
 
 def _extra_state(extra: str) -> str:
-    """Return which packages of an extra are missing."""
+    """Return the packages of an extra that are missing."""
     missing = [name for name in _packages(extra) if not _is_installed(name)]
     if not missing:
         return "installed"

@@ -68,5 +68,5 @@ def add(app: typer.Typer, verb: Callable[..., None], example: str, name: str = "
 
 
 def listed(words: str) -> tuple[str, ...]:
-    """Return the words of a list that is separated by commas."""
+    """Return the words of a comma-separated list."""
     return tuple(word.strip() for word in words.split(",") if word.strip())

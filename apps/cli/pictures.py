@@ -78,7 +78,7 @@ def view(
     exact: Exact = False,
 ) -> None:
     """Show a moving robot in the browser; Ctrl-C ends the view."""
-    # The other verbs do not need these imports.
+    # The other verbs of the command line do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
 

@@ -16,7 +16,7 @@ from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_
 
 _MANIFEST = "manifest.json"
 _LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
-"""The levels of a processor architecture, and the value of the flag -march of each."""
+"""The levels of a processor architecture, and the value of the flag -march for each level."""
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:
@@ -36,7 +36,7 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
     try:
         target.mkdir(parents=True, exist_ok=True)
         write_kernel(manifest, target)
-        # The manifest last: without it, nothing loads the folder.
+        # The manifest is written last, because without it the folder cannot be loaded.
         files = {target / file: _source(manifest, file) for file in (*manifest.files, _MANIFEST)}
         for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,7 @@ def _source(manifest: Manifest, file: str) -> bytes:
 
 
 def write_kernel(manifest: Manifest, folder: Path) -> Path:
-    """Write the kernel of a robot into a folder instead of older ones, and return its path."""
+    """Write the kernel of a robot into a folder, remove older kernels, and return the path."""
     recipe = kernel_recipe(manifest)
     recipe = replace(recipe, path=folder / recipe.path.name)
     for old in set(folder.glob(f"{manifest.name}-*.so")) - {recipe.path}:

@@ -28,7 +28,7 @@ def value(text: str, unit: str, name: str) -> float:
     """Return a number in a unit (rad, m, or an empty text for a plain number).
 
     Raises:
-        InputValueError: The text is no number, or its unit belongs to another quantity.
+        InputValueError: The text is not a number, or its unit belongs to a different quantity.
     """
     match = _NUMBER.fullmatch(text.strip())
     quantity, factor = _UNITS.get(match[2].lower(), ("", 1.0)) if match else ("", 1.0)
@@ -40,10 +40,10 @@ def value(text: str, unit: str, name: str) -> float:
 
 
 def values(text: str, units: Sequence[str], names: Sequence[str], option: str) -> FloatArray:
-    """Return the numbers of a list that is separated by commas or spaces.
+    """Return the numbers of a list separated by commas or spaces.
 
     Raises:
-        InputValueError: The list has the wrong length, or one of its words is no number.
+        InputValueError: The list has the wrong length, or one of its words is not a number.
     """
     words = [word for word in re.split(r"[,\s]+", text.strip()) if word]
     if len(words) != len(units):
@@ -55,7 +55,7 @@ def values(text: str, units: Sequence[str], names: Sequence[str], option: str) -
 
 
 def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
-    """Return the coordinates (n,) of a robot; its reference coordinates without a text."""
+    """Return the coordinates (n,) of a robot; without a text, the reference coordinates."""
     if text is None:
         return np.asarray(robot.q_reference, dtype=np.float64)
     units = [one.unit for one in robot.coordinates]
@@ -79,7 +79,7 @@ def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
 
 
 def shown(number: float, unit: str) -> str:
-    """Return a number in degrees or millimeters, to read."""
+    """Return a number in degrees or millimeters for display."""
     scaled = math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
     return f"{rounded(scaled, 4):.4f}"
 

@@ -1,4 +1,4 @@
-"""Animations of motions: GIF files by Pillow, MP4 files by ffmpeg."""
+"""Animations of motions: Animations: GIF files by Pillow, MP4 files by ffmpeg."""
 
 from __future__ import annotations
 

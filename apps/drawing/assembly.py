@@ -15,7 +15,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Number of start configurations of the passive leg joints; two suffice for legs with two links."""
+"""Number of start configurations of the passive leg joints; two are enough for legs with two
+links."""
 _STEPS = 20
 """Maximum number of Newton steps from each start configuration."""
 
@@ -24,8 +25,8 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at given actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. The orientations of rods keep the values of the start
-            configuration, because no body uses them.
+        z: (k, n_z) configurations. The rotation of a rod about its own axis keeps the value of the
+            start configuration, because no body depends on it.
         margin: (k,) margins; 0 if the platform is singular and two modes coincide.
     """
 

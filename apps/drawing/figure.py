@@ -37,8 +37,8 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected ghosts; more ghosts would be unclear in a small
-figure."""
+"""Maximum number of automatically selected ghosts; more ghosts would be hard to distinguish in a
+small figure."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -230,7 +230,7 @@ def _labels(found: Solutions) -> tuple[str, ...]:
     return tuple(label for label, valid in zip(found.labels, found.valid, strict=True) if valid)
 
 
-# --- the figure ---
+# --- layout of the figure ---
 
 
 def figure_of(
@@ -265,7 +265,7 @@ def figure_of(
     height = scale * sum(heights) + _BOTTOM + _TOP + _GAP * (len(heights) - 1) + below
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    # Center views that are narrower than the figure.
+    # Views that are narrower than the figure are centered.
     spare = (across - scale * sum(widths)) / 2
     for scene, box, (row, column) in zip(shown, boxes, cells, strict=True):
         left = _LEFT + spare + scale * sum(widths[:column]) + _GAP * column

@@ -24,7 +24,8 @@ units."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Candidate positions of a dimension along its line, as fractions from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
-"""Costs of a label: overlap, crossed line [1/pixel], distance [1/unit], outside [1/pixel]."""
+"""Weights of the cost of a label: overlap, crossed line [1/pixel], distance [1/unit], outside
+[1/pixel]."""
 
 
 @dataclass
@@ -35,7 +36,7 @@ class Lettering:
         ax: The axes.
         scene: The scene on the axes.
         size: Font size [pt].
-        taken: The bounding boxes of the placed labels [pixels].
+        taken: The bounding boxes of all placed labels [pixels].
     """
 
     ax: Any
@@ -57,7 +58,7 @@ class Lettering:
         ]
 
     def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
-        """Write x, y and z at frame arrows that are long enough in the view, if there is space."""
+        """Write x, y and z at all frame arrows that are long enough in the view."""
         found: list[Any] = []
         base = self.scene.frames[0].tips
         for frame in self.scene.frames:
@@ -138,7 +139,7 @@ class Lettering:
         return self._kept(text, tried)
 
     def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
-        """Return the text at its best position; an empty list if all positions are taken."""
+        """Return the text at its best position; an empty list if all positions are occupied."""
         if self._best(text, tried) < _COVERED:
             return [text]
         self.taken.pop()
@@ -175,7 +176,7 @@ class Lettering:
         return []
 
     def _is_nearest(self, place: FloatArray, dimension: Dimension) -> bool:
-        """Return whether a dimension is nearest to a position, so that it is unambiguous."""
+        """Return whether a position is nearer to this dimension than to other dimensions."""
         others = [own for own in self.scene.dimensions if own is not dimension]
         own = _distance(place, dimension)
         return all(_distance(place, other) > own for other in others)

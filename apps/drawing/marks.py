@@ -40,9 +40,9 @@ class Mark:
     """A line or an area in a drawing.
 
     Attributes:
-        style: The style: "link", "plate", "joint", "driven" and so on.
+        style: The drawing style: "link", "plate", "joint", "driven" and so on.
         points: (k, 2) points of the line or outline [m].
-        depth: Drawing order; a mark with a larger depth is drawn later.
+        depth: Drawing order; a line or area with a larger depth is drawn later.
         name: Name of the body, joint or strut.
         is_area: Whether the area is filled.
     """
@@ -158,7 +158,7 @@ class _Marks:
         return self.view.depth(points) + self.unit * above
 
     def _behind(self, points: FloatArray) -> float:
-        """Return the depth of a plate's farthest point, so that lines are drawn on the plate."""
+        """Return the depth of a plate's farthest point, so that lines appear on the plate."""
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:
@@ -303,7 +303,7 @@ class _Marks:
     # --- ground ---
 
     def _ground(self) -> Iterator[Mark]:
-        """Yield a hatched line under each joint on the ground, or under the ground's own line."""
+        """Yield a hatched line under each joint on the ground, or under a line of the ground."""
         shapes = self.skeleton.bodies[0].shapes
         lines = [np.array(s.points) for s in shapes if s.kind == "link"]
         if lines and not self.is_planar:
@@ -366,7 +366,7 @@ class _Marks:
             yield Mark("hatch", np.array([start, start + stroke]), depth, "ground")
 
     def _floor(self, points: FloatArray) -> Iterator[Mark]:
-        """Yield the ground plate; a planar view shows stands under the joints instead."""
+        """Yield the ground plate; a planar view has triangles under the joints instead."""
         if not self.is_planar:
             seen = hull(self.view.project(points))
             yield Mark("floor", seen, self._depth(points, -3), "ground", is_area=True)

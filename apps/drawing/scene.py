@@ -117,7 +117,7 @@ def scenes(
 
 
 def corners(skeleton: Skeleton, poses: FloatArray) -> FloatArray:
-    """Return the points (k, 3) of all shapes and the tip in the base frame [m]."""
+    """Return the points (k, 3) of all shapes and of the tip in the base frame [m]."""
     found = [skeleton.tip_poses(poses)[None, :3, 3], np.zeros((1, 3))]
     for body, T in zip(skeleton.bodies, poses, strict=True):
         found += [np.array(s.points) @ T[:3, :3].T + T[:3, 3] for s in body.shapes]

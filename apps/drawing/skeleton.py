@@ -53,7 +53,7 @@ class Skeleton:
         tip_placement: (4, 4) pose of the tip in the frame of this body.
         size: Diagonal of the bounding box at the reference configuration, or at zero [m].
         q_drawn: (n,) default configuration of drawings; for loops, the reference configuration.
-        closures: The joints that close loops, without the struts.
+        closures: The joints that close loops, except the struts.
         actuators: Index in q, keyed by index in the configuration, of each actuated coordinate.
     """
 
@@ -146,7 +146,7 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # A batch of one row returns NaN, whereas a single configuration would raise an error.
+    # For a batch of one row, the result is NaN; a single configuration would raise an error.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 

@@ -1,12 +1,13 @@
-"""A grid of equal cells, and the volume, area or length of the body that fills visited cells.
+"""A grid of equal cells, and the volume, area or length of the body that fills the visited cells.
 
-Visited cells are counted, since the density of points is uneven. At each end, a line along x
-through the body visits on average half a cell too much. To first order, the volume of the visited
-cells exceeds the volume of the body by h/2 times the area of their open faces. Here, h is the side
-of a cell, and the open faces along x are the surface projected along x. The correction along each
-axis is a factor 1 - c, where c is half the number of open faces per cell. The product of the three
-factors is exact for boxes and never negative. If a random half of the points misses many of the
-visited cells, the points are too few, and the cells are enlarged. Four errors remain:
+The estimate counts visited cells instead of points, because the density of points is not uniform.
+At each end of a line along x through the body, the last visited cell adds half a cell on average.
+To first order, the volume of the visited cells exceeds the volume of the body by h/2 times the area
+of their open faces. Here, h is the side of a cell, and the open faces along x are the surface
+projected along x. The correction along each axis is a factor 1 - c, where c is half the number of
+open faces per cell. The product of the three factors is exact for boxes and never negative. If a
+random half of the points misses many of the visited cells, the points are too few, and the cells
+are enlarged. Four errors remain:
 
 - If the surface is parallel to the grid, all lines end at the same position within their cells, and
   the excess is between 0 and h per face. Such a face is coplanar with the adjacent faces.
@@ -53,7 +54,7 @@ _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss; if more are
 missed, the number of cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side; with fewer cells, nearly all are at the
+"""Minimum number of cells along the longest side; with fewer cells, nearly all cells are at the
 surface."""
 
 
@@ -133,8 +134,8 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
         points: (m, 3) positions [m].
 
     Returns:
-        (m,) indices into the `count` cells in C order. Points outside the box get the nearest cell;
-        NaN gets the index `count`.
+        (m,) indices into the `count` cells in C order. Points outside the box have the index of the
+        nearest cell; NaN has the index `count`.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower
@@ -190,7 +191,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells have too few points, so the box is the only bound.
+    # Even the largest cells contain too few points, so the box is the only bound.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 

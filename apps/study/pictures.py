@@ -30,7 +30,7 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
-    normals = [thin] if found.grid.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
+    normals = [thin] if found.grid.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three dimensions
     figure, axes = plt.subplots(
         len(normals), 1, squeeze=False, layout="constrained", figsize=(4.2, 3.5 * len(normals))
     )
@@ -128,7 +128,7 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
     axes = _axes(ax, (4.4, 3.2))
     fractions = np.linspace(0, 1, 200)
     points = found.at(fractions)
-    if points.shape[1] == 2:  # noqa: PLR2004 - a plane
+    if points.shape[1] == 2:  # noqa: PLR2004 - a plane has two dimensions
         axes.plot(*found.q.T, "o-", color=_COLOR_BLIND[0], markersize=3)
         return _plane(axes)
     for k, values in enumerate(points.T):
@@ -147,7 +147,7 @@ def plot_roadmap(found: Any, ax: Any = None) -> Any:
     lines = np.concatenate([found.q[found.edges][..., :2], gaps], axis=1).reshape(-1, 2)
     axes.plot(*lines.T, color=_COLOR_BLIND[0], lw=0.4, alpha=0.6)
     axes.plot(*found.q[:, :2].T, ".", color=_COLOR_BLIND[5], markersize=3)
-    if found.q.shape[1] == 2:  # noqa: PLR2004 - a plane
+    if found.q.shape[1] == 2:  # noqa: PLR2004 - a plane has two dimensions
         return _plane(axes)
     axes.set_xlabel("q[0] [rad, m]")
     axes.set_ylabel("q[1] [rad, m]")
@@ -194,7 +194,7 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     """Plot the border of a section; distances beyond the first axis are negative."""
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
-    if found.offset:  # The plane does not contain the axis.
+    if found.offset:  # The section plane does not contain the axis.
         curves = found.meridian.curves()
     for curve in curves:
         axes.plot(*curve.T, color=_COLOR_BLIND[0], linewidth=1.4)

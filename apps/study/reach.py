@@ -1,8 +1,8 @@
 """Reach: the poses with solutions within limits, and the limits that exclude other poses.
 
 The inverse returns the solutions for each pose on all branches. The solutions are compared with the
-limits, each revolute joint at all positions that differ by full turns. Base placement is the same
-test for several base poses.
+limits, each revolute joint at all positions that differ by full turns. Base placement applies the
+same test to several base poses.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
 _MAX_COUNT = 255
-"""Maximum stored number of solutions per pose, in one byte."""
+"""Maximum number of solutions per pose that is stored (one byte)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reach(StudyResult):
-    """Which poses a robot reaches within its limits.
+    """The poses that a robot reaches within its limits.
 
     Attributes:
         robot: The robot's name.
@@ -140,7 +140,7 @@ def reach(
             within its limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a progress bar; None: on a terminal only.
+        progress: Whether to show a progress bar; None shows it only on a terminal.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -179,7 +179,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to draw a progress bar; None: on a terminal only.
+        progress: Whether to show a progress bar; None shows it only on a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.
@@ -275,7 +275,7 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Results for each pose. Each pose is solved once, so tallies can be added."""
+    """Results for each pose, which is solved once, so that counts can be added."""
 
     def __init__(self, count: int) -> None:
         self.n_solutions = np.zeros(count, dtype=np.uint8)

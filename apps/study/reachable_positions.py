@@ -2,10 +2,10 @@
 
 The inverse tests cell centers on all branches, within limits. Cells next to cells with a
 different result are subdivided down to the resolution, so the effort grows with the surface only.
-The border lies between cell centers with different results. Half of the volume of the cells at
-the border is counted, and half is the error. This error is a bound unless the border also lies
-between centers with equal results. The actual error is usually much smaller and decreases with the
-cell size.
+The border lies between cell centers with different results. Half of the volume of the cells at the
+border is counted, and the other half is the error. This error is a bound unless the border also
+lies between centers with equal results. The actual error is usually much smaller and decreases with
+the cell size.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ def reachable_positions(
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
         R_0_ee: (3, 3) the orientation; None means the orientation at q_seed.
         resolution: Number of cells along each side of the box, 32 times a power of two.
-        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None: the
-            reference configuration.
+        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None
+            selects the reference configuration.
 
     Raises:
         AttributeError: The robot has no `ik`.

@@ -55,7 +55,7 @@ def ranges(extents: Any) -> str:
 class StudyResult:
     """Base class of frozen dataclasses that are saved to files and loaded from files.
 
-    `_parts` lists the dataclasses and named tuples of its fields.
+    `_parts` lists the dataclasses and named tuples among its fields.
     """
 
     _parts: ClassVar[tuple[type, ...]] = ()

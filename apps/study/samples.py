@@ -1,8 +1,8 @@
 """Sample points in the box of a robot's coordinates, in pieces that are computed independently.
 
 A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
-points. Each piece depends only on its index and the key, so the set is the same for any number of
-threads, processes and machines.
+points. Each piece depends only on its index and the random seed, so the set is the same for any
+number of threads, processes and machines.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ BLOCK = 1 << 12
 _BITS = 52
 """Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0
-"""Seed of the net that makes its random digits independent of the pieces."""
+"""Seed that makes the random digits of the net independent of the pieces."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points of a box.
+    """Sample points of a box.
 
     Attributes:
         lower: (n,) smallest coordinates [rad or m].
@@ -48,7 +48,7 @@ class Samples:
         sampling: "sobol": each piece is a Sobol net with its own random digital shift, so that both
             a piece and the set are evenly distributed; "uniform": independent random points;
             "grid": the nodes of a grid that includes both limits, with equal counts per coordinate.
-        key: Seed of the random numbers; the same key gives the same points.
+        key: Seed of the random numbers; the same seed gives the same points.
     """
 
     lower: FloatArray

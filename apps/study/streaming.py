@@ -32,10 +32,10 @@ _RETRIES = 5
 
 
 class Tally(Protocol):
-    """Counts over the pieces of a sample set."""
+    """Counts over the pieces of a sample set, to which other counts can be added."""
 
     def merge(self, other: Self) -> None:
-        """Add the counts of another tally."""
+        """Add the counts of another sample set."""
 
 
 T = TypeVar("T", bound=Tally)
@@ -45,10 +45,10 @@ class Work(Protocol[T]):
     """The function to apply to each piece of a sample set. Cluster workers receive the function."""
 
     def empty(self) -> T:
-        """Return an empty tally."""
+        """Return an object with all counts at zero."""
 
     def add(self, tally: T, piece: int) -> None:
-        """Process a piece and add its counts to a tally."""
+        """Process a piece of the sample set and add its counts."""
 
 
 def tallied(
@@ -60,7 +60,7 @@ def tallied(
     progress: bool | None = None,
     name: str = "study",
 ) -> T:
-    """Return the tally of all pieces.
+    """Return the sum of the counts over all pieces.
 
     Args:
         work: The function to apply to each piece.

@@ -16,7 +16,7 @@ NODES_APART = 2e-3
 2e-11, is the truncation error relative to higher derivatives. Second derivatives amplify rounding
 errors to about 2e-10."""
 
-# --- planar: regions bounded by arcs ---
+# --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
 """Distance relative to the size of a region up to which circles are equal and short arcs count as

@@ -98,7 +98,7 @@ class Workspace(StudyResult):
         return size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
-        """Return the hits in the layer of cells at a coordinate.
+        """Return the hits in the layer of cells at one coordinate.
 
         Args:
             axis: The axis normal to the section.
@@ -168,7 +168,7 @@ def workspace(
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to draw a progress bar; None: on a terminal only.
+        progress: Whether to show a progress bar; None shows it only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any
@@ -192,7 +192,7 @@ def workspace(
 
 
 class _Counts:
-    """Counts of each cell; the last entry counts configurations with open loops."""
+    """Counts for each cell; the last entry counts configurations with open loops."""
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
         self.hits = np.zeros(cells + 1, dtype=np.uint32)
@@ -244,7 +244,7 @@ def _sector(z: FloatArray) -> NDArray[np.uint64]:
     """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors of the tool's z axis; NaN gets sector 0.
+        z: (m, 3) unit vectors of the tool's z axis; NaN has the index of sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2
@@ -320,14 +320,16 @@ def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: in
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # Open loops get a large finite value, since the line search interpolates between values.
+        # Configurations with open loops get a large finite value, because the line search
+        # interpolates between values.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # Other methods call BLAS on tiny matrices, which is slow because BLAS threads synchronize.
+    # Other optimization methods call BLAS on tiny matrices, which is slow because BLAS threads
+    # synchronize.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

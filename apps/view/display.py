@@ -1,6 +1,6 @@
 """The content of a view: configuration, branches as ghosts, limits and workspace of a robot.
 
-This module is independent of the user interface. `at`, `ghosts` and `limits` compute one frame.
+This module does not depend on the user interface. `at`, `ghosts` and `limits` compute one frame.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from .tool_branches import Branches, branches
 FloatArray = NDArray[np.float64]
 
 _NEAR_LIMIT = 0.05
-"""Distance from a limit, relative to the range of the coordinate, that counts as near."""
+"""Distance from a limit, relative to the range of the coordinate, below which a coordinate is near
+its limit."""
 _NEAR_BORDER = 0.05
-"""Margin of a branch (no unit) below which the pose counts as near the workspace border."""
+"""Margin of a branch (no unit) below which the pose is near the workspace border."""
 _STRIDE = 0.05
 """Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
 _PLANAR_GHOSTS = 8

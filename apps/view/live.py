@@ -134,7 +134,7 @@ class LiveView:
                 self._display.reaching(real_array("LiveView.set_target", "T", T), self.displayed)
             )
 
-    # --- content of the page ---
+    # --- contents of the page ---
 
     def _look(self) -> None:
         """Set the initial camera so that the robot fills the page."""
@@ -242,8 +242,8 @@ class LiveView:
         value = min(max(q * unit.factor, low), high)
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
-        # Not a coroutine: viser would wake its event loop for each value that the view itself sets.
-        # Events for values that the view sets have no client.
+        # The function is not a coroutine, because viser would wake its event loop for each value
+        # that the view itself sets. Events for values that the view itself sets have no client.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.displayed.q.copy()
@@ -253,7 +253,7 @@ class LiveView:
         slider.on_update(on_update)
         return slider
 
-    # --- user events ---
+    # --- events caused by the user ---
 
     async def _on_drag(self, event: Any) -> None:
         self.is_dragged = event.phase != "end"
@@ -292,7 +292,7 @@ class LiveView:
             self._begin = time.monotonic() - event.target.value
             self._show_time(event.target.value)
 
-    # --- update of the page ---
+    # --- updates of the page ---
 
     @property
     def _duration(self) -> float:
@@ -319,8 +319,8 @@ class LiveView:
             self._show_limits(displayed)
             for slider, unit, q in zip(self._sliders, self._units, displayed.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # While dragged, the handle keeps its pose; after release, the handle returns to the
-            # tool.
+            # While the user drags the handle, it keeps its pose; after release, the handle returns
+            # to the tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(displayed.tool)
                 self._tool.position = displayed.tool[:3, 3]
@@ -357,7 +357,7 @@ class LiveView:
 
 
 def _give(handle: Any, **values: Any) -> None:
-    """Set only changed values, since viser validates each value, which is slower than comparing."""
+    """Set only changed values, because viser validates each value, which is slow."""
     for name, value in values.items():
         if not np.array_equal(getattr(handle, name), value):
             setattr(handle, name, value)

@@ -67,7 +67,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
         k = index[link] if link is not None else 0
         T_0_mesh = np.linalg.solve(base, T)
         surface = urdf.scene.geometry[geometry]
-        # A transform of a trimesh primitive does not change its vertices, so convert it first.
+        # A transform of a trimesh primitive does not change its vertices, so the primitive is
+        # converted first.
         own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
         own.apply_transform(np.linalg.solve(poses[k], T_0_mesh))
         found.append(BodyMesh(k, own))
@@ -97,7 +98,7 @@ def _read(file: Path) -> Any:
         return str(path)
 
     try:
-        # An entity could read another file.
+        # An XML entity could read another file.
         parser = etree.XMLParser(resolve_entities=False, no_network=True)
         if etree.fromstring(read_input(file, _MAX_FILE), parser).getroottree().docinfo.doctype:
             raise InputValueError(f"{file}: expected no document type declaration")

@@ -141,7 +141,7 @@ def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
     """Yield a plate for coplanar points, or else lines from their center to the points."""
     centre = points.mean(0)
     _, spread, axes = np.linalg.svd(points - centre)
-    if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - three directions
+    if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions
         yield plate(_around(points, centre, axes), radius)
         return
     for point in points:

@@ -15,8 +15,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _MIN_ERROR_BUDGET = 60
-"""Maximum number of forward kinematics evaluations for a pose out of reach. Few suffice, since
-the tool moves little per frame; additional start configurations would leave the branch."""
+"""Maximum number of forward kinematics evaluations for a pose out of reach. Few evaluations are
+enough, because the tool moves little per frame; additional start configurations would leave the
+branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
     if hasattr(robot, "ik_planar"):
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
-        # A moved tool may be in another assembly mode than fk(q).
+        # A moved tool may be in a different assembly mode than fk(q).
         reached = found.valid | found.other_mode
         q = _unwound(robot, found.q[reached], last)
         return q, robot.is_within_limits(q), found.margin[reached]

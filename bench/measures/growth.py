@@ -25,7 +25,7 @@ BAR = 1 / 1.2
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Cost per joint of each chain compared with the shortest, for single poses and in a batch."""
+    """Cost per joint of each chain compared with the shortest, for poses and a batch."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:

@@ -25,7 +25,8 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""A peer without a required ratio: on unsuitable arms, it is ten times slower than other peers."""
+"""A peer for which no ratio is required: on unsuitable arms, it is ten times slower than other
+peers."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -120,7 +121,7 @@ def general(plan: Plan) -> list[Ratio]:
     """An arm without a closed-form structure, compared with the module that ssik ships for it.
 
     The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver solves poses of
-    its own arm.
+    its own arm model.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")

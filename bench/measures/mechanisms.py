@@ -121,7 +121,7 @@ def five_bar_peer(robot: chasles.Robot):
 
 
 def five_bar(plan: Plan) -> list[Ratio]:
-    """Python calls for pose and Jacobian, and for the velocity map alone."""
+    """Python calls for pose and Jacobian, and for the velocity map only."""
     if "pinocchio" in absent():
         return []
     robot = chasles.load("five_bar")
@@ -209,7 +209,7 @@ def several(results: object) -> tuple:
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
-    """Return coordinates, and for functions with a seed, configurations one control step away."""
+    """Return coordinates; for functions with a seed, also configurations one control step away."""
     q = closed(robot, VECTORS)
     if not function.endswith("_near"):
         return (q,)

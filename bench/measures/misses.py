@@ -1,4 +1,4 @@
-"""``python -m bench misses``: count the reachable targets that each solver misses.
+"""The command ``python -m bench misses`` counts the reachable targets that each solver misses.
 
 chasles solves all targets of all sets, the peers a sample. A target is missed if no solution
 reported as exact reaches it within 1e-9; least-squares results do not count as solutions.
@@ -23,7 +23,7 @@ RESULT = "misses"
 
 
 def run(short: bool, robot: str | None) -> int:
-    """Print a table per robot, and save all after a full run; return 1 if chasles fails."""
+    """Print a table per robot, and save all tables after a full run; return 1 if chasles fails."""
     for name, install in absent().items():
         out.print(f"{name} is not installed and not compared: pip install {install}")
     cases = [case for case in CASES if robot is None or case.name == robot]

@@ -102,7 +102,7 @@ def process(robot: chasles.Robot) -> MotionSequence:
 
 
 def _lined() -> float:
-    """Return the time per line sample of the Robotics Toolbox [s], seeded by the last sample."""
+    """Return the time per sample of a line for the Robotics Toolbox [s]."""
     model = rtb.models.DH.UR5()
     poses = rtb.ctraj(model.fkine(HOME), model.fkine(HOME + AWAY), LINED)
 

@@ -23,7 +23,8 @@ void run(const double *in, long size, long count, double *out)
     }}
 }}
 """
-"""The empty assembly statement makes the compiler assume that results are read after each call."""
+"""The empty assembly statement makes the compiler assume that the results are read after each
+call."""
 ROOM = 512
 """Maximum number of doubles in a result, a multiple of a cache line."""
 

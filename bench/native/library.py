@@ -33,7 +33,7 @@ class Loop:
     context: int | None = None
 
     def fk(self, q: np.ndarray, T: np.ndarray) -> None:
-        """Compute the poses of all rows of q, into the rows of T or all into its single row."""
+        """Compute the poses of all rows of q, into all rows of T or into its single row."""
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
@@ -41,7 +41,7 @@ class Loop:
         self._run(self.library.run_fk_jacobian, q, T, J)
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return poses of fk, and poses and Jacobians of fk_jacobian, for all rows of q."""
+        """Return the poses of fk, and the poses and Jacobians of fk_jacobian, for all rows of q."""
         shape = (self.joints, 6) if self.by_columns else (6, self.joints)
         T, both, J = (np.zeros((len(q), *of)) for of in ((4, 4), (4, 4), shape))
         self.fk(q, T)
@@ -69,7 +69,7 @@ def aligned(*shape: int) -> np.ndarray:
 
 
 def complete(source: Source) -> Source:
-    """Return the source with the file loop.h, which it includes."""
+    """Return the source code together with the file loop.h, which it includes."""
     files = {**source.files, LOOP.name: LOOP.read_text(encoding="utf-8")}
     return Source(source.name, files, source.flags)
 

@@ -1,7 +1,8 @@
 /* Runs fk() and fk_jacobian() of the file that includes it over an array of joint vectors.
  *
- * With step 0, all results overwrite each other, without memory traffic; with step 1, each result
- * has its own location. KEEP makes the compiler assume that each result is read.
+ * With step 0, every call writes to the same location, so there is no memory traffic; with step 1,
+ * each result has its own location. The macro KEEP makes the compiler assume that each result is
+ * used.
  */
 #define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 #define EXPORT __attribute__((visibility("default")))

@@ -69,7 +69,7 @@ class FiveBar:
         return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
 
     def velocity_map(self, z: np.ndarray) -> np.ndarray:
-        """Return the map (4, 2) from crank rates to all joint rates, at a z with closed loop."""
+        """Return the map (4, 2) from crank rates to all joint rates, at a closed loop."""
         pin.computeJointJacobians(self.model, self.data, z)
         return self._map(
             pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)

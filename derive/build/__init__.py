@@ -1,4 +1,4 @@
-"""The jobs of the command line: robots, their folders, and whether these are up to date.
+"""Jobs of the command line: robots to derive, their folders, and tests of these folders.
 
 The module `jobs` imports SymPy and CasADi; the names in this file do not.
 """

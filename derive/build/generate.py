@@ -195,5 +195,5 @@ def _listed(folder: Path) -> set[str]:
         listed = found.get("files") if isinstance(found, dict) else None
         return {name for name in listed or () if is_inside(folder / name, folder)}
     except (OSError, RecursionError, TypeError, ValueError):
-        # No manifest, or a damaged one.
+        # The folder has no manifest, or the manifest is damaged.
         return set()

@@ -61,7 +61,7 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     platform, so they have no symbol.
 
     Args:
-        rigid: The bodies on joints.
+        rigid: The bodies that joints move.
         actuated: Names of the actuated joints and cylinders.
     """
     return _Shapes(rigid, set(actuated)).all()

@@ -24,7 +24,7 @@ class Motion(Protocol):
     values: tuple[sp.Expr, ...]
 
     def D_q(self) -> Matrix:
-        """Returns the derivatives of the values with respect to the coordinates."""
+        """Returns the derivatives of the joint values with respect to the coordinates."""
         ...
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix | None:
@@ -36,11 +36,11 @@ class Motion(Protocol):
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the time derivatives of the values."""
+        """Returns the time derivatives of the joint values."""
         ...
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the second time derivatives of the values."""
+        """Returns the second time derivatives of the joint values."""
         ...
 
 
@@ -48,7 +48,7 @@ class InProportion:
     """Joint motion of a serial robot: each joint has its own coordinate or is a mimic joint."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
-        """Computes the values from the coordinates and mimic equations."""
+        """Computes the joint values from the coordinates and mimic equations."""
         self.terms = terms
         self.values = robot.joint_values(q)
         self._D_q = robot.joint_values_D_q()
@@ -127,7 +127,7 @@ class ThroughLoops:
     """Motion of joints that depend on the coordinates through loops."""
 
     def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
-        """Stores the values and the object that computes their time derivatives.
+        """Stores the joint values and the object that computes their time derivatives.
 
         Args:
             values: Values of all moving joints (radian or metre).

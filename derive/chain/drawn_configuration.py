@@ -68,7 +68,7 @@ def _choices(rigid: RigidBodies, k: int) -> list[float]:
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """Returns all combinations, or an evenly spread sample of many combinations."""
+    """Returns all combinations of the values, or an evenly spread sample if there are many."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
     # Multiples of square roots of primes fill a cube evenly, and are identical on every computer.

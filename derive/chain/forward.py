@@ -36,11 +36,11 @@ Pose = tuple[Basis, Vector]
 
 @dataclass(frozen=True)
 class Levers:
-    """Position of one point relative to every station of a group.
+    """Position of one point relative to every joint axis of a group of parallel axes.
 
     Attributes:
-        from_axis: Position relative to the axis of each station, in group axes.
-        turned: Position relative to the axis of the last station, in station axes.
+        from_axis: Position relative to each joint axis, in the axes of the group.
+        turned: Position relative to the last joint axis of the group, in the axes after this joint.
     """
 
     from_axis: tuple[Vector, ...]
@@ -53,8 +53,8 @@ class Forward:
     Attributes:
         terms: Table of named terms.
         groups: The chain.
-        axes: Axes of each group in the base frame.
-        end_axes: Axes of the last station of each group in the base frame.
+        axes: Axes of each group of parallel axes, in the base frame.
+        end_axes: Axes after the last joint of each group of parallel axes, in the base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -123,7 +123,7 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Returns the axes of each group and of its last station, in the tool frame."""
+        """Returns, in the tool frame, the axes of each group and the axes after its last joint."""
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]
         axes: list[Basis] = []

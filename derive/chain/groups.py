@@ -64,7 +64,8 @@ class Station:
     """One angle of a group, and the prismatic joints and frames that rotate by this angle.
 
     Attributes:
-        joint: Index of the revolute joint that defines the station; None at the start of a group.
+        joint: Index of the revolute joint that defines the station; None for the angle at the start
+            of a group.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
         angle: Angle of the station axes in the group frame.
@@ -128,7 +129,7 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
 
     Args:
         robot: The description.
-        terms: Receives the named constants and angles.
+        terms: Table that receives the named constants and angles.
         values: The value of every moving joint (radian or metre).
 
     Returns:
@@ -243,13 +244,14 @@ def _recognised(angle: mpmath.mpf) -> sp.Expr:
 
 
 class _Builder:
-    """Collects stations into groups, from the base to the tool.
+    """Collects the joints of a chain into groups of parallel axes, from the base to the tool.
 
     Attributes:
         groups: The finished groups.
-        stations: The stations of the open group.
-        turned: Signed sum of the joint values in the open group; opposite axes count negative.
-        offset: Sum of the constant angles in the open group.
+        stations: The stations (joint angles) of the incomplete group.
+        turned: Signed sum of the joint values in the incomplete group; opposite axes count
+            negative.
+        offset: Sum of the constant angles in the incomplete group.
         unsettled: Portion of the offset that is not yet expressed in the axes of the last station.
         sign: -1 while the axes are opposite to the group axes, else 1.
     """

@@ -107,7 +107,7 @@ class Kinematics:
 
 
 class _Derivation:
-    """A single derivation of several functions of a chain, which share the Jacobian columns."""
+    """Derives several functions of a chain together; the functions share the Jacobian columns."""
 
     def __init__(self, chain: Kinematics) -> None:
         self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion

@@ -17,7 +17,7 @@ def assumption(
     Args:
         parameters: Named lengths, angles and ratios.
         joints: All joints.
-        closers: Closures, rods and cylinders.
+        closers: Closures, rods and cylinders of the description.
         drives: Motors with gears.
     """
     struts = [closer for closer in closers if isinstance(closer, Strut)]

@@ -32,7 +32,7 @@ Severity = Literal["error", "warning", "note"]
 
 @dataclass(frozen=True)
 class Finding:
-    """A fault or a remark about a robot description.
+    """An error, a warning or a note about a robot description.
 
     Attributes:
         severity: "error" if the robot cannot be derived; "warning" for numbers that are probably
@@ -128,7 +128,7 @@ def _errors(text: str, file: str) -> Iterator[Finding]:
 
 @dataclass
 class _Repairs:
-    """Corrections of a file in memory, after its errors.
+    """Corrections that replace the wrong values of a file in memory.
 
     Attributes:
         file: Name of the file.

@@ -129,7 +129,7 @@ class MechanismFile(RobotFile):
                 raise
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
-    # --- the tree ---
+    # --- the tree of joints ---
 
     def _tree(self, base_frame: str) -> tuple[Joint, ...]:
         self._taken["link", base_frame] = ("base",)

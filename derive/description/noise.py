@@ -31,7 +31,7 @@ _STEPS = (sp.pi / 12, sp.pi / 2)
 _PLACES_OF_PI = 4
 """Minimum decimal places of a divided rounded pi; 3.14 is too inaccurate for a real joint."""
 _MIN_PLACES = 3
-"""Minimum decimal places with which rounded directions are distinguished from rough ones."""
+"""Minimum decimal places that distinguish a rounded direction from an approximate direction."""
 _PI_AS_WRITTEN = (
     _PI,
     *(

@@ -78,7 +78,7 @@ def read(
         group: A group of an SRDF file next to the file, instead of base and tip.
         name: Name of the robot; default: the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        conventions: The conventions allowed in a robot file; default: all shipped conventions.
+        conventions: The conventions allowed in a robot file; default: all conventions of chasles.
         exact: Whether numbers are used as written. Otherwise noise is removed, and rounded angles,
             directions and arrangements become exact; ``cleaning`` of the robot lists the changes.
 
@@ -122,7 +122,7 @@ def read_text(
         text: The text of a robot file or URDF.
         format: "toml" or "urdf". Xacro files and MJCF models can only be read from a file.
         file: File name in error messages; its folder is searched for a file to extend.
-        conventions: The conventions allowed in a robot file; default: all shipped conventions.
+        conventions: The conventions allowed in a robot file; default: all conventions of chasles.
         exact: Whether numbers are used as written, see :func:`read`.
 
     Returns:

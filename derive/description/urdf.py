@@ -150,7 +150,7 @@ class UrdfFile:
         notes = (*ends.notes, *without_limits(unlimited), *questioned(robot))
         return replace(robot, notes=notes)
 
-    # --- the tree ---
+    # --- the tree of joints ---
 
     @cached_property
     def tree(self) -> KinematicTree:

@@ -7,7 +7,7 @@ from ..derivation import Derivation
 from ..program.programs import Programs
 
 Files = Mapping[str, str]
-"""Texts by path inside a robot's folder."""
+"""The texts of the generated files, keyed by path inside the robot's folder."""
 
 
 @dataclass(frozen=True)

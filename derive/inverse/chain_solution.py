@@ -23,9 +23,9 @@ def solve_chain(
     """Solves the joints of a chain by its matching family.
 
     Args:
-        work: Receives the joints and the steps.
+        work: Table that receives the joint values and the solution steps.
         lines: The chain.
-        found: The family that fits the chain.
+        found: The family of axis structures that fits the chain.
         target: The displacement of the last body that the joints must produce.
         given: Values of the fixed joints (radian or metre), keyed by joint index.
     """

@@ -40,7 +40,7 @@ class Attempt:
 
     @property
     def backwards(self) -> bool:
-        """Whether the axes are numbered from the tool."""
+        """Whether the axes are numbered from the tool to the base."""
         return self.reading == "tool"
 
     @property
@@ -54,7 +54,7 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Tests the same structure on a different chain, such as a nominal arm."""
+        """Tests the same structure on a different chain, for example a nominal arm."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -215,7 +215,7 @@ def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]
-    # Joints near the tool come first because an operator sets them most easily.
+    # Joints near the tool come first, because an operator can set them most easily.
     choices = sorted(ways_to_give(lines, surplus), key=lambda given: given[::-1], reverse=True)
     return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 

@@ -136,7 +136,7 @@ def explain(
 
     Args:
         description: A serial robot, or a mechanism, whose main chain is explained.
-        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
+        fixed: Names of the fixed joints, whose values ``ik`` takes; () for the default choice.
         families: The families to try, in order.
 
     Returns:
@@ -313,7 +313,7 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
-    """Describes the joints that are computed from the sum of several joint angles."""
+    """Describes the joints that are computed from an angle sum of several joints."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
         total = " + ".join(remainder.joints)

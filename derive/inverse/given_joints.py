@@ -51,11 +51,11 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """Returns the chain of the free joints, and the target of this chain.
+    """Returns the chain of the free joints, and the target pose of this chain.
 
     Args:
         lines: The chain.
-        target: The target of the chain.
+        target: The target pose of the chain.
         given: The value of each fixed joint (radian or metre), keyed by its index in the chain; see
             :func:`ways_to_give`.
     """

@@ -42,7 +42,8 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task of the arm; further inputs are values of fixed joints.
+        inverse: The inverse of one task of the arm, whose further inputs are values of fixed
+            joints.
 
     Returns:
         The count, from 0 to ``SAMPLES``.
@@ -60,7 +61,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
     """Counts the samples of the inputs (size, N) that no branch solves.
 
-    Each branch is evaluated only at the samples that the branches before it leave unsolved.
+    Each branch is evaluated only at samples without a solution in an earlier branch.
     """
     (kernel,) = lower([inverse], "inverse")
     for signs in patterns(inverse):

@@ -131,7 +131,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle at 40-digit precision; right angles are exact and need no operation."""
+    """Returns an angle at 40-digit precision; a right angle is exact and needs no operation."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)

@@ -73,7 +73,7 @@ class Sampled:
     def move(self) -> float:
         """Median joint move (radian) from a nominal solution to its refined solution.
 
-        0 if Newton's method converges from no nominal solution.
+        The value is 0 if Newton's method does not converge from any nominal solution.
         """
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]

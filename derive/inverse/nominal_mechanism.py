@@ -60,7 +60,7 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yields the robot as designed, or mechanisms with rounded dimensions, coarsest first.
+    """Yields the design of the robot, or mechanisms with rounded dimensions, coarsest first.
 
     Grids that round the length of a rod to 0 are skipped.
     """
@@ -117,7 +117,7 @@ def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
 
 
 def _in_numbers(mechanism: Mechanism) -> Mechanism:
-    """Returns a mechanism with numbers in place of its symbolic parameters."""
+    """Returns a mechanism with numeric values in place of its symbolic parameters."""
     values = {p.symbol: p.value for p in mechanism.parameters}
 
     def number(value: sp.Expr) -> sp.Expr:
@@ -148,7 +148,7 @@ class _Rounding:
 
     @property
     def keeps_rods(self) -> bool:
-        """Whether every rod has a nonzero rounded length."""
+        """Whether every rod length remains nonzero after rounding."""
         rods = (strut for strut in self.mechanism.struts if not strut.is_cylinder)
         return all(self._rounded(rod.length.xreplace(self.values)) != 0 for rod in rods)
 
@@ -209,7 +209,8 @@ def convergence_of(
         nominal: The task ``ik`` of the nominal robot.
         length: Characteristic length (metre) that converts distances to angles.
         given: Indices of the chain's fixed joints, whose values are inputs after the pose.
-        closure: Closure equations of loops without a closed form; None if all loops have one.
+        closure: Closure equations of loops without a closed form; None if all loops have a closed
+            form.
         is_position: Whether the task is a position, so that orientation errors are ignored.
     """
     fk, theta = _numbers(hybrid, closure)
@@ -228,10 +229,10 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loop solutions are continued from the reference configuration; rotating the other way, the
-        # loops may block.
+        # Loop solutions are continued from the reference configuration; if a joint rotates in the
+        # other direction, the loops may block.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
-        # If it has few degrees of freedom, the design cannot reach all poses of the built robot.
+        # If the design has few degrees of freedom, it cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _newton(fk, T, start, weights, fixed)

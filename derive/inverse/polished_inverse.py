@@ -54,9 +54,10 @@ def polished_inverse(
     Args:
         classification: The structure, with the deviation of the axes from it.
         nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which checks uncertain branches. If the solver is
-            well conditioned, it runs at every pose of arms with fixed joints (their singularities
-            are more complex) and of arms that differ considerably from their nominal arm.
+        general: Tables of the general solver, which finds the solutions of uncertain branches. If
+            the solver is well conditioned, it runs at every pose of arms with fixed joints (their
+            singularities are more complex) and of arms that differ considerably from their nominal
+            arm.
         move: Median joint move (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found
@@ -82,13 +83,14 @@ def nearly_meet(lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class RefinedTables(Tables):
-    """The numbers of a refined inverse.
+    """Numeric data of a refined inverse.
 
     Attributes:
         turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
         length: Robot length (metre), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
-        general: The numbers of the robot for the general solver; None if it does not apply.
+        general: Numeric data of the robot for the general solver; None if the general solver does
+            not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
     """
@@ -106,12 +108,12 @@ def refined_inverse(
 ) -> WrittenFunction:
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
-    The first slots belong to the nominal branches. Extra slots hold further solutions that the true
-    robot may have near singularities; unused slots are NaN.
+    The first slots belong to the nominal branches. Extra slots contain further solutions that the
+    true robot may have near singularities; unused slots are NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.
-        tables: The numbers of the true robot.
+        tables: Numeric data of the true robot.
         further: Number of extra solution slots.
     """
     q, residual, margin = nominal.outputs

@@ -1,4 +1,4 @@
-"""Inverse kinematics of a serial robot: one function per task that its structure solves.
+"""Inverse kinematics of a serial robot: one function per task that its axis structure allows.
 
 A chain that fits a family exactly has a closed form. For a chain close to a known family, Newton's
 method refines the solutions of a nominal arm. Five joints that fit no family are solved as six
@@ -51,11 +51,11 @@ MAX_TRIED = 5
 
 @dataclass(frozen=True)
 class Inverses:
-    """All inverses of a robot.
+    """All inverse functions of a robot.
 
     Attributes:
         classification: The structure of the axes, or the reason why no structure was found.
-        solved: The tasks, keyed by function name.
+        solved: The solved tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
         general: The inverse of a general arm, if the axes fit no known family.
         polished: The inverse of an arm that is close to a known family; ``solved`` then contains
@@ -78,15 +78,15 @@ class Inverses:
 
     @property
     def missing(self) -> str:
-        """The reason why there is no inverse; empty if there is one."""
+        """The reason for a missing inverse; empty if there is an inverse."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
     def self_motion(self) -> str:
         """Describes the joints that move without moving the tool, in every configuration.
 
-        It is an empty text for arms without such a self-motion, for arms with more joints than a
-        pose determines, and for chains whose surplus joints are coupled by loops.
+        The text is empty for arms without such a self-motion, for arms with more joints than a pose
+        determines, and for chains whose surplus joints are coupled by loops.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
@@ -188,7 +188,7 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
 def _by_nominal(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the pose task of a nominal arm from which Newton's method reaches the true arm."""
+    """Derives the pose task of a nominal arm, to be refined by Newton's method."""
     lines = classification.lines
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
@@ -276,9 +276,9 @@ WAYS: tuple[Way, ...] = (
     _by_self_motion,
     _by_determinant,
 )
-"""Derivation methods, in the order in which they are tried."""
+"""Derivation methods of an inverse, in the order in which they are tried."""
 STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
-"""Derivation methods with printable steps; excludes the general arm."""
+"""Derivation methods with printable solution steps; excludes the general arm."""
 
 
 def by_free_followers(
@@ -287,7 +287,7 @@ def by_free_followers(
     """Classifies the chain with all joints free and derives the task ``ik`` of the robot.
 
     The solutions of the free chain include all solutions of the mimic chain. The residual is
-    evaluated with the mimic equations, so it marks solutions that violate them as invalid.
+    evaluated with the mimic equations, so solutions that violate them are invalid.
 
     Args:
         robot: The description.

@@ -2,9 +2,9 @@
 
 The added joint 6 rotates the tool about its own axis. Position and direction of the tool axis do
 not depend on angle 6, and angle 6 is 0 at every reachable pose. If the six joints fit no family, a
-joint at 0 with a different axis is added, for the pose task only. Its axis passes through the
+joint at 0 with a different axis is added, for the pose task only. The added axis passes through the
 intersection of the last two or first two axes (which makes a spherical wrist), through a point of
-an axis next to a prismatic joint, or at a distance.
+an axis next to a prismatic joint, or at a distance from the other axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -84,7 +84,8 @@ def _by_added_axis(
 ) -> tuple[Classification, dict[str, Solved]] | None:
     """Solves the pose task of five joints with a sixth joint at 0 added at either end.
 
-    Returns the first added axis whose inverse misses the smallest number of right-angle poses.
+    Returns the first added axis with which the inverse misses the smallest number of right-angle
+    poses.
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None

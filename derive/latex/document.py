@@ -52,7 +52,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
 }
 """Heading of each fragment, and the function that writes it, in reading order."""
 _DRAWING = "drawing"
-"""Name of the figure's fragment."""
+"""Name of the fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
 """Name of the fragment with the workspace figure."""
 _PICTURES: Mapping[str, Mapping[str, str]] = {
@@ -102,7 +102,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
 """Heading of each fragment, and the function that writes it, for loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
-"""Name of the last fragment, the cited works."""
+"""Name of the last fragment, which lists the cited works."""
 
 
 _BRIEF = frozenset(
@@ -249,7 +249,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """Returns a heading and the fragment that follows it."""
+    """Returns a section heading and the fragment that follows it."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 

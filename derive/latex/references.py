@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Lists the works that fragments cite; empty without citations."""
+    """Lists the works that the fragments cite; empty without citations."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

@@ -59,7 +59,7 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """The bounds as text; an angle of 0 is omitted."""
+        """The bounds as text; a zero angle is omitted."""
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
         drawn = f" at {self.samples} random configurations" if self.samples else ""
         return f"{rounded_up(self.position)} m{turned}{drawn}"

@@ -1,7 +1,7 @@
 """A modeling convention as an object: joint fields, placements and printed form.
 
 A robot file uses the fields, the compiler uses the placements, and the article prints one table
-column per field. The shipped conventions are in
+column per field. The conventions of chasles are listed in
 :data:`chasles.derive.description.conventions.CONVENTIONS`. Custom conventions are objects of the
 same kind.
 """
@@ -109,8 +109,8 @@ class Convention:
         fields: The fields, in the order in which they are read.
         place: Function that converts the joint's kind and all fields, by name, to the placements.
         source: Publication that defines the convention.
-        words: The convention's name in a sentence of the article. Without a ``transform``, a phrase
-            for the fields, to which "and their variables" is appended.
+        words: The convention's name in a sentence of the article. A phrase for the fields of a
+            convention without a ``transform``; "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
             without the joint's motion; empty if no such product exists.
         turning: Field to which a revolute joint adds its variable; empty if there is none.
@@ -170,7 +170,7 @@ class Convention:
 
     @property
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
-        """Columns of a printed table: the field, the scalar's name, and its LaTeX or ''.
+        """Columns of a printed table: the field, the name of the scalar, and its LaTeX.
 
         The columns have the order of the link transform, or of the fields if there is no transform.
         """
@@ -207,7 +207,7 @@ def of_transform(
         fields: The fields.
         transform: The product, with symbols that have the names of the fields.
         source: Publication that defines the convention.
-        words: Its name in a sentence of the article.
+        words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
         sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint
             slides along the z axis of a revolute joint.

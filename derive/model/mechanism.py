@@ -41,7 +41,7 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 
 @dataclass(frozen=True)
 class Frame:
-    """A body-fixed frame: the body's name and the frame's pose in the body's frame.
+    """A body-fixed frame: the name of the body and the pose of the frame in the body's frame.
 
     ``assumed`` means that the source of the description does not state the pose.
     """
@@ -173,7 +173,7 @@ class Mechanism:
 
     Attributes:
         name: A C identifier; the prefix of all generated names.
-        joints: The tree; each joint's ``parent`` is the body that carries it.
+        joints: The joint tree; each joint's ``parent`` is the body that carries it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
@@ -193,8 +193,8 @@ class Mechanism:
         notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
-        nominal: For an as-built robot, the robot as designed, with the same members; otherwise
-            None.
+        nominal: For an as-built robot, the design of the robot, with the same joints and struts;
+            otherwise None.
         springs: Passive joints with springs in the description. The mobility analysis treats them
             as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
@@ -258,7 +258,7 @@ class Mechanism:
 
     @property
     def placed(self) -> Iterator[tuple[str, Placement]]:
-        """The placement of each joint and of each closer frame, with its body."""
+        """The placement of each joint and of each closure or strut frame, with its body."""
         for joint in self.joints:
             yield joint.parent, joint.before
         for closer in self.closers:
@@ -435,7 +435,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
-    """Returns a member's kind and its bodies, without dimensions."""
+    """Returns the kind of a joint or strut and its bodies, without dimensions."""
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):

@@ -42,7 +42,7 @@ class Rotation:
         return self.axis == "z"
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Rotation":
-        """Returns the rotation with values for symbols."""
+        """Returns the rotation with values for its symbols."""
         return Rotation(self.axis, self.angle.xreplace(values))
 
 
@@ -66,7 +66,7 @@ class Translation:
         return self.vector[:2] == _ORIGIN[:2]
 
     def at(self, values: Mapping[sp.Symbol, sp.Expr]) -> "Translation":
-        """Returns the translation with values for symbols."""
+        """Returns the translation with values for its symbols."""
         x, y, z = (component.xreplace(values) for component in self.vector)
         return Translation((x, y, z))
 

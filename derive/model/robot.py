@@ -103,8 +103,8 @@ class Joint:
         direction: 1, or -1 if the joint moves against its coordinate.
         mimic: The mimic equation; None if the joint has its own coordinate.
         convention: The convention of the description; None if the description has plain placements.
-        given: Values of the convention's fields as described, vectors by component, for the printed
-            table.
+        given: Values of the convention's fields in the description, vectors by component, for the
+            printed table.
         assumed: Names of the fields that the source of the description does not state.
     """
 
@@ -263,7 +263,7 @@ class SerialRobot:
 
     Attributes:
         name: A C identifier; the prefix of all generated names.
-        joints: In order from the base.
+        joints: The joints in order from the base.
         title: The robot's name for readers.
         source: Publication or data sheet that states the dimensions.
         base: The chain's first frame in the base frame.
@@ -280,8 +280,8 @@ class SerialRobot:
             joints.
 
     Raises:
-        DescriptionError: Names clash, a mimic joint has no leader, a symbol is not a parameter, or
-            no joint has a coordinate of its own.
+        DescriptionError: Two names are equal, a mimic joint has no leader, a symbol is not a
+            parameter, or no joint has its own coordinate.
     """
 
     name: str

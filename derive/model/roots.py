@@ -57,7 +57,7 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
     """Returns atan2(y, x), as a decimal if the square of an argument is not short.
 
-    The result is also a decimal if SymPy would need long to find the signs of sines and cosines, or
+    The result is also a decimal if SymPy would take long to find the signs of sines and cosines, or
     would return a complex logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
@@ -70,7 +70,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Substitutes numbers for symbols, and evaluates roots and angles as in this module.
+    """Substitutes numbers for symbols; evaluates roots and angles as this module does.
 
     Raises:
         NoValue: A root of a long number is not real.

@@ -15,8 +15,8 @@ WORKING_DIGITS = EVALUATION_DIGITS + 20
 """Decimal digits of intermediate results. Chains of named constants lose a few digits. With these
 additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Correct decimal digits of such a constant; rounding and cancellation may change the last
-eight."""
+"""Correct decimal digits of a constant with many operations; rounding and cancellation may change
+the last eight."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
 """Difference (no unit) below which a constant near 1 equals an integer: 1e-32, the last reliable
 digit."""
@@ -85,8 +85,8 @@ COMPILED_DECIMALS = 14
 """Decimal places (metre, radian) of values computed by a program: rounding leaves 1e-16 for a metre
 or two, and nobody writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Difference (radian) between such an angle and the file's angle: a few roundings of an angle near
-pi."""
+"""Difference (radian) between an angle computed by a program and the angle in a file: a few
+roundings of an angle near pi."""
 CALIBRATED_TOOL = 0.05
 """Maximum tool displacement caused by a factory calibration at zero coordinates: metre, and norm of
 the difference of rotation matrices. Calibrations move the tool by millimetres. A calibration for
@@ -122,8 +122,8 @@ is about as large as the links.
 LOOPS_AGREE = 1e-6
 """Maximum loop residual for joint values that are fixed together (relative, or direction cosine).
 
-If the main chain has more joints than freedoms, consistent values leave 1e-8 near a dead point.
-Inconsistent values, set by hand, leave far larger residuals.
+If the main chain has more joints than degrees of freedom, consistent values leave 1e-8 near a dead
+point. Inconsistent joint values, set by hand, leave far larger residuals.
 """
 OFF_AXIS = 1e-12
 """Squared distance (square metre) above which a point at the reference is not on an axis."""
@@ -131,7 +131,7 @@ ZERO_COMPONENT = 1e-25
 """Vector components below this value are zero (no unit, or metre between points).
 
 Components are evaluated at 40-digit precision, which leaves 15 digits for rounding errors. No
-intended nonzero value is as small.
+intended nonzero component is as small.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
@@ -161,7 +161,7 @@ At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redun
 look independent.
 """
 REPEATED_AS_BUILT = 0.02
-"""Limit of these singular values for as-built robots, whose tilted axes make redundant equations
+"""Limit of such singular values for as-built robots, whose tilted axes make redundant equations
 look independent. It is ten times the value observed for axes 2 mrad out of parallel."""
 WORTHWHILE_STEP = 0.9
 """A Newton step is shortened if more than this fraction of the residual remains."""
@@ -174,9 +174,9 @@ closes the loops.
 NEIGHBOURHOOD = 0.02
 """Distance of closed configurations in the reference's neighborhood (radian, or relative to size).
 
-At larger distances, Newton's method may find a different assembly mode with different freedoms. The
-distance is large enough to detect singular values that vanish at the reference (4e-4 if they grow
-quadratically).
+At larger distances, Newton's method may find a different assembly mode with different degrees of
+freedom. The distance is large enough to detect singular values that vanish at the reference (4e-4
+if they grow quadratically).
 """
 GAP = 1e-7
 """Gap up to which a loop counts as closed in a numerical search (relative to the size, or radian).
@@ -197,7 +197,8 @@ SAME_POINT = 1e-9
 Loops closed in double precision leave a gap of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
-"""Distance of a described value from the closed reference that is reported (radian, or relative).
+"""Distance between a value of the description and the closed reference from which the difference is
+reported (radian, or relative).
 
 Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
 """
@@ -268,15 +269,15 @@ The value bounds the errors of a measured arm: a few millimetres per metre and a
 NEARLY_STRUCTURE = 3e-2
 """Deviation up to which a nominal arm with a closed-form structure is tried for an arm without one
 (radian, or relative to the arm's length). The nominal arm is used if Newton's iteration converges
-from its solutions to those of the true arm, which is rare for larger deviations."""
+from its solutions to the solutions of the true arm, which is rare for larger deviations."""
 MIN_CONVERGED = 0.9
 """Fraction of random configurations that must be recovered from a nominal arm. About one
 configuration in ten is near a singularity, and there a small difference between the arms moves
 solutions by arbitrary amounts."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
-"""If the fraction recovered from the nearest nominal solution is between these two values, the
-fraction recovered from all nominal solutions is also computed. On 70 arms the second fraction was
+"""If the fraction recovered from the nearest nominal solution is between these two limits, the
+fraction recovered from all nominal solutions is also computed. For 70 arms, the second fraction was
 at most 0.03 smaller and 0.05 larger."""
 MIN_NEARBY = 0.5
 """Fraction of random configurations with a nearby nominal branch: nearly 1 for suitable nominal
@@ -325,7 +326,8 @@ GREATEST_NUMBER = 1e300
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """This value is added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""Magnitude below which the article omits a number, such as the added values above."""
+"""Magnitude below which the article omits a number, such as a term that only prevents a division by
+zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between two solutions that coincide.
 
@@ -425,7 +427,7 @@ PRINTED_DIGITS = 10
 GIVEN_DIGITS = 17
 """Maximum digits of a file value that an article prints in full; a double has 17."""
 FEW_PRINTED_DIGITS = 6
-"""Digits of such a number if a line has no room for ``PRINTED_DIGITS``."""
+"""Number of digits if a line has no room for ``PRINTED_DIGITS``."""
 
 # --- emit: tolerances that the runtime reads from the manifest ---
 

@@ -16,8 +16,8 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum operation count of a number that stays inline. Designed values have fewer operations,
-measured values have hundreds."""
+"""Maximum operation count of a number that stays inline. Nominal dimensions have fewer operations,
+measured dimensions have hundreds."""
 
 
 class NoValue(DescriptionError):
@@ -32,7 +32,7 @@ class Values:
     """
 
     def __init__(self) -> None:
-        """Starts without known symbols."""
+        """Creates the evaluator without known symbols."""
         self._known: dict[sp.Basic, mpmath.mpf] = {}
 
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
@@ -106,7 +106,7 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 def shortened(expression: sp.Expr) -> sp.Expr:
     """Evaluates a number with many operations at 40-digit precision; keeps a short number.
 
-    Products of measured rotations have the longest exact forms, which are of no use.
+    Products of measured rotations have very long exact forms, which are not useful.
 
     Args:
         expression: Any expression; an expression with symbols is returned unchanged.

@@ -31,7 +31,7 @@ class Programs:
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """Returns the single-branch program; the whole program for a function without branches."""
+        """Returns the single-branch program; without branches, the complete program."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 
@@ -64,8 +64,8 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 def seeing_its_inputs(program: Program) -> Program:
     """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
-    The residual of a slide along a base axis is x - x, which simplifies to 0 for every x. Without
-    this change, a target with x = NaN would count as solved.
+    If a prismatic joint is parallel to a base axis, its residual is x - x, which simplifies to 0
+    for every x. Without this change, a target with x = NaN would count as solved.
 
     Args:
         program: The program of an inverse, for all slots or for a single slot.

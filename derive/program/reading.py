@@ -1,8 +1,8 @@
 """Converts C from CasADi's code generator to typed programs; only this module parses C.
 
 The arithmetic of CasADi's C is preserved operation by operation. Sparsity exports, work vectors and
-memory management are dropped, because dense stateless functions need none of these. An unknown line
-or expression raises an error that quotes the text.
+memory management are dropped, because functions with dense arguments and without state need none of
+them. An unknown line or expression raises an error that quotes the text.
 """
 
 import itertools
@@ -105,7 +105,7 @@ def _program(function: ca.Function, text: str) -> Program:
 
 
 class _Reader:
-    """Parser of one function."""
+    """Parser for the C code of one function."""
 
     def __init__(self, name: str) -> None:
         self.name = name

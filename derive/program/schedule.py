@@ -10,8 +10,7 @@ def by_depth(program: Program) -> Program:
     """Reorders a program so that each statement is as early as its operands allow.
 
     CasADi completes a sum before it starts the next sum. For a long chain, independent sums are
-    then too far apart for out-of-order execution, so the processor would wait for one product after
-    another.
+    then far apart, so the processor would wait for one product after another.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
@@ -42,7 +41,7 @@ def needed_only(program: Program) -> Program:
 def calls_first(program: Program) -> Program:
     """Moves library calls, and the statements on which these depend, to the front.
 
-    A call invalidates the vector registers, so all arithmetic should follow after the calls.
+    A library call overwrites the vector registers, so all other arithmetic should follow the calls.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()

@@ -146,7 +146,7 @@ class _Writer:
         return self._rules.get(operation, partial(self._unsigned, operation))(*operands)
 
     def plain(self, value: _Signed) -> Operand:
-        """Returns an operand for a value; writes a negation if the value needs one."""
+        """Returns an operand for a value; writes a negation if necessary."""
         if not value.negative:
             return value.operand
         if isinstance(value.operand, Constant):

@@ -39,8 +39,8 @@ def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     """Returns det(D^T D) for the parameters that extend the link to a full pose.
 
     The parameters are those of the convention, and the rotations about and translations along the
-    axes at both ends, which belong to the adjacent joints. For a prismatic joint only the
-    orientation counts, because the position varies with the coordinate. The result is 0 if
+    axes at both ends, which belong to the adjacent joints. For a prismatic joint, only the
+    orientation is evaluated, because the position varies with the coordinate. The result is 0 if
     parameters beyond the six of a pose are redundant.
     """
     found = axis_map(convention, kind)

@@ -55,7 +55,7 @@ def model_report(
             generator, or None for fresh entropy.
 
     Raises:
-        DescriptionError: Legs support the tool, so that no chain of joints can be evaluated.
+        DescriptionError: Legs support the tool, so no chain of joints can be evaluated.
     """
     chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
@@ -201,7 +201,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
 
     The parameters are the previous joint's fields that act after its motion or commute with it, the
     previous joint's coordinate offset, and the fields of this joint that act before the joint's
-    motion. The position of a previous prismatic joint is arbitrary.
+    motion. The axis of a previous prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.

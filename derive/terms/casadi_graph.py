@@ -71,8 +71,8 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
     """Joins functions with one output each into a single CasADi function, for optimal control.
 
-    It has the arguments of all functions. Each output has the name of its function, such as ``fk``;
-    dimensions after the first are flattened.
+    The joined function has the arguments of all functions. Each output has the name of its
+    function, such as ``fk``; dimensions after the first are flattened.
     """
     visitor = _Visitor(functions[0].terms)
     arguments = {argument.name: argument for f in functions for argument in f.arguments}
@@ -113,7 +113,7 @@ class _Visitor:
             ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
             for result in function.outputs
         ]
-        # Equal terms already share a name; parts of longer sums still need sharing.
+        # Equal terms already share a name; the graph also shares equal parts of longer sums.
         with _as_written():
             return ca.cse(nodes)
 
@@ -199,7 +199,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Returns the value for the first true condition; NaN in unused values has no effect."""
+        """Returns the value for the first true condition; NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value where no condition holds: {expression}")

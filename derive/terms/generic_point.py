@@ -25,7 +25,7 @@ class GenericPoint:
             symbols: Coordinates and parameters that receive a generic value. The value of a
                 parameter is its default plus a generic number; unlisted parameters keep
                 the default.
-            phase: Two points with different phases have no value in common.
+            phase: Two generic configurations with different phases have no value in common.
         """
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
@@ -53,7 +53,8 @@ class GenericPoint:
         try:
             return to_digits(value_at(expression, numbers))
         except NoValue:
-            # The root of a negative number: SymPy evaluates complex roots, but far more slowly.
+            # The root of a negative number: SymPy also evaluates complex roots, but far more
+            # slowly.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 

@@ -228,7 +228,7 @@ def require_unit(a: Matrix, name: str) -> None:
 
 
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
-    """Returns an immutable M of the expected shape, all of its numbers Float if one is."""
+    """Returns an immutable M of the expected shape, with Float numbers if one is Float."""
     if M.shape != shape:
         msg = f"{name} has shape {M.shape}: expected {shape}"
         raise ValueError(msg)

@@ -69,10 +69,10 @@ class Signature:
 
 @dataclass(frozen=True)
 class Tables:
-    """Numbers of a robot for a handwritten solver.
+    """Numerical data of a robot for a handwritten solver.
 
-    Each solver has a subclass. If the solver reads a C structure, the subclass has the fields of
-    this structure in the same order; arrays are nested tuples.
+    Each handwritten solver has a subclass. If the solver reads a C structure, the subclass has the
+    fields of this structure in the same order; arrays are nested tuples.
     """
 
 
@@ -83,7 +83,7 @@ class WrittenFunction(Signature):
     Attributes:
         solver: Name of the solver; it is the same for all robots, and each language has a file for
             it.
-        tables: The numbers of this robot, in the class of the solver.
+        tables: The numerical data of the robot, in the class of the solver.
         calls: Names of the functions that the solver calls, in the expected order.
         branches: Number of slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
@@ -108,7 +108,7 @@ class Call:
         system: Name of the solved equations, and of the C file that contains them.
         entry: Name of the solver's entry point.
         inputs: Names of function inputs, or of outputs of earlier calls.
-        outputs: Arrays filled by the call. The symbols of these arrays are arguments of the
+        outputs: Arrays that the call fills. The symbols of these arrays are arguments of the later
             statements.
         operations: Approximate operation count of the call.
     """
@@ -129,9 +129,9 @@ class SymbolicFunction(Signature):
         margin: Name of the function that returns the distance of the loops from dead points; empty
             without loops.
         steps: Names of the loops, one per entry, if the function returns margins.
-        signs: Symbols that are 1 or -1, one per two-way choice of a function with branches. In
-            branch b, the i-th of n signs is -1 if bit n - 1 - i of b is set, else 1. The first sign
-            varies slowest.
+        signs: Symbols with the value 1 or -1, one for each choice between two branches. In branch
+            b, the i-th of n signs is -1 if bit n - 1 - i of b is set, else 1. The first sign varies
+            slowest.
         calls: Solver calls before the statements, in order.
     """
 

@@ -26,7 +26,7 @@ class Tangent:
         rates: Mapping[sp.Symbol, sp.Expr],
         loops: Mapping[sp.Symbol, LoopRate] | None = None,
     ) -> None:
-        """Sets the rates of the coordinates.
+        """Stores the rates of the coordinates.
 
         Args:
             terms: Names of all terms.
@@ -82,7 +82,7 @@ def derivative_columns(
 
     Args:
         terms: Names of all terms.
-        expressions: The entries of a column.
+        expressions: The expressions in a column.
         symbols: The coordinates.
         loops: Solution of the loop's rate equation, by solved angle.
         factor: Multiplies every derivative.

@@ -30,7 +30,7 @@ class Terms:
         constants: Definition of each named constant in parameters and earlier constants.
         solved: Cosine and sine of each solved loop angle.
         turning: Cosines and sines that a solution returns as named terms, each with its angle and
-            its derivative with respect to the angle.
+            its derivative with respect to this angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -87,10 +87,10 @@ class Terms:
         return self._partials[key]
 
     def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
-        """Caches a result that is expressed in these terms and needed repeatedly, such as a pose.
+        """Caches a result that is expressed in named terms and needed repeatedly, such as a pose.
 
         Args:
-            key: All values on which the result depends.
+            key: All values that determine the result.
             made: Computes the result.
         """
         if key not in self._made:

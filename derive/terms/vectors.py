@@ -78,7 +78,7 @@ def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
 
 
 def _products(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the sum of the products of paired factors.
+    """Returns the sum of the products of two lists.
 
     SymPy takes long to multiply by 0 and to add 0.
     """

@@ -1,4 +1,4 @@
-"""Arms drawn as lines through their link frames, at rest and in animations."""
+"""Draws arms as lines through their link frames, in pictures and animations."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def points(robot: Any, q: Any) -> Any:
 
 
 def drawn(axes: Any, line: Any, colour: str = COLOURS[0], **style: Any) -> Any:
-    """Draws one arm (k, 3) with a mark on each joint; returns its line."""
+    """Draws one arm (k, 3) with a mark on each joint; returns the line."""
     given = {"marker": "o", "markersize": 2.5, "linewidth": 1.8} | style
     return axes.plot(*np.asarray(line).T, color=colour, **given)[0]
 

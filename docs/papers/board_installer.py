@@ -106,7 +106,7 @@ def configurations(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The mobility is six. The counting formula gives less, because planar loops are redundant."""
+    """The mobility is six; the counting formula ignores that planar loops are redundant."""
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("the board installer has loops")
@@ -129,7 +129,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Lengths and limits, all of them assumed."""
+    """Lengths and limits of the robot, all of which are assumed."""
     value = parameters()
     reason = "chosen so that all loops close and the tool reaches the required box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])

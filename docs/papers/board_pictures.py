@@ -116,11 +116,11 @@ MEMBERS = (
     ("", ["E'", 'E"'], 2, 1.0),
     ("push rod", ["M", "N", "C"], 4, 1.4),
 )
-"""Name, pins, color and line width of each group of members."""
+"""Name, pins, color and line width of each group of links."""
 
 
 def structure() -> Any:
-    """Draws the reference from the side: parallel members, and the wrist that follows H."""
+    """Draws the reference from the side: parallel links, and the wrist that follows H."""
     found = skeleton(np.zeros(6))
     figure, axes = panels(3.5)
     for name, letters, k, width in MEMBERS:

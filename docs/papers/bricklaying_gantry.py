@@ -2,8 +2,9 @@
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`.
-In (3)-(6) a link of length r at the angle theta replaces it: `robots/bricklaying_polar.toml` in
-this folder. The chain of section 2.3 is `bricklaying_planar`.
+In equations (3) to (6), a link of length r at the angle theta replaces the gantry:
+`robots/bricklaying_polar.toml` in this folder. The chain of section 2.3 is the robot
+`bricklaying_planar`.
 """
 
 from __future__ import annotations
@@ -134,10 +135,10 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Endings of the keys whose values are inputs."""
+"""Endings of the keys of printed items whose values are inputs."""
 PARTS = "counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""Spots of each set-up whose r is correct except for its unit."""
+"""Drop spots of each set-up whose r is correct except for its unit."""
 
 
 def rows() -> list[Row]:
@@ -408,7 +409,7 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
 
 @dataclass(frozen=True)
 class Wall:
-    """A wall laid by the gantry.
+    """The motion that lays a wall with the gantry.
 
     Attributes:
         places: (m, 3) planned guide positions at which bricks are released [m].
@@ -422,7 +423,7 @@ class Wall:
 
 
 def bond() -> FloatArray:
-    """Returns guide positions for courses of 4, 3 and 2 bricks; each brick rests on two."""
+    """Returns guide positions for rows of 4, 3 and 2 bricks; each brick rests on two bricks."""
     length, _, height = BRICK
     return np.array(
         [
@@ -435,7 +436,7 @@ def bond() -> FloatArray:
 
 @cache
 def wall() -> Wall:
-    """For every brick: pick, lift, travel, lower, release, and return."""
+    """The motion for every brick: pick, lift, travel, lower, release, and return."""
     gantry = chasles.load("bricklaying_gantry")
     laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
     released = []
@@ -449,7 +450,7 @@ def wall() -> Wall:
 
 
 def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Adds straight guide lines up to a height, across, and down to a position."""
+    """Adds straight lines of the guide: up to a height, across, and down to a position."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
         end = start.copy()
@@ -492,7 +493,7 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def figures() -> Figures:
-    """Draws the figures of the paper, and the wall."""
+    """Draws the figures of the paper, and the wall of bricks."""
     return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
 
 

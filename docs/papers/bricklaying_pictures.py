@@ -22,7 +22,7 @@ FRAME = (0.45, 0.55, 0.3)
 CONFIGURATION = (0.28, 0.33, 0.1)
 """x, y and z of the guide in figure 1 [m]."""
 STAGES = 8
-"""Stages of the wall for each brick: grip, three lines to lay it, release, three lines back."""
+"""Stages of the motion for each brick: grip, three lines to lay it, release, three lines back."""
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
@@ -138,7 +138,7 @@ def line_to(axes: Any, found: Triangle) -> None:
 
 
 def chain_length(found: Triangle) -> Any:
-    """Draws figure 5: the hypotenuse."""
+    """Draws figure 5: the hypotenuse between origin and target."""
     figure, axes = inches(2.2, 14, 9.5)
     line_to(axes, found)
     goal(axes)

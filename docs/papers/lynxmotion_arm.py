@@ -1,4 +1,4 @@
-"""Part 1 of the report: the Lynxmotion arm, its tables, workspace, inverse and five motions."""
+"""Part 1 of the report: the Lynxmotion arm with its tables, workspace, inverse and five motions."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ EXEMPTIONS = (NOTHING, WORDS, WRONG)
 
 @dataclass(frozen=True)
 class Digit:
-    """A digit of a printed item.
+    """A digit of a printed value.
 
     Attributes:
         path: Indices of its text in the rows of the item.
@@ -53,7 +53,7 @@ def has_cause(row: Row) -> bool:
 
 
 def exempt(rows: Sequence[Row]) -> Counter[str]:
-    """Counts the table rows that each exemption covers."""
+    """Counts the table rows that each exception covers."""
     return Counter(reason for row in rows if (reason := exemption(row)))
 
 
@@ -105,7 +105,7 @@ def _holds(row: Row, changed: Printed) -> bool:
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Returns the item with a digit moved in both directions by the first and the second step."""
+    """Returns the item with a digit changed in both directions, by one or two steps."""
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:

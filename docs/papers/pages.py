@@ -98,7 +98,7 @@ figure img { max-width: 100%; }
 
 @dataclass(frozen=True)
 class Chapter:
-    """One paper: title and source, rows, and pictures keyed by caption."""
+    """One paper: title and source, table rows, and pictures keyed by caption."""
 
     paper: str
     title: str

@@ -154,7 +154,7 @@ def agrees(
         printed: The item; its value is a number, words or rows of them.
         ours: The value of chasles in metres, radians and seconds, with the shape of the printed
             value; a `Finding` for a statement.
-        note: What a reader should know.
+        note: Information that a reader needs to interpret the row.
         evaluated: Evaluates the item if it is an equation; ours must agree to rounding.
 
     Raises:
@@ -227,7 +227,8 @@ def erratum(
             equation, accurate to rounding; or a `Finding` for the corrected statement.
         note: What is wrong.
         evaluated: Evaluates the printed equation in the units of `ours`, if the item is one.
-        cause: How the printed value arose, in words, and that value, like `ours` or as a string.
+        cause: Cause of the wrong printed value in words, and the value that this cause gives, like
+            `ours` or as a string.
 
     Raises:
         Refuted: The printed value agrees with ours, or the corrected value does not, or the cause
@@ -310,7 +311,7 @@ def not_reproducible(
     Args:
         printed: The item.
         ours: The value of chasles in metres, radians and seconds.
-        note: What a reader should know.
+        note: Information that a reader needs to interpret the row.
         readings: Other interpretations that were tried, each with its value.
 
     Raises:

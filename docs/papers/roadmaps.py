@@ -28,16 +28,16 @@ SIDE = 100
 START, GOAL = np.array([8.0, 8.0]), np.array([92.0, 92.0])
 """Start and goal on the map, in cells."""
 CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
-"""Number of points, and step, of each figure; the report labels all three 3.2."""
+"""Number of points, and step size, of each figure; the report labels all three figures 3.2."""
 MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
-"""Number of points that suffice if the step is the smallest distance."""
+"""Number of points that is enough if the step is the smallest distance."""
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9
-"""Fraction of runs with a path above which the number of points suffices."""
+"""Fraction of successful runs above which the number of points is enough."""
 SMALL, LARGE = 10, 20
 """Steps of the figures, in cells."""
 LINK = 0.012

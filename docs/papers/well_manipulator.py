@@ -195,7 +195,7 @@ def elevation(T: FloatArray) -> float:
     return float(np.arctan2(T[2, 0], np.hypot(T[0, 0], T[1, 0])))
 
 
-# Amplitudes of figures 6 to 10
+# Amplitudes in figures 6 to 10
 
 LAWS = {
     "minimum-norm joint rates": joint_norm,

@@ -177,8 +177,8 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
 def jump_of_theta() -> float:
     """Returns the jump of theta in model (6) if a parallel axis tilts to the preceding axis [rad].
 
-    X of the preceding frame is along the common normal. So the rotation between both axes is
-    Rz Rx(alpha) Rz(theta), and the first Rz belongs to the preceding joint.
+    The x axis of the preceding frame is along the common normal. So the rotation between both axes
+    is Rz Rx(alpha) Rz(theta), and the first Rz belongs to the preceding joint.
     """
     tilted = Rotation.from_euler("Y", TILT) * Rotation.from_euler("Z", THETA)
     return float(abs(tilted.as_euler("ZXZ")[2] - THETA))

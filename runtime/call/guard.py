@@ -30,7 +30,7 @@ class Guard:
             positive if the loop can be closed, 0 at a dead point.
         steps: The loop of each solution step.
         coordinates: The elements of the first input.
-        dead_point: Maximum margin at a dead point.
+        dead_point: Maximum margin that is treated as a dead point.
         is_followed: Whether an iteration follows the loops from the reference configuration, so
             that no margin is known beyond a singularity.
     """

@@ -21,7 +21,7 @@ from ._call import Function
 
 
 def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:
-    """Call a function if an input or an out implements the ufunc protocol.
+    """Call a function if an input or an `out` array implements the ufunc protocol.
 
     Raises:
         InputTypeError: If out is a dask array, or an input does not hold real numbers.
@@ -87,7 +87,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
-        # The result types, so that dask does not compute a result to find them.
+        # The result types are passed, so that dask does not compute a result to find them.
         meta=tuple(np.empty(0, dtype) for dtype in types),
         allow_rechunk=True,
     )

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 _ROWS = 8
 """Part sizes are multiples of this number, so that all SIMD lanes are filled. The code for single
-rows is different and may round differently; with this minimum, results are bitwise equal for every
-number of threads."""
+rows is different and may round differently; with this minimum, results are equal bit for bit for
+every number of threads."""
 _MIN = 500_000
 """Minimum floating-point operations per thread: about 0.1 ms, three times the start of a thread."""
 _MAX = 20_000_000
@@ -152,7 +152,7 @@ def _share(
         for part in parts:
             ufunc(*part[:n], out=part[n:])
 
-    # Imported here: it takes 10 % of the import time of chasles, and most programs use one thread.
+    # A global import would take 10 % of the import time, and most programs use one thread.
     from concurrent.futures import wait  # noqa: PLC0415
 
     helpers: list[Future[None]] = []
@@ -164,10 +164,10 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # No parts remain for the other threads.
+            pass  # No parts of the batch remain for the other threads.
         raise
     finally:
-        # No other thread may write after the call has returned.
+        # Another thread must not write after the call has returned.
         wait([helper for helper in helpers if not helper.cancel()])
     for helper in helpers:
         if not helper.cancelled():
@@ -181,8 +181,8 @@ def _get_pool() -> ThreadPoolExecutor:
     with _pool_lock:
         if _pool is None:
             pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
-            # Ctrl-C interrupts the main thread only. A thread whose start it interrupts would never
-            # end, and the program would not exit.
+            # Ctrl-C interrupts the main thread only. A thread whose start is interrupted would
+            # never end, and the program would not exit.
             starter = threading.Thread(target=_start_threads, args=(pool,))
             starter.start()
             starter.join()

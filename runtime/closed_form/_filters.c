@@ -225,7 +225,7 @@ typedef struct {
     const double *q;
     npy_intp step;
     const double *turn;
-    double scale[MAX_JOINTS]; /* the factor of each move */
+    double scale[MAX_JOINTS]; /* the weight of each displacement */
 } Seeds;
 
 /* Reads a seed (n,) or seeds (..., n), and turns and units (n,); -1 with an error set. */

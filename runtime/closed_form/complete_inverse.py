@@ -65,7 +65,7 @@ class CompleteInverse:
         poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
         aside = (at[is_open] + GIVEN_ASIDE).T
         near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
-        # All slots may be NaN.
+        # All slots of a pose may be NaN.
         zero = np.zeros((1, len(kind.wraps)))
         further: dict[tuple[int, ...], Solutions] = {}
         for row, index in enumerate(map(tuple, np.argwhere(is_open))):
@@ -88,7 +88,7 @@ class CompleteInverse:
         return np.asarray((holds[..., 0, :] & ~holds[..., 1:, :].all(-2)).any(-1))
 
     def _relations(self, q: FloatArray, unit: float) -> FloatArray:
-        """Return sine, cosine and reciprocal product of axes with a fixed joint between."""
+        """Return sine, cosine and reciprocal product of the axes before and after a fixed joint."""
         assert self.fk_jacobian_mixed is not None
         J = self.fk_jacobian_mixed(q)[1].mT
         v, omega = J[..., :3] / unit, J[..., 3:]

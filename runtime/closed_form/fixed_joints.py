@@ -43,7 +43,7 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If the fixed joints allow no closed form; the message lists others.
+            DerivationError: If the fixed joints allow no closed form; lists suitable joints.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
@@ -123,7 +123,7 @@ class FixedJoints:
         )
 
     def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
-        """Return joint name and value; a coordinate that moves one joint stands for this joint."""
+        """Return joint name and value; a coordinate of one joint represents this joint."""
         if name in self._joints:
             return name, value
         coordinates = [c.name for c in self.manifest.coordinates]
@@ -142,7 +142,7 @@ class FixedJoints:
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
-        # If a loop cannot be closed, a batch holds NaN and a single value raises an error.
+        # If a loop cannot be closed, a batch contains NaN and a single value raises an error.
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:
@@ -156,7 +156,7 @@ class FixedJoints:
         return int(alone[0]) if len(alone) == 1 else None
 
     def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
-        """Return the inverse for fixed joints, after derivation if the cache has none."""
+        """Return the inverse for fixed joints; derives it if the cache does not contain it."""
         coordinates = [c.name for c in self.manifest.coordinates]
         if self.manifest.loops.chain and len(coordinates) < len(self._joints):
             own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""

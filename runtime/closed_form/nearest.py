@@ -112,7 +112,7 @@ class NearestMethods(RobotFacts):
 
         The search covers all branches and all windings within the limits. The distance is the
         largest weighted displacement of a coordinate; prismatic joints are scaled by `unit_length`.
-        If distances are equal up to rounding, the lowest slot wins. Poses of a batch are
+        If distances are equal up to rounding, the lowest slot is selected. Poses of a batch are
         independent of each other.
 
         Args:
@@ -137,8 +137,8 @@ class NearestMethods(RobotFacts):
 
         Returns:
             `q (..., n)`, `residual`, `margin` and `valid (...,)`. A pose without a solution does
-            not raise: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits" or
-            "not a pose".
+            not raise an error: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits"
+            or "not a pose".
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -411,7 +411,7 @@ def _packed(
 
 
 def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
-    """Write the fields into the arrays of the caller."""
+    """Write the fields of the result into the arrays of the caller."""
     if not isinstance(out, tuple) or len(out) != len(fields):
         raise InputTypeError(
             f"{label}: out must be a tuple of 4, for q, residual, margin and valid, got {out!r}"

@@ -62,7 +62,7 @@ class JointPath:
     max_step: FloatArray
 
     def __str__(self) -> str:
-        """Return a summary in a sentence."""
+        """Return a summary of one sentence."""
         if self.complete:
             return f"all {len(self.q)} poses on one branch, margin {self.min_margin:.3g}"
         why = {
@@ -244,7 +244,7 @@ class InverseMethods(RobotFacts):
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # `inside` has separate slots for windings, so the start has no slot of `slots`.
+            # `inside` has one slot per winding, so the start has no slot of `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -282,7 +282,7 @@ class InverseMethods(RobotFacts):
     ) -> FloatArray:
         """Return coordinates (k, n) from pose `first` on, for as long as the path stays in a slot.
 
-        The conditions are those of `_next`: the slot is nearest, no joint jumps or exceeds a limit.
+        As in `_next`, the slot must be nearest, and no joint may jump or exceed a limit.
         """
         units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)

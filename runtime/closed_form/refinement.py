@@ -33,7 +33,7 @@ from .polish import BLOCK, STEPS, iterate
 from .task_components import WHOLE, Task
 
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A function of target indices (N,) and coordinates (N, n) with f (N,) and gradients (N, n)."""
+"""Maps target indices (N,) and coordinates (N, n) to f (N,) and its gradients (N, n)."""
 _LONGEST = 1.0
 """Maximum distance of a start configuration from the saddle [rad or length]."""
 
@@ -49,15 +49,15 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
 _SEARCH = 12
-"""Maximum steps from a distant slot; then only slots near the target continue. At a double
-solution, a step divides the error by 4."""
+"""Maximum number of steps from a distant slot; then only slots near the target continue. At a
+double solution, a step divides the error by 4."""
 _ROUNDED_STEPS = 8
 """Number of steps to a least-squares solution of a rounded pose; each divides the error by 100."""
 _GROWTH = 10.0
 """Maximum factor by which a closed form amplifies the rounding error of a pose."""
 _ASIDE = 0.25
-"""Maximum fraction of the squared error in singular directions; at the workspace boundary it is
-1."""
+"""Maximum fraction of the squared error in singular directions; at the workspace boundary, the
+fraction is 1."""
 _VALUES = 16
 """Number of fixed values of a joint per turn: the error varies with the cosine of its angle."""
 
@@ -102,7 +102,7 @@ class Refinement:
         some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
         enough[some] = self.enough(targets[some])
-        # A translation may look rounded and be exact: then a nearby solution is wrong.
+        # A translation may look rounded and be exact; then a nearby solution is wrong.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
         if is_doubtful.any():  # No target of a partial pose is rounded.
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
@@ -328,7 +328,7 @@ class Refinement:
 
 
 def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
-    """Select from N slots, which are given by index arrays."""
+    """A selection of N slots by index arrays."""
     return tuple(index[chosen] for index in slots)
 
 
@@ -367,7 +367,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return the refinement of an inverse, None if its tier needs none."""
+    """Return the refinement of an inverse, None if the inverse needs no refinement."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian

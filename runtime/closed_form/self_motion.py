@@ -66,7 +66,7 @@ def best_parameters(
 
 @dataclass(frozen=True)
 class _Search:
-    """The search for N rows at once."""
+    """The search for the parameters of N rows at once."""
 
     robot: Any
     make: Callable[..., Any]

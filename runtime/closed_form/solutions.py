@@ -2,7 +2,7 @@
 
 Each slot belongs to one branch of the inverse, for every pose, even if the pose is out of reach on
 that branch. `labels` describes the branches. Therefore filters clear `valid` and do not move slots.
-Each filter returns Solutions, so filters can be chained:
+Each filter returns Solutions, so several filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -104,7 +104,7 @@ class Solutions(Fields):
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
         the mode of the reference configuration: its result is a different pose or a singularity.
         Such a slot is not valid. `fk_all(q)` has all modes of some platforms. The result is False
-        for robots whose loops have a closed form. Filters do not change it.
+        for robots whose loops have a closed form. Filters do not change this field.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -242,8 +242,8 @@ class Solutions(Fields):
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
         """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
 
-        Among equal distances the lowest slot wins; among windings of its solution, the smallest sum
-        of displacements.
+        Among equal distances, the lowest slot is selected; among windings of one solution, the
+        winding with the smallest sum of displacements.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].

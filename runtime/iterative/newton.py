@@ -53,7 +53,7 @@ class NewtonMethods(RobotFacts):
             not raise an error.
         """
         q = np.asarray(q)
-        # Call with a batch of one, as a single q without a solution would raise an error.
+        # The call is a batch of one, because a single q without a solution would raise an error.
         rows = q[None]
         z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
         return self._solution(z[0])

@@ -75,7 +75,7 @@ class NumericSolution(NamedTuple):
         return reasons if reasons.ndim else str(reasons)
 
     def __str__(self) -> str:
-        """Return a summary in a sentence."""
+        """Return a summary of one sentence."""
         if self.valid.ndim == 0:
             steps = f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
             return f"{self.reason or 'solved'} after {steps}, residual {self.residual:.3g}"

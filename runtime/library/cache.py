@@ -59,7 +59,7 @@ class Recipe:
         sources: The content of each file that the compiler reads, by name.
         compiler: The compiler with its flags; None if the library already exists.
         key: The SHA-256 of sources and processor features, which the library contains.
-        path: The library file. In the cache, its name also has a hash of compiler and flags.
+        path: The library file. In the cache, the file name also has a hash of compiler and flags.
     """
 
     name: str
@@ -235,7 +235,7 @@ def _nearest_rows(index: int, function: FunctionInfo) -> list[str]:
 
 
 def build(manifest: Manifest) -> bool:
-    """Compile the library of a robot unless an intact one exists; return if it compiled.
+    """Compile the library of a robot unless an intact one exists; return whether it was compiled.
 
     Raises:
         ChaslesError: If the compilation fails; the message states the reason.
@@ -247,7 +247,7 @@ def open_library(manifest: Manifest) -> _call.Library:
     """Return the library of a robot, after compilation if there is no intact one.
 
     Raises:
-        MismatchError: If the library is damaged, and there is no compiler.
+        MismatchError: If the library is damaged, and no compiler was found.
         ChaslesError: If the compilation fails; the message states the reason.
     """
     return _opened(manifest)[1]
@@ -316,7 +316,7 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
             compile_in(folder)
             library = folder / "library.so"
             _seal(library)
-            # Atomic: other processes see the complete library or none.
+            # The move is atomic: other processes see the complete library or no library.
             library.replace(recipe.path)
     except OSError as error:
         raise CacheError(

@@ -20,7 +20,7 @@ from ..errors import CompileError, CompilerNotFoundError
 FLAGS = (
     "-std=c99",
     "-O3",
-    # Never -ffast-math: poses out of reach would count as reached (UNSAFE_FLAGS). The next two
+    # With -ffast-math, poses out of reach would count as reached (UNSAFE_FLAGS). The next two
     # flags preserve NaN and infinity, and drop only errno and traps, which are not used.
     "-fno-math-errno",
     "-fno-trapping-math",
@@ -29,7 +29,7 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
-    # Compiles only for the instruction set of this processor, in half the time.
+    # The flag compiles only for the instruction set of this processor, in half the time.
     "-DCHASLES_NO_DISPATCH",
     "-fPIC",
     "-shared",
@@ -71,7 +71,7 @@ class Compiler:
 
 def run(command: Sequence[str], folder: Path) -> None:
     """Run a command in a folder; raise a CompileError with its output if it fails."""
-    # Imported here: loading a cached library does not need it.
+    # The module is imported here, because loading a cached library does not need it.
     import subprocess  # noqa: PLC0415
 
     try:
@@ -88,7 +88,7 @@ def run(command: Sequence[str], folder: Path) -> None:
 
 
 def _start(output: str) -> str:
-    """Return the first lines of compiler output, as later errors mostly follow from the first."""
+    """Return the first lines of compiler output; later errors mostly follow from them."""
     lines = output.splitlines()
     more = len(lines) - MAX_LINES
     return "\n".join([*lines[:MAX_LINES], *([f"... and {more} more lines"] if more > 0 else [])])
@@ -104,8 +104,8 @@ def find_compiler() -> Compiler:
     command, program = _find_program()
     found = Path(program).resolve()
     status = found.stat()
-    # Path, size and time identify the version: `cc --version` takes longer than loading a robot.
-    # The identity does not show a new compiler behind an unchanged wrapper.
+    # Path, size and modification time identify the version: `cc --version` takes longer than
+    # loading a robot. This identity does not change if a wrapper calls a new compiler.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
     unsafe = UNSAFE_FLAGS.intersection(extra)
@@ -153,7 +153,7 @@ def describe_machine() -> str:
 def _describe_processor() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            # Read the first processor only, as the kernel generates this file during reading.
+            # One processor is enough, and the kernel generates this file during reading.
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:

@@ -211,7 +211,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     except OSError as error:
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
     if result.returncode:
-        # On stdout are reports on single robots; on stderr are errors that end the run.
+        # Standard output has reports on single robots, standard error has fatal errors.
         stderr = result.stderr.strip().removeprefix("chasles: ")
         said = "\n".join(filter(None, (result.stdout.strip(), stderr)))
         names_it = said.startswith(f"{description.absolute()}:")

@@ -255,7 +255,7 @@ class VelocityMethods(ManipulabilityMethods):
     def _at_tip(
         self, q: ArrayLike, representation: Representation
     ) -> tuple[FloatArray | None, FloatArray]:
-        """Return the tip position for spatial twists, else None, and a Jacobian at the tip."""
+        """Return the tip position (None for non-spatial twists), and a Jacobian at the tip."""
         if representation == "mixed":
             return None, self.jacobian_mixed(q)
         if representation == "body":

@@ -99,14 +99,14 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         type_1 = np.full(len(start), np.inf)
         low, high, at = _brackets(leaves, s)
         type_1[at] = _bisected(lambda x: f(x, at)[0] >= 0, low, high)
-        # The last interval may contain both singularities.
+        # The last interval may contain both types of singularity.
         turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
         turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
         type_2 = np.full(len(start), np.inf)
         low, high, at = _brackets(turned, s)
         high = np.minimum(high, type_1[at])
         type_2[at] = _bisected(lambda x: f(x, at)[1] > 0, low, high)
-        # Beyond the boundary of leg reach, no pose exists.
+        # Beyond the boundary of leg reach, the platform has no pose.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
             found[~reached[:, 0]] = np.nan
@@ -146,7 +146,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the ends of the first interval with a change, and the indices of changed rows."""
+    """Return the ends of the first interval in which a condition changes, and the changed rows."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

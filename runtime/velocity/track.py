@@ -55,7 +55,7 @@ class Track:
     shortened_steps: IntArray
 
     def __str__(self) -> str:
-        """Return a summary in sentences."""
+        """Return a summary of several sentences."""
         sentences = [
             f"{len(self.q)} poses followed within {self.max_distance:.3g} m (pose "
             f"{self.max_distance_index}) and {self.max_angle:.3g} rad (pose "
@@ -102,8 +102,8 @@ class TrackMethods(ManipulabilityMethods):
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
                 Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected.
-            q_start: (n,) coordinates at the start [rad or m], within the limits. The tool need not
-                be at the first pose there.
+            q_start: (n,) coordinates at the start [rad or m], within the limits. At q_start, the
+                tool need not be at the first pose.
             dt: Time between poses [s].
             rate_limits: () or (n,) maximum rates [rad/s or m/s]; none if None. A limit of 0
                 fixes the coordinate.
@@ -222,7 +222,7 @@ def _require(condition: bool, message: str) -> None:
 
 
 def _held(limit: str, by_name: Mapping[str, IntArray]) -> str:
-    """Return a sentence about the coordinates at a limit, or "" if there are none."""
+    """Return a sentence about the coordinates at a limit, or "" if no coordinate is at a limit."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
     return f"Held at {limit}: {', '.join(parts)}." if parts else ""
 

@@ -15,7 +15,7 @@ from .runner import NAMES, Tally, campaign, outcome_of, run
 
 out = Console(highlight=False, soft_wrap=True)
 PACE = 30.0
-"""Seconds between two progress lines."""
+"""Seconds between two lines that report the progress."""
 SHOWN = 20
 """Maximum number of failures per campaign in the summary."""
 

@@ -1,4 +1,4 @@
-"""Bars: maximum allowed values of the figures of a robot."""
+"""Bounds: maximum allowed values of the error measures of a robot."""
 
 from collections.abc import Mapping
 
@@ -6,12 +6,12 @@ from .campaign import Outcome
 
 
 def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "") -> Outcome:
-    """Returns an outcome with a failure if a figure exceeds its bar or is NaN.
+    """Returns an outcome with a failure if an error measure exceeds its bound or is NaN.
 
     Args:
         kind: The kind of robot, used as the name of the count.
-        figures: Object with one attribute per bar.
-        bars: Maximum of each figure, keyed by the name of the figure.
+        figures: Object with one attribute per bound.
+        bars: Maximum of each error measure, keyed by name.
         title: The name of the robot in a failure message; default: the kind.
     """
     values = {name: float(vars(figures)[name]) for name in bars}

@@ -14,13 +14,13 @@ known, because an identified base frame shifts all axes equally. The intervals o
 correlated, so their coverage has no simple distribution. A trial therefore tests the errors z of
 all axes, divided by their standard deviations. With the correlations R from independent
 derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
-and M surplus measurements. Fisher's method combines the probabilities of all arms, once for too
-narrow and once for too wide intervals.
+and M surplus measurements. Fisher's method combines the probabilities of all arms: once for
+intervals that are too narrow, once for intervals that are too wide.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
 outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
 with 90 % or 98.6 % coverage fail 98 of 100 trials. Coverages of 92 % and 98 % fail one and three of
-four trials. The coverage itself follows from the counts of a long campaign.
+four trials. The coverage itself is computed from the counts of a long campaign.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
@@ -85,7 +85,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of an arm.
+    """Error measures of one arm.
 
     Attributes:
         fall: Error of the nominal arm relative to the error of the identified arm.
@@ -174,9 +174,9 @@ def _intervals(
 ) -> tuple[np.ndarray, float]:
     """Returns whether the axis intervals contain the true values, and a probability.
 
-    The returned probability is that of errors smaller than the observed ones. Many geometries are
-    equivalent, so a Newton step on noise-free measurements expresses the true geometry in the
-    identified parameters.
+    The returned probability is the probability of errors smaller than the observed errors. Many
+    geometries are equivalent, so a Newton step on noise-free measurements expresses the true
+    geometry in the identified parameters.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)
@@ -242,7 +242,7 @@ def _gross(robot, drawn: Drawn, random: np.random.Generator) -> Positions:
 
 KINDS = {"poses": _poses, "three targets": _positions, "three targets, 5 % gross": _gross}
 SOUND = {_gross: _positions}
-"""Outlier-free variants of measurement kinds."""
+"""Variants of the measurement kinds without outliers."""
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:

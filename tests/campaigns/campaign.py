@@ -25,7 +25,7 @@ class Campaign:
 
     Attributes:
         name: The command-line name.
-        summary: The property that each trial checks, in one sentence.
+        summary: The property that each trial checks, as one sentence.
         trial: Runs a numbered trial. All random values depend only on the number, so the number
             reproduces the trial.
     """

@@ -1,15 +1,14 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
 Even trials use a shipped or shelf arm, odd trials a random arm with round numbers. The errors of
-every joint and the tool are at most some size between 0.1 and 10 (millimetre, milliradian). Every
-pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular configurations may
-be missing from the solutions of its pose. Missing configurations
-with right angles are counted, but do not fail the campaign.
-Six-joint arms of even trials are also solved as general arms, and the trial counts solutions found
-only by the general solver. Stricter rules apply to errors up to 3 (millimetre, milliradian). Each
-solution is in exactly one slot. Every configuration with a smallest singular value above 1e-3 is
-found, also at right angles. On some poses, the regular solutions must equal the set found by
-multi-start Newton iteration.
+every joint and the tool are at most a random size between 0.1 and 10 (millimetre, milliradian).
+Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular
+configurations may be missing from the solutions of its pose. Missing configurations with right
+angles are counted, but do not fail the campaign. Six-joint arms of even trials are also solved as
+general arms, and the trial counts solutions found only by the general solver. Stricter rules apply
+to errors up to 3 (millimetre, milliradian). Each solution is in exactly one slot. Every
+configuration with a smallest singular value above 1e-3 is found, also at right angles. On some
+poses, the regular solutions must equal the set found by multi-start Newton iteration.
 """
 
 from math import ceil

@@ -1,11 +1,11 @@
 """Derives, compiles and tests arms without a closed-form family.
 
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
-to two prismatic joints. The inverse of each arm solves poses at random and right-angle
-configurations. Every pose needs a solution, no solution may be wrong, and each regular
-configuration must be among the solutions. Arms with more than six joints solve the same poses again
-with the fixed joint values of other configurations. The trial also counts the poses for which
-multi-start Newton iteration finds a different number of solutions.
+to two prismatic joints. The inverse of each arm solves poses of random configurations and of
+configurations with right angles. Every pose needs a solution, no solution may be wrong, and each
+regular configuration must be among the solutions. Arms with more than six joints solve the same
+poses again with the fixed joint values of other configurations. The trial also counts the poses for
+which multi-start Newton iteration finds a different number of solutions.
 """
 
 from collections.abc import Collection, Sequence
@@ -114,9 +114,9 @@ class Judged:
         """Counts the poses with a different number of solutions found by Newton's method.
 
         Args:
-            T: The poses (m, 4, 4).
+            T: The target poses (m, 4, 4).
             q: Configurations (m, n) with the fixed joint values.
-            random: Random generator of the starts.
+            random: Random generator of the start configurations.
         """
         own = self.arm.ik(T, fixed=self.fixed(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]

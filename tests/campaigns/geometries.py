@@ -33,7 +33,7 @@ from .general import apart, configurations
 SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
-"""Stride between the patterns of a trial; this number of trials covers all patterns."""
+"""Stride between the axis patterns of a trial; this number of trials covers all patterns."""
 POSES = 1000
 """Number of random configurations per arm; one third as many are at right angles."""
 SLOTS = 16
@@ -114,7 +114,7 @@ def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
 
 
 def _taken(robot: SerialRobot) -> Choice | None:
-    """Passes an arm to the solver."""
+    """Passes the tables of an arm to the solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:

@@ -44,7 +44,7 @@ BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0,
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of a mechanism.
+    """Error measures of a mechanism.
 
     Attributes:
         closure: Largest joint difference from the least-squares minimum (radian, metre).

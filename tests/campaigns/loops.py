@@ -1,4 +1,5 @@
-"""Random coordinates of the shipped robots with loops. Most of them cannot close the loops.
+"""Random coordinates of the shipped robots with loops. Most random coordinates cannot close the
+loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, every value must close the
 loops with the frames of the description; otherwise every value must be NaN. For platforms, the

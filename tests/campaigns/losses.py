@@ -1,10 +1,10 @@
 """Finds poses that inverses of random arms miss.
 
-Each arm is derived. Each of its inverses solves poses at random coordinates, at right angles and
-near right angles. Every pose needs a solution, no solution may be wrong, and regular coordinates
-must be among the solutions. Nothing is compiled, because the equations run in CasADi. Poses that
-``ik`` solves only after refinement are also counted. Six-joint arms without a closed-form family
-need compiled C. The campaign ``general`` tests them.
+The trial derives one random arm. Each of its inverses solves poses at random coordinates, at right
+angles and near right angles. Every pose needs a solution, no solution may be wrong, and regular
+coordinates must be among the solutions. Nothing is compiled, because the equations run in CasADi.
+Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
+closed-form family need compiled C. The campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -28,14 +28,14 @@ QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 
 @dataclass(frozen=True)
 class Loss:
-    """An unfavorable verdict on an inverse and a pose set.
+    """The counts of an inverse that fails on a set of poses.
 
     Attributes:
         arm: Number of the arm.
         structure: Description of the arm's structure.
         function: Name of the inverse.
         poses: Name of the pose set.
-        verdict: The counts after the refinement in ``ik``.
+        verdict: The counts after the refinement that ``ik`` applies.
         unrefined: Number of unsolved poses without refinement.
     """
 
@@ -48,7 +48,7 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Whether faults remain after refinement."""
+        """Whether faults remain after the refinement."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:

@@ -4,8 +4,8 @@ Each mechanism of ``drawn_mechanisms.py`` is derived and loaded, and both of its
 branches at several inputs. No branch may be missing, duplicated or wrong: a valid slot closes the
 loops with positive cylinder lengths. If no mode is on the reference branch, a function may return a
 finite value only if the value does not depend on its input. Mechanisms without a closed form are
-counted. These mechanisms are compared only at inputs for which no mode exists. ``fk`` of every
-valid ``ik`` slot is the target pose, and one slot is the generating configuration.
+counted. The campaign compares such mechanisms only at inputs for which no mode exists. ``fk`` of
+every valid ``ik`` slot is the target pose, and one slot is the generating configuration.
 """
 
 import tempfile
@@ -48,7 +48,7 @@ NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assem
 
 @dataclass
 class Verdict:
-    """Faults of one mechanism.
+    """Faults found in one mechanism.
 
     Attributes:
         seed: Seed of the mechanism.
@@ -58,7 +58,7 @@ class Verdict:
         inputs: Number of compared inputs.
         largest: Largest residual of a valid slot relative to the mechanism size.
         open: Whether the loops have no closed form.
-        open_inputs: Number of inputs without a mode on the reference branch.
+        open_inputs: Number of inputs without an assembly mode on the reference branch.
     """
 
     seed: int
@@ -130,7 +130,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         return
     theta = np.array([[mode[name] for name in numbers.chain] for mode in some])
     if len(numbers.chain) > len(numbers.actuated):
-        # These joint values are incompatible with the loops.
+        # These joint values are not compatible with the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
@@ -198,8 +198,8 @@ def _reference(
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
     """Checks that a result is reported as valid exactly if the actuators reproduce theta.
 
-    Near a dead point, a wrong mode may be within the tolerance. So the returned chain must be
-    closer to theta than half the distance to any other mode.
+    Near a dead point, a wrong mode may be within the tolerance. So the returned chain joints must
+    be closer to theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)

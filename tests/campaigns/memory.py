@@ -32,7 +32,8 @@ SOLVER_SOURCES = [
 GCC = shutil.which("gcc")
 
 # A default build contains code for several instruction sets and selects one set at run time. The
-# test hides the better sets, so that each variant runs. Linux lists the sets of the processor.
+# test hides the better instruction sets, so that each variant runs. Linux lists the sets of the
+# processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",

@@ -3,7 +3,7 @@
 The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
 and base (3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton
 iteration may be missing, and every mode must have the correct rod lengths. Singular modes are not
-compared, because Newton's method does not converge there. The counts include modes that Newton's
+compared, because Newton's method does not converge at them. The counts include modes that Newton's
 method does not find, and platforms whose mode list may be incomplete.
 """
 
@@ -173,7 +173,7 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform for rod lengths near ``usual``.
+    """Returns the parameters of a platform whose rod lengths are near ``usual``.
 
     Without elimination, platforms with double joints are solved by path tracking, like general
     platforms.

@@ -3,7 +3,7 @@
 Each trial mutates the files in `corpus`, results of a robot, and manifests: bytes, words, lines,
 values of JSON, and arrays. A reader must end within the time limit with a value, or with an error
 of chasles that states the file. Most descriptions in XML are read in the process of the trial; some
-are read in a separate process, as users do.
+are read in a separate process, as in normal use.
 """
 
 import json
@@ -47,10 +47,10 @@ Mutation = Callable[[bytes, random.Random], bytes]
 
 @dataclass(frozen=True)
 class Reader:
-    """A reader and its valid files.
+    """A reader and its valid test files.
 
     Attributes:
-        name: Name in the counts.
+        name: Name of the reader in the counts.
         files: Number of files per trial.
         file: Name of the file that is read.
         corpus: Valid files.

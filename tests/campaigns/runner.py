@@ -39,7 +39,7 @@ LONGEST = 900.0
 QUICK_FLAGS = "-O1"
 """Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
-"""Interval of trials compiled with the default flags."""
+"""Every how many trials the default compiler flags are used."""
 
 
 def campaign(name: str) -> Campaign:
@@ -55,7 +55,7 @@ class Tally:
     Attributes:
         trials: Number of finished trials.
         seconds: Total time of the finished trials.
-        counts: Number of configurations by outcome, summed over all robots.
+        counts: Number of checked items by kind, summed over all robots.
         largest: Maxima of the values.
         failures: Trial number and text of each failure.
     """
@@ -122,7 +122,7 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Returns a campaign without a trial, else the campaign with the least time."""
+    """Returns a campaign that has not run yet, else the campaign with the least used time."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]

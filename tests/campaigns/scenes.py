@@ -37,7 +37,7 @@ FOLLOWED = 1e-6
 
 @dataclass(frozen=True)
 class Scene:
-    """The result of a scene.
+    """The result of one random scene.
 
     Attributes:
         found: Whether a path was found.
@@ -56,7 +56,7 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class _Recording(ConfigurationSpace):
-    """A planning space that records the tested configurations."""
+    """A planning space that records all tested configurations."""
 
     tested: list[FloatArray] = field(default_factory=list)
 

@@ -1,7 +1,7 @@
-"""Finds poses that inverses of random arms with a given structure miss.
+"""Finds poses that inverses of random arms with a known axis structure miss.
 
 The campaign ``losses`` draws arms with round numbers, which rarely have each structure. In this
-campaign, the structure is given, and lengths and angles are random decimals.
+campaign, the structure is fixed, and lengths and angles are random decimals.
 """
 
 from tests.support.generators.drawn_arms import cases_of

@@ -17,14 +17,15 @@ from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 3
 FIRST = 520
-"""Seed of a mechanism of the first family."""
+"""Seed of the random numbers for a mechanism of the first family."""
 SAMPLE = ("Watt", "slider-crank", "boom", "palletizer", "RSUR")
 """A six-bar linkage, an actuated slider, cylinders, parallelograms and a spatial loop."""
 MAPS = (
     *("chain", "passive", "configuration", "margin", "chain_all"),
     *("actuators", "actuator_margin", "actuators_all"),
 )
-"""The maps through the loops. Each mechanism has some of these maps."""
+"""The maps through the loops. Each mechanism has some of the maps between actuators and main
+chain."""
 C_ALONE = ("c", "python")
 OFFSETS = np.array([[-1e-3], [1e-3]])
 

@@ -12,7 +12,7 @@ FILES = 10
 
 
 def trial(number: int) -> Outcome:
-    """Compares FILES files; an assertion states the seed of a wrong pose."""
+    """Compares FILES random files; an assertion states the seed of a wrong pose."""
     with TemporaryDirectory() as folder:
         for seed in range(number * FILES, (number + 1) * FILES):
             compare(Path(folder) / f"{seed}.urdf", seed)

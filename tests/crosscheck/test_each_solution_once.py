@@ -96,7 +96,7 @@ def test_random_mechanism_solutions_appear_exactly_once(seed):
     assert solutions >= poses
 
 
-# --- the delta robot ---
+# --- inverse of the delta robot ---
 
 BASE, ARM, ROD, PLATFORM = 0.2, 0.26, 0.8, 0.05
 PLATFORM_POSES = 4

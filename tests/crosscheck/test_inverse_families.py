@@ -60,8 +60,9 @@ PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 """Arms that are tested with a spherical wrist, and whether skew axes are at right angles.
 
-The position problems of these arms are a quadratic, and the two structures without a position
-inverse. The other structures, such as a quartic, are tested by position inverses.
+The position problem of these arms is a quadratic equation, except for two structures without a
+position inverse. The other structures, whose equation is a quartic, for example, are tested by
+position inverses.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),
@@ -78,7 +79,7 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """Derives each arm and inverse only once, for positional and for keyword arguments."""
+    """Derives each arm and inverse only once, whether arguments are positional or keywords."""
     return _arm(chain, function, right)
 
 

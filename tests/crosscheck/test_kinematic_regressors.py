@@ -62,7 +62,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
         found: The geometry of a robot.
         q: Coordinates.
         p: Parameters.
-        frame: LOCAL, LOCAL_WORLD_ALIGNED or WORLD.
+        frame: The frame LOCAL, LOCAL_WORLD_ALIGNED or WORLD of Pinocchio.
     """
     symbols = [*found.q, *(parameter.symbol for parameter in found.parameters)]
     values = np.array([*q, *p], dtype=float)
@@ -97,7 +97,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """Splits the chain into motions between joints, and joints as (turns, axis, value)."""
+    """Splits the chain into motions between joints, and joints (is revolute, axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)

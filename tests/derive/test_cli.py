@@ -35,7 +35,7 @@ def arm(tmp_path):
 
 
 QUICKLY = ("--functions", "fk", "--languages", "c")
-"""Options of runs whose output files do not matter."""
+"""Command-line options of runs whose output files do not matter."""
 
 
 def files(folder):
@@ -155,7 +155,8 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Replaces the shipped robots by one robot, because only a check of all of them tells."""
+    """Replaces the shipped robots by a single robot, because only a check of all robots reports
+    this error."""
     to = tmp_path / "out"
     monkeypatch.setattr(build, "GENERATED", to)
     monkeypatch.setattr(build, "ROBOTS", arm.parent)

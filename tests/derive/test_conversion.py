@@ -1,4 +1,4 @@
-"""Conversions keep the pose of the tool, names and limits, and refuse what they cannot keep."""
+"""Conversions keep the tool pose, names and limits, and refuse content that they cannot keep."""
 
 import csv
 from math import nan

@@ -1,4 +1,5 @@
-"""Functions in a separate process keep their limits on time and memory, and pass errors on."""
+"""Functions in a separate process obey limits on time and memory, and their errors are raised in
+the caller."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""For loops out of reach, at dead points and on every branch, no solution is wrong or missed."""
+"""No solution is wrong or missed for loops out of reach, at dead points and on every branch."""
 
 from contextlib import suppress
 from functools import partial
@@ -17,7 +17,7 @@ from tests.support.loops.loop_robots import (
     robot,
 )
 
-# --- out of reach ---
+# --- loops out of reach ---
 
 
 @pytest.mark.parametrize("name", LOOPED)
@@ -122,7 +122,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
         assert "does not close" in str(caught.value)
 
 
-# --- dead points ---
+# --- dead points of loops ---
 
 
 def crossing(closes, start, goals):
@@ -192,7 +192,7 @@ def test_margin_vanishes_at_dead_points_of_actuators(name):
             r.actuators(theta)
 
 
-# --- all branches ---
+# --- all branches of loops ---
 
 
 @pytest.mark.parametrize("name", LOOPED)

@@ -94,7 +94,7 @@ def test_configuration_stays_on_reference_branch(name):
     assert np.abs(difference).max() < 1e-9
 
 
-# --- first derivatives ---
+# --- first derivatives of positions ---
 
 
 def relative(found, expected):
@@ -251,7 +251,7 @@ def test_constraint_derivatives_match_finite_differences(name):
     assert relative(r.constraint_D_z_dot(open_z, zd), rate) < DIFFERENCES
 
 
-# --- from the chain back to the actuators ---
+# --- from the main chain back to the actuators ---
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -327,10 +327,11 @@ def slope(function, step=1e-4):
     return (8 * near - far) / (12 * step)
 
 
-# --- one pose, many poses, CasADi ---
+# --- one pose, many poses and CasADi ---
 
 COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
-"""Loops with revolute and prismatic joints, with two actuators, with cylinders, and no loop."""
+"""Loops with revolute and prismatic joints, with two actuators, with cylinders; and a robot without
+loops."""
 
 
 def arguments(name, function, n):

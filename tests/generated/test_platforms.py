@@ -38,7 +38,7 @@ def twists(m, z, rates):
     return np.concatenate([Td[:, :3, 3], np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], -1)], -1)
 
 
-# --- three planar legs: all modes, forward and inverse ---
+# --- three planar legs: all modes, forward and inverse kinematics ---
 
 
 @pytest.mark.parametrize("name", PLANAR)
@@ -116,7 +116,7 @@ def test_assembly_modes_contain_reference_mode(name):
     assert np.nanmin(np.abs(modes - r.chain(q)[:, None]).max(-1), axis=-1).max() < 1e-9
 
 
-# --- forward kinematics by Newton's method ---
+# --- forward kinematics of spatial platforms by Newton's method ---
 
 
 @pytest.mark.parametrize("name", ITERATED)
@@ -247,7 +247,7 @@ def test_single_pose_and_batch_results_agree(name):
             np.testing.assert_allclose(single, output, atol=SAME * size, rtol=0, err_msg=key)
 
 
-# --- velocities and singular poses ---
+# --- velocities and singular poses of platforms ---
 
 FREE = {"planar_3rrr": [0, 1, 5], "slider_crank": [0]}
 FREE |= {"stewart_gough": list(range(6)), "delta": [0, 1, 2, 3, 4, 5]}

@@ -33,7 +33,7 @@ class _Coefficient:
         return self.closed(theta)
 
     def _series(self, square: Float) -> Expr:
-        """Taylor series, until a term no longer changes the sum."""
+        """Evaluates the Taylor series until a term no longer changes the sum."""
         total, power, k = Float(self.taylor(0), precision=square._prec), square, 1
         while (longer := total + self.taylor(k) * power) != total:
             total, power, k = longer, power * square, k + 1
@@ -72,7 +72,7 @@ def _cotangent(theta: Expr) -> Expr:
 # sin(t)/t and (1 - cos t)/t^2, the coefficients of the rotation.
 SINC = _Coefficient(lambda t: sin(t) / t, _alternating(1))
 VERSINE = _Coefficient(lambda t: (1 - cos(t)) / t**2, _alternating(2))
-# (1 - cos t)/t^2 again and (t - sin t)/t^3, the coefficients of dexp.
+# The coefficients (1 - cos t)/t^2 and (t - sin t)/t^3 of dexp.
 HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternating(2))
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
 # (1 - t/2 cot(t/2))/t^2, the coefficient of the inverse of dexp.

@@ -30,8 +30,8 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
 
     `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of a rotation vector to the
     angular velocity in the fixed frame. Equals the sum of `hat(x)^k / (k + 1)!`,
-    `I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2`, and `exp(hat x) dexp_right(x)`. Singular at
-    |omega| = 2 pi k, k > 0.
+    `I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2`, and `exp(hat x) dexp_right(x)`. The function is
+    singular at |omega| = 2 pi k, k > 0.
 
     Args:
         omega: (3, 1) rotation vector, radian. A zero vector is allowed for numbers; for symbols,
@@ -54,7 +54,8 @@ def dexp_right_so3(omega: Matrix) -> Matrix:
     """Right-trivialized differential of exp on SO(3), `dexp_left_so3(-omega)`.
 
     `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of a rotation vector to
-    the angular velocity in the moving frame. Domain, result and errors as for `dexp_left_so3`.
+    the angular velocity in the moving frame. The domain, the result and the errors are the same as
+    for `dexp_left_so3`.
     """
     return dexp_left_so3(-omega)
 
@@ -95,7 +96,7 @@ def dexp_left_se3(x: Matrix) -> Matrix:
 
     `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of x to the spatial twist.
     Equals the sum of `ad(x)^k / (k + 1)!` and `Ad(exp x) dexp_right(x)`. Q is the derivative of
-    J = `dexp_left_so3(omega)` in direction v. Singular at |omega| = 2 pi k, k > 0.
+    J = `dexp_left_so3(omega)` in direction v. The function is singular at |omega| = 2 pi k, k > 0.
 
     Args:
         x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,

@@ -13,7 +13,7 @@ ACCUSING = (
 )
 """Phrases in warnings about the robot or the measurements.
 
-Other warnings concern the number of measurements.
+All other warnings are about the number of measurements.
 """
 TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
@@ -27,13 +27,13 @@ MIN_SURPLUS = 2
 
 @dataclass(frozen=True)
 class Verdict:
-    """Messages of an identification.
+    """Messages of one identification.
 
     Attributes:
         accusations: The error, or warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
         is_too_few: Whether there are fewer values than variables.
-        unexplained: Findings that a correct robot should not cause: outlier rows, or more noise
+        unexplained: Problems that a correct robot should not cause: outlier rows, or more noise
             than stated.
     """
 
@@ -44,7 +44,8 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Whether the robot explains the measurements within the noise and without accusations."""
+        """Whether the robot explains the measurements within the noise, without a warning about the
+        robot or the measurements."""
         return not (self.accusations or self.unexplained)
 
     @property

@@ -22,10 +22,10 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # Accepts clicks before the first frame, because the first frame may take long to draw.
+    # Accepts clicks before the first frame, because drawing the first frame may take long.
     "--allow-pre-commit-input",
     "--window-size=760,520",
-    "--force-device-scale-factor=0.25",  # software rendering dominates the run time
+    "--force-device-scale-factor=0.25",  # software rendering takes most of the run time
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
@@ -44,7 +44,8 @@ class Chromium:
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
         self._process = subprocess.Popen(
-            # The function acquires no lock, so other threads of this process cannot block it.
+            # The function does not acquire a lock, so other threads of this process cannot block
+            # it.
             command,
             stdout=quiet,
             stderr=quiet,

@@ -26,11 +26,11 @@ CALLED = ("c", "casadi", "python")
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
-"""Functions that an identification calls."""
+"""Functions that the identification of a robot calls."""
 
 QUICK, FAST = "-O0", "-O1"
-"""Compiler flags: QUICK compiles a calibrated arm in 2.5 s (-O3: 11 s). FAST takes 5 s and is used
-by tests with tens of thousands of poses.
+"""Compiler flags: With QUICK, a calibrated arm is compiled in 2.5 s (with -O3: 11 s). With FAST,
+compilation takes 5 s; tests with tens of thousands of poses use these flags.
 """
 COMPILER = shutil.which("clang") and "clang"
 """Clang if available, which is three times faster at -O0 than GCC. GCC compiles shipped robots."""
@@ -40,7 +40,7 @@ COMPILER = shutil.which("clang") and "clang"
 def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
     """Context in which robots are compiled with ``flags`` into the test cache.
 
-    Do not load shipped robots in this context: tests call them as installed.
+    Do not load shipped robots in this context, because tests call them as installed.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
@@ -100,7 +100,7 @@ def compiled(
 ) -> chasles.Robot:
     """Derives, compiles and loads a robot.
 
-    Each robot is derived once. Concurrent tests wait for the first derivation.
+    Each robot is derived once. Concurrent tests wait until the first derivation ends.
 
     Args:
         robot: The description.

@@ -29,14 +29,14 @@ def calls_of(work: Callable[[], object]) -> int:
 
 
 class TooManyCallsError(BaseException):
-    """A call made too many function calls; no handler of ``Exception`` hides it."""
+    """The call made too many function calls; no handler of ``Exception`` catches this error."""
 
 
 def stopped_after(most: int, work: Callable[[], Result]) -> Result:
     """Returns the result of ``work``, which may make a limited number of function calls.
 
     Raises:
-        TooManyCallsError: ``work`` made more calls and was stopped.
+        TooManyCallsError: ``work`` made more calls than allowed and was stopped.
     """
     count = 0
 

@@ -15,7 +15,8 @@ import pytest
 import chasles
 
 EVENTS = ("open", "os.rename", "os.mkdir", "os.link", "os.symlink")
-"""Audit events of Python that create or move files; os.replace is an os.rename."""
+"""Audit events of Python for operations that create or move files; os.replace is reported as
+os.rename."""
 
 
 class _Watch:
@@ -116,7 +117,7 @@ def contents(folder: Path) -> dict[str, bytes | None]:
 
 
 def restore(folder: Path, former: dict[str, bytes | None]) -> None:
-    """Gives a folder its former contents."""
+    """Restores the former contents of a folder."""
     shutil.rmtree(folder)
     folder.mkdir()
     for name, content in former.items():
@@ -129,9 +130,9 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
     """Checks that a write leaves the former files after each fault, and then succeeds.
 
-    The faults are each file operation in turn, and a full disk at the start and before the end. If
-    several files are written, the move of the second or a later file may fail after the first file
-    has moved; then each file has its former or its new content.
+    The simulated faults are each file operation in turn, and a full disk at the start and before
+    the end. If several files are written, the move of the second or a later file may fail after the
+    first file has moved; then each file has its former or its new content.
 
     Args:
         write: Writes files into a folder.

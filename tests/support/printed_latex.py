@@ -19,7 +19,7 @@ class UnknownSymbolError(KeyError):
 
 
 class Formula:
-    """A formula evaluated from left to right.
+    """A formula that is evaluated from left to right.
 
     Args:
         tex: LaTeX text of the formula.

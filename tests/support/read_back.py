@@ -17,7 +17,7 @@ POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Returns why a printed inverse cannot be evaluated numerically; empty if it can.
+    """Returns the reason why a printed inverse cannot be evaluated numerically; empty if it can.
 
     Args:
         found: The derivation.

@@ -1,4 +1,5 @@
-"""All tolerances of the test suite, named by reason; in metre, radian, and these per second."""
+"""All tolerances of the test suite, named by their reason; in metre, radian, and the corresponding
+velocities."""
 
 ORACLE = 1e-12
 """Poses and Jacobians compared with an independent double-precision library."""
@@ -11,7 +12,7 @@ DERIVATIVES = 1e-12
 PRINTED_9 = 5e-10
 """Reference values printed with nine decimal places: half a unit in the last place."""
 AGREEMENT = 1e-10
-"""Benchmarked peer compared with chasles; both must solve the same task."""
+"""Maximum difference between a benchmarked peer and chasles, which must solve the same task."""
 LIBMVEC = 4
 """Maximum error (units in the last place) of the glibc vector library, as documented."""
 COS_SIN = 1.5
@@ -21,7 +22,8 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of lane 1 / sqrt(x); 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Branches compared with 40-digit arithmetic. Near a zero root, rounding errors are amplified."""
+"""Branches of a function compared with 40-digit arithmetic. Near a zero root, rounding errors are
+amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (metre, radian)."""
 LIMIT = 0.012

@@ -56,8 +56,9 @@ def least_squares(
     Args:
         errors: The errors as a function of the variables.
         x: (k,) start values of the iteration.
-        scale: Scale of all variables, or (k,) of each.
-        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2); 0: squares.
+        scale: Scale of all variables, or the (k,) scales of the variables.
+        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2); 0 for the sum of
+            squares.
         step: Relative change of the sum and of the variables at which the iteration stops.
         evaluations: Maximum number of evaluations of the errors.
     """

@@ -5,13 +5,13 @@ parameters add d + D dx, the scaled deviations from nominal. With s the noise, t
 
     H = J^T J + s^2 D^T D
 
-gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The fit follows an error, so
+gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The fit adapts to an error, so
 only the fraction 1 - h of the error's variance remains. sum(1 - h) is the residual number of
 degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k). With known standard deviations, s
 maximizes the marginal likelihood of the measurements: along the singular vectors of J D^-1, an
-error has the variance lambda + s^2. Few measurements do not determine s. A wide prior of log s
+error has the variance lambda + s^2. With few measurements, s is uncertain. A wide prior of log s
 about the stated noise regularizes the estimate; thirty degrees of freedom outweigh the prior.
 
 Source:
@@ -42,9 +42,9 @@ CONSISTENT = 1.4826
 MIN_NOISE = 1e-3
 """Minimum noise relative to the stated standard deviations, below the noise of any device."""
 _MIN_DEVIATION = 0.01
-"""Minimum robust standard deviation, relative to the stated one. With exact measurements, only
-rounding errors and small effects of unidentified parameters remain, which do not indicate
-outliers."""
+"""Minimum robust standard deviation, relative to the stated standard deviation. With exact
+measurements, only rounding errors and small effects of unidentified parameters remain, which do not
+indicate outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
 """One-sided probability of an error beyond the outlier limit."""
 _EFFICIENCY = 0.37
@@ -117,8 +117,7 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # The fit does not follow an error that it does not use, so the variance of this error is 1
-        # + h.
+        # The fit does not adapt to an unused error, so the variance of this error is 1 + h.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))

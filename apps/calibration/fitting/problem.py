@@ -51,22 +51,22 @@ _STEP = 1e-12
 """Relative change of the sum of squares and of the variables at which the iteration stops."""
 _EVALUATIONS = 100
 """Maximum number of evaluations per solution; about twenty suffice. For exact data, the iteration
-does not converge."""
+does not converge before rounding errors dominate."""
 _NEARNESS = 0.3
 """Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
-below the noise, but decides between parameters with the same effect."""
+smaller than the noise, but it selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
 """Penalty on frames and targets, which the design does not determine, in the unit of the penalty
 on the design."""
 _FAR = 0.1
-"""Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes the positions of
-targets and base only weakly, so these positions may be far from the start values."""
+"""Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes target positions
+and base position only weakly, so the estimates may be far from the start values."""
 _NEARBY = 1e-6
 """Relative step at which the first fit of a robot with loops stops."""
 _MAX_NEARBY = 200
 """Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
-"""Relative change of the noise that no longer affects the parameters significantly."""
+"""Relative change of the noise below which the parameters do not change significantly."""
 
 
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
@@ -194,8 +194,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never known exactly. Free axes absorb the error of this frame, otherwise
-    # base corrections absorb it.
+    # The device frame is never exactly known. Free axes absorb the error of the device frame;
+    # otherwise base corrections absorb it.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -204,7 +204,7 @@ def _candidates(
 
 
 class Fit(NamedTuple):
-    """The fitted variables, whether each row is used, and the noise of the rows used."""
+    """The fitted variables, a mask of the used rows, and the noise of these rows."""
 
     x: FloatArray
     used: BoolArray
@@ -254,7 +254,7 @@ class Problem:
 
     @property
     def everything(self) -> BoolArray:
-        """A mask that selects all rows."""
+        """A mask that selects all rows of the measurements."""
         return np.ones(len(self.measurements.labels), dtype=bool)
 
     def geometry(self, x: FloatArray) -> FloatArray:
@@ -423,7 +423,8 @@ class Problem:
         at = self._linearized(x, used[self._rows])
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)
-        # With noise 0 and known standard deviations, the matrix would be singular.
+        # With noise 0 and known standard deviations, the matrix of the normal equations would be
+        # singular.
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:

@@ -21,7 +21,7 @@ from .table_text import TableLine, number
 FloatArray = NDArray[np.float64]
 
 _KEPT = 0.05
-"""Maximum change of a distance between targets on a tool, relative to their own motion."""
+"""Maximum change of a distance between targets on a tool, relative to the motion of the targets."""
 _LARGEST = 720.0
 """Maximum joint angle [deg]; positions in millimeters are usually larger."""
 _MIN = 3

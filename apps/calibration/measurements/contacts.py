@@ -36,7 +36,7 @@ IntArray = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class _OneNumber(Measurements):
-    """One measured value per configuration.
+    """Measurements with one value per configuration.
 
     Attributes:
         values: (N,) measured values [m].
@@ -81,12 +81,12 @@ class _OneNumber(Measurements):
         return replace(self, values=factor * self.values)
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements unchanged: they contain no estimated frame."""
+        """Return the measurements unchanged, because they contain no estimated frame."""
         del other
         return self
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """Fit the unknowns alone at the nominal poses, and return the start values."""
+        """Fit only the unknowns at the nominal poses, and return the start values."""
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
@@ -112,7 +112,7 @@ class Distances(_OneNumber):
         return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin and the fixed point from a linear fit."""
+        """Start with the target at the tool origin, and the fixed point from a linear fit."""
         # d^2 = |p|^2 - 2 p . c + |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
@@ -154,7 +154,7 @@ class SphereContacts(_OneNumber):
         return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin and the sphere from a linear fit."""
+        """Start with the target at the tool origin, and the sphere from a linear fit."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, _ = _sphere(p, (p**2).sum(-1))
@@ -195,7 +195,7 @@ class PlaneContacts(_OneNumber):
         return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin and the least-squares plane."""
+        """Start with the target at the tool origin, and the least-squares plane."""
         p = T[:, :3, 3]
         normal = np.linalg.svd(p - p.mean(0))[2][2]
         found = replace(self, normal=tuple(normal.tolist()))
@@ -204,7 +204,7 @@ class PlaneContacts(_OneNumber):
         return found._refined(T, x)
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements with the normal of other measurements."""
+        """Return the measurements with the estimated normal of other measurements."""
         return replace(self, normal=other.normal)
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -236,7 +236,8 @@ _STEP = 1e-6
 _EVALUATIONS = 50
 """Maximum number of evaluations of the fit of the start values."""
 _HEIGHT = 0.1
-"""Minimum height of a fixed point above coplanar points, relative to their extent."""
+"""Minimum height of a fixed point above a plane of points, relative to the extent of these
+points."""
 _FLAT = 1e-6
 """Relative singular value of points below which they count as coplanar or collinear."""
 

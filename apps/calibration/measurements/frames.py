@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST_ROUNDS = 5
-"""Number of steps from each of the 24 start rotations; the best rotations are refined."""
+"""Number of steps from each of the 24 start rotations; only the best rotations are refined."""
 _FINISHED = 6
 """Number of rotations that are refined."""
 _ROUNDS = 60
@@ -101,7 +101,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
     """Return the frames for a tool that rotates about at most one axis, also from positions.
 
     Four points represent the probe: its origin and one point on each axis. The distance of these
-    points is the spread of the tool positions, at least `_LEVER`.
+    points is the spread of the tool positions, but at least `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)

@@ -11,7 +11,7 @@
 | r11 ... r33 | r11, R_1_1, T[0][0], m00; nx, ox, ax ... |
 | target, station | target, marker, SMR, point, ball; station |
 
-Units follow in brackets, after an underscore or a space, or directly: "q1 [deg]", "q1_deg",
+Units are written in brackets, after an underscore or a space, or directly: "q1 [deg]", "q1_deg",
 "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with "commanded",
 "nominal" or "computed" are used only for coordinates without a measured column.
 """
@@ -35,7 +35,7 @@ UNITS = {
     "°": ("rad", math.pi / 180),
 }
 _WORDS = {
-    "grad": "deg",  # German for degrees, in a German header
+    "grad": "deg",  # the German word for degrees, in a German header
     "degs": "deg",
     "degree": "deg",
     "degrees": "deg",
@@ -55,7 +55,7 @@ _WORDS = {
     "millimeters": "mm",
     "millimetres": "mm",
 }
-"""Spelled-out and alternative units."""
+"""Written-out and alternative names of units."""
 AXES = ("x", "y", "z")
 TARGET, STATION = "target", "station"
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -105,7 +105,7 @@ class Column(NamedTuple):
     Attributes:
         heading: The heading without the unit.
         number: Column index, from 0.
-        unit: A key of `UNITS`; "" if none is stated; an unknown unit unchanged.
+        unit: A key of `UNITS`; "" without a stated unit; an unknown unit is unchanged.
     """
 
     heading: str
@@ -135,10 +135,10 @@ def unit_of(word: str) -> str:
 
 
 def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
-    """Return the recognized columns of a header.
+    """Return the recognized columns of a table header.
 
     Args:
-        header: Cells of the header.
+        header: Cells of the table header.
         own: Coordinate names of the robot.
     """
     headings = [

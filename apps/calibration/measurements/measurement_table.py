@@ -47,7 +47,7 @@ _TITLES = 30
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
-"""Cell texts in a row of units that mark a column without a unit."""
+"""Cell texts in a row of units for columns without a unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class MeasurementTable:
     Attributes:
         q: (N, n) coordinates [rad or m].
         measurements: Target positions or poses.
-        assumptions: Facts inferred from the values of the table, one sentence each.
+        assumptions: Facts inferred from the values in the table, one sentence each.
     """
 
     q: FloatArray

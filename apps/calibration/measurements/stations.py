@@ -147,7 +147,7 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate targets by their mean from the first station, then the other stations."""
+        """Estimate targets by their mean from the first station, then the other frames."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)

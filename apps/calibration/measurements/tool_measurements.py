@@ -231,7 +231,7 @@ class Positions(Measurements):
         return replace(self, points=self.points[index])
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements unchanged: they contain no estimated frame."""
+        """Return the measurements unchanged, because they contain no estimated frame."""
         del other
         return self
 
@@ -299,7 +299,7 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Empty, because the tool corrections, which are parameters, locate the probe."""
+        """Empty, because the probe is located by the tool corrections, which are parameters."""
         return ()
 
     @property

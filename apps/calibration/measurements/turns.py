@@ -26,7 +26,7 @@ deviation of a rotation matrix from orthogonality."""
 
 
 class WrongRow(ValueError):
-    """A row that does not contain an orientation.
+    """Error for a row without a valid orientation.
 
     Attributes:
         row: Index of the row.

@@ -28,7 +28,7 @@ class Table:
     """A table.
 
     Attributes:
-        title: Title of the table.
+        title: Title of a table.
         heading: Column names with units.
         rows: Cells of each row.
     """
@@ -40,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Contents:
-    """All text and tables of a report.
+    """All sentences and tables of a report.
 
     Attributes:
         title: Title of the page.

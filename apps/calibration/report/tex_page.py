@@ -64,13 +64,13 @@ def _table(table: Table) -> str:
 
 
 def _block(table: Table) -> str:
-    """Return a block of the parameter table with a fixed width."""
+    """Return a block of the parameter table, with a fixed width."""
     width = r"\begin{tabular*}{0.48\linewidth}[t]{@{\extracolsep{\fill}}"
     return rf"{{\scriptsize{width}{_lines(table)}\end{{tabular*}}}}"
 
 
 def _lines(table: Table) -> str:
-    """Return the column specification and the rows of a table."""
+    """Return the column specification and the rows of a LaTeX table."""
     columns = "l" + "r" * (len(table.heading) - 1)
     rows = [" & ".join(map(_tex, row)) + r" \\" for row in table.rows]
     head = " & ".join(map(_tex, table.heading)) + r" \\"

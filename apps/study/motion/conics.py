@@ -49,7 +49,7 @@ class ConicArc:
         weight: The weight w of W: below 1 for an ellipse, 1 for a parabola, above 1 for a
             hyperbola.
         rotations: The orientation as a function of s.
-        table: (k + 1,) arc lengths at k + 1 equally spaced t [m].
+        table: (k + 1,) arc lengths at k + 1 equally spaced values of t [m].
         length: Arc length of the whole arc [m].
     """
 
@@ -142,7 +142,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     start, end = points[0], points[-1]
     pole = np.linalg.solve(C, np.cross(start, end))
     square = -(start @ C @ end) / (2 * pole @ C @ pole)
-    if square <= 0:  # the ends are on different branches of a hyperbola
+    if square <= 0:  # the end points are on different branches of a hyperbola
         raise InputValueError(_NO_ARC)
     controls = np.array([start, np.sqrt(square) * pole, end])
     # In the basis of the control points, a point of the arc is k ((1 - t)^2, 2 t (1 - t), t^2).

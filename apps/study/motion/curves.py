@@ -378,7 +378,7 @@ def curve_poses(
     """
     R = rotations(s).as_matrix()
     # SciPy returns the angular velocity in body axes. The derivative in base axes needs no further
-    # term, since omega x omega = 0.
+    # term, because omega x omega = 0.
     turn, turn_rate = ((R @ rotations(s, order)[..., None])[..., 0] for order in (1, 2))
     return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
@@ -470,7 +470,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Args:
         name: Name of the calling function, for error messages.
-        poses: (m, 4, 4) poses or (m, 3) positions, three or more; consecutive ones differ.
+        poses: (m, 4, 4) poses or (m, 3) positions, three or more; consecutive poses differ.
 
     Raises:
         ShapeError: There are fewer than three poses, or the array has the wrong shape.

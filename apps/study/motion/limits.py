@@ -81,7 +81,7 @@ def limit_violations(
 
 
 def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
-    """Return limits (n,) from one number or from n numbers.
+    """Return limits (n,) from one number or n numbers.
 
     Raises:
         ShapeError: The limits have the wrong shape.

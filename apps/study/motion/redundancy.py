@@ -8,8 +8,8 @@ chain, from the same start configuration:
 The pseudo-inverse J^+ gives the smallest joint step; cylinder lengths do not affect the norm. The
 configuration at a pose depends only on the start configuration and the pose, not on the path or on
 the samples. So a closed curve returns to the same configuration, unlike integrated minimum-norm
-rates. The configuration is near the start, but not the nearest one: each step minimizes its own
-norm.
+rates. The configuration is near the start, but not the nearest possible, because each step
+minimizes only its own norm.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -66,7 +66,7 @@ def minimum_norm(
         robot: A robot with as many joints in its main chain as coordinates.
         curve: The curve of the tool.
         s: (m,) lengths on the curve.
-        start: (n,) start configuration of each solution [rad or m].
+        start: (n,) start configuration of each iteration [rad or m].
         fixed: Coordinates, or joints of the main chain, that do not move.
 
     Raises:
@@ -129,7 +129,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates, corrected by the curve's twist."""
+    """Convert joint positions and differences to coordinates; the twist corrects them."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)

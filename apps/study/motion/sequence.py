@@ -8,7 +8,7 @@
     )
     trajectory = laying.sample(frequency=100)
 
-Each stage begins at the end of the previous stage.
+Each stage begins at the final configuration of the previous stage.
 """
 
 from __future__ import annotations
@@ -161,8 +161,8 @@ class MotionSequence:
                 start of the stage.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path, and the other limits refer to the
-                path length in the coordinates.
+                plan, duration is the time of the whole path, and the other limits refer to the path
+                length in the coordinates.
 
         Raises:
             InputValueError: The curve or the plan does not start at q_end, or the plan has no path.

@@ -63,7 +63,7 @@ def task_rates(
     J[..., fixed] = 0
     inverse = np.linalg.pinv(_jacobian(task, T, J))
     rate = (inverse @ by_s[..., None])[..., 0]
-    # The task acceleration for zero joint accelerations.
+    # The task acceleration at zero joint accelerations.
     own = _acceleration(task, T, (J @ rate[..., None])[..., 0], _drift(robot, q, rate))
     return rate, (inverse @ (by_ss - own)[..., None])[..., 0]
 

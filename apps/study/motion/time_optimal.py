@@ -35,9 +35,9 @@ _NODES = 400
 _FEWEST = 10
 """Minimum number of grid nodes."""
 _FINER = 10
-"""Number of samples between two nodes at which limits are checked."""
+"""Number of samples between two grid nodes at which limits are checked."""
 _REFINEMENTS = 3
-"""Number of rounds that add samples near the largest values."""
+"""Number of rounds in which samples are added near the largest values."""
 _ROUNDS = 4
 """Maximum number of grids; each adds nodes at excesses of the previous time scaling."""
 _CLOSEST = 1e-5
@@ -52,7 +52,7 @@ _BEFORE = 1e-9
 _NONE = 1e9
 """Acceleration limit for the path length of the tool, too large to be reached."""
 _MARGIN = 1e-5
-"""Relative time margin for maxima between two samples."""
+"""Relative margin of the duration for maxima between two samples."""
 
 
 def time_optimal(
@@ -184,7 +184,7 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return the time factor, at least 1, that brings rates and accelerations within limits.
 
-    The second result contains lengths at which a larger factor is needed, as additional nodes.
+    The second result lists lengths at which a larger factor is needed, as additional grid nodes.
 
     Close to a singularity, peaks may be narrower than the sample spacing. Samples are added near
     sampled values that are close to the maximum, relative to the difference between samples.

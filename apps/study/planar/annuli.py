@@ -4,8 +4,8 @@ The border of the intersection consists of circular arcs. Each circle is cut at 
 with the other circles; an arc whose midpoint lies in all annuli belongs to the border. Green's
 theorem gives the exact area from these arcs:
 
-    2 A = sum over arcs, counterclockwise around the region, of
-          r^2 (b - a) + r (c_x (sin b - sin a) - c_y (cos b - cos a))
+    2 A = sum over arcs, counterclockwise around the region, of r^2 (b - a) + r (c_x (sin b - sin a)
+    - c_y (cos b - cos a))
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ _RAY = 0.7548776662466927
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
-    """A region bounded by arcs, or a curve of arcs, or a point, which is an arc of radius 0.
+    """A region bounded by arcs, a curve of arcs, or a point, which is an arc of radius 0.
 
     Attributes:
         arcs: The border arcs, with the region on their left.
@@ -206,7 +206,7 @@ def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
 
 
 def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
-    """Yield radius and angle of circles about a center that touch an arc or contain its ends."""
+    """Yield circles about a center that touch an arc or contain its ends: radius, angle."""
     away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]
@@ -240,10 +240,10 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the intersections of a circle with k circles, as angles (2, ..., k) on both.
+    """Return the intersections of a circle with k circles, as angles (2, ..., k) on both circles.
 
-    NaN without an intersection. Tangent circles do not count, since rounding would decide whether
-    they cross.
+    The angles are NaN without an intersection. Tangent circles do not count as crossing, because
+    rounding would decide whether they cross.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])

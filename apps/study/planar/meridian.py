@@ -161,7 +161,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # The overlap of the two arcs begins or ends at these values of u.
+    # At these values of u, the overlap of the two arcs begins or ends.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:

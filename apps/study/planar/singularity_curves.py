@@ -20,7 +20,7 @@ from .zero_curves import zero_curves
 FloatArray = NDArray[np.float64]
 
 _PAD = 0.05
-"""Margin around the region that all legs reach, relative to the size of the region."""
+"""Margin around the region that all legs reach, relative to the size of this region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def singularity_curves(
         robot: A planar platform.
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]; by default the bounds of the region that all legs reach.
-        y: Lower and upper bound of y [m]; by default as for x.
+        y: Lower and upper bound of y [m]; by default the bounds of the region that all legs reach.
         slot: The leg branches, a slot of `ik_planar`; 0 is the reference branch.
         resolution: Number of grid lines per axis.
 

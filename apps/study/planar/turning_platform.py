@@ -9,7 +9,7 @@ b - r, r + a and |r - a|. So the total workspace is bounded by arcs.
 The border of the inclusive workspace contains other curves, where two legs reach their limits. A
 square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs reach its
 center with a margin of d. The square is outside if, at each angle, a leg misses the center of the
-square by d. The tests for inside and outside have a closed form. Other squares are subdivided; the
+square by d. Both tests, inside and outside, have a closed form. Other squares are subdivided; the
 remaining undecided area is the error.
 """
 
@@ -211,8 +211,8 @@ def _judged(
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
     """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
 
-    The angle intervals in which a leg reaches a point end at the border of the leg's annulus or
-    of the range, so it is sufficient to test these angles.
+    The angle intervals in which a leg reaches a point end at the border of the leg's annulus or of
+    the range, so it is enough to test these angles.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # The lines start with open curves, at one end of each.
+    # The lines start with open curves, at one end of each curve.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         way = [start]
         while neighbors[way[-1]]:

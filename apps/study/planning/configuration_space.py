@@ -37,7 +37,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Minimum length of a segment relative to the ranges. Shorter segments are not halved."""
+"""Minimum length of a segment relative to the ranges. Segments shorter than this length are not
+halved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +56,8 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs to check: a shape of the robot, and an obstacle or another shape, whose
-            indices follow the indices of the obstacles.
+        checks: Pairs to check: a shape of the robot, and an obstacle or another shape; indices of
+            shapes follow the indices of the obstacles.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 
@@ -202,7 +203,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return the shapes of each check, -1 for obstacles, and their last common body."""
+        """Return the shapes of each check (-1: an obstacle), and their last common body."""
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [
@@ -257,9 +258,9 @@ def configuration_space(
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the limits; revolute actuators of loops without limits get a full turn.
+    """Return the limits; a revolute actuator of a loop without limits has the range of a full turn.
 
-    The turn is centered at the reference configuration, where loops close.
+    The full turn is centered at the reference configuration, where loops close.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:

@@ -5,9 +5,9 @@ corners, each rod or cylinder a capsule between its ends. Lines and plates of th
 several joints are ignored.
 
 The motion of a point is bounded by the sum over the joints before it, of joint motion times lever
-arm at the middle configuration. The lever arms at the middle configuration suffice, because a joint
-moves all following axes together with the point. This bound is convex in the point, so the corners
-bound a shape.
+arm at the middle configuration. The lever arms at the middle configuration are enough, because a
+joint moves all following axes together with the point. The bound is a convex function of the point,
+so the corners bound the whole shape.
 """
 
 from __future__ import annotations
@@ -271,7 +271,8 @@ def hulls_of(robot: Robot) -> Hulls:
 def joined(bones: Skeleton) -> list[set[str]]:
     """Return the names of the two bodies or struts that each joint connects.
 
-    Bodies fixed to each other have the name of the first body, which has the shapes of all.
+    Bodies fixed to each other have the name of the first body, which has the shapes of all these
+    bodies.
     """
     names: list[str] = []
     for body in bones.bodies:

@@ -13,7 +13,7 @@ right-hand side F, which is convex and increasing in w. The steps of the iterati
 F'(w) d > 0 and converge to 0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the
 difference of B dc/dx from the identity in the box; its eigenvalues are below 1, since the box is
 slightly widened. So B dc/dx is regular in the box, and the solution is continuous and on one
-branch. Rounding errors, about 1e-13, are not bounded.
+branch. The bounds do not include rounding errors, which are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second

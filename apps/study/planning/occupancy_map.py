@@ -71,7 +71,7 @@ class OccupancyMap:
         return bool(self._free_cells(cells).all())
 
     def explain(self, q: FloatArray) -> str:
-        """Return what occupies a point (2,)."""
+        """Return the name of the object that occupies a point (2,)."""
         x, y = q
         inside = ((q >= self.lower) & (q < self.upper)).all()
         return f"({x:g}, {y:g}) m is {'occupied' if inside else 'outside the map'}"
@@ -97,7 +97,7 @@ def occupancy_map(
         InputValueError: cell_size is not positive.
     """
     cells, corner = np.asarray(occupied, dtype=bool), finite("occupancy_map: origin", origin)
-    if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane
+    if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane has two dimensions
         raise ShapeError(
             f"occupancy_map: expected (nx, ny) and (2,), got {cells.shape} and {corner.shape}"
         )

@@ -20,7 +20,7 @@ from .plan import Plan, Space, ends_of, no_plan, plan_along
 FloatArray = NDArray[np.float64]
 
 _SEEDS = 2**32 - 1
-"""Number of seeds that ompl accepts."""
+"""Number of random seeds that ompl accepts."""
 
 
 def rrt_connect(
@@ -56,7 +56,7 @@ def rrt_connect(
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    # ompl seeds begin at 1; ompl logs an error for a second seed.
+    # Random seeds of ompl begin at 1; ompl logs an error if a seed is set twice.
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(key_of("rrt_connect", rng) % _SEEDS + 1)
     util.setLogLevel(util.LOG_ERROR)

@@ -52,7 +52,7 @@ class SuccessStudy(StudyResult):
     """A table of trials.
 
     Attributes:
-        rows: The trials, by samples and maximum step.
+        rows: The trials, keyed by number of samples and maximum step.
     """
 
     _parts = (Trial,)

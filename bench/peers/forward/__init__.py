@@ -57,7 +57,7 @@ class Call:
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
         """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
-        # Copy, because some peers reuse the memory of their results.
+        # The results are copied, because some peers reuse their memory.
         poses = [tuple(map(np.array, self.read(self.fk(row)))) for row in q]
         both = [tuple(map(np.array, self.read(self.fk_jacobian(row)))) for row in q]
         columns = (*zip(*poses, strict=True), *zip(*both, strict=True))

@@ -19,9 +19,9 @@ def fk_jacobian(
 
     Args:
         arm: The arm.
-        q: Joint positions in the number type of the peer.
-        cos: Cosine function for this type.
-        sin: Sine function for this type.
+        q: Joint positions in the number type of the peer library.
+        cos: Cosine function for this number type.
+        sin: Sine function for this number type.
     """
     R: Rows = [[int(i == j) for j in range(3)] for i in range(3)]
     p: list[Any] = [0, 0, 0]

@@ -1,4 +1,4 @@
-"""chasles, with the same interfaces as its peers."""
+"""The benchmark interfaces of chasles, which are the same as for its peers."""
 
 from collections.abc import Sequence
 from dataclasses import replace

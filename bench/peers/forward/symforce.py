@@ -41,7 +41,7 @@ static void fk_jacobian(void *, const double *q, double *T, double *J)
 def loops(arm: Arm) -> list[Loop]:
     files = {"main.cpp": MAIN.format(n=arm.joints), **_generated(arm)}
     folder = headers("cmeel-eigen", "/Eigen/Core")
-    # Unaligned, because matrices in an array are not aligned.
+    # The arrays are unaligned, because matrices in an array are not aligned.
     flags = ("-DEIGEN_MAX_ALIGN_BYTES=0", f"-isystem{folder}")
     source = Source(f"symforce-{arm.name}", files, flags)
     return [loop("SymForce", arm.joints, source, by_columns=True)]

@@ -16,7 +16,7 @@ from .screw_polynomials import Polynomial, ScrewRing
 MAX_SUMMED = 12
 """Maximum number of terms of a polynomial rewritten in sums of all its angles."""
 MAX_TERMS = 100
-"""Maximum number of terms of a polynomial to factor; takes at most one second."""
+"""Maximum number of terms of a polynomial to factor; its factorization takes at most one second."""
 
 
 @dataclass(frozen=True)

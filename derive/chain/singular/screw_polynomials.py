@@ -69,7 +69,7 @@ class ScrewRing:
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """Returns the Jacobian columns in a view; None if an entry exceeds ``longest`` terms."""
+        """Returns Jacobian columns in one frame; None if an entry exceeds ``longest`` terms."""
         point = self.vector(view.point)
         columns = []
         for i, screw in enumerate(self.S):
@@ -140,7 +140,7 @@ class ScrewRing:
         """Returns a polynomial as an expression in coordinates and constants.
 
         Args:
-            polynomial: An element of the ring.
+            polynomial: A polynomial as an element of the ring.
             sums: The angle sums represented by cosine and sine symbols, keyed by coordinate index.
         """
         known = dict(self.meanings)

@@ -45,7 +45,7 @@ class View:
 
     @property
     def key(self) -> tuple[int, sp.Matrix]:
-        """Identity of this view."""
+        """Key that identifies the frame and the reference point."""
         return self.body, self.point
 
     @property
@@ -56,7 +56,7 @@ class View:
 
 @dataclass(frozen=True)
 class Minor:
-    """A square submatrix of the Jacobian in a view.
+    """A square submatrix of the Jacobian, in one body frame and at one reference point.
 
     Attributes:
         view: The frame and reference point of the Jacobian.
@@ -80,12 +80,12 @@ class Minor:
 def minors(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
-    """Returns the largest square submatrices of a Jacobian, in views with the smallest blocks.
+    """Returns the largest square submatrices of a Jacobian, in frames with small blocks.
 
     If the number of nonzero rows equals the joint count, there is one submatrix. With more joints,
-    each submatrix omits joints and may have its own view. With fewer joints, each submatrix omits
-    rows, and all submatrices share the view that is simplest in total. Structurally singular
-    submatrices are omitted.
+    each submatrix omits joints and may have its own frame and reference point. With fewer joints,
+    each submatrix omits rows, and all submatrices share the frame and reference point that are
+    simplest in total. Structurally singular submatrices are omitted.
 
     Args:
         robot: A serial robot.
@@ -104,7 +104,7 @@ def minors(
 
 
 def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
-    """Returns the submatrix of some columns in the view with the smallest blocks."""
+    """Returns the submatrix of some columns, in the body frame that gives the smallest blocks."""
     found = [
         Minor(view, blocks)
         for view in views
@@ -114,7 +114,7 @@ def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
 
 
 def _without_rows(view: View, count: int) -> tuple[Minor, ...]:
-    """Returns the square submatrices of all columns in one view."""
+    """Returns the square submatrices with all columns, in one frame and at one reference point."""
     found = (_blocks(view.filled, rows, range(count)) for rows in combinations(view.rows, count))
     return tuple(Minor(view, blocks) for blocks in found if blocks)
 

@@ -1,4 +1,4 @@
-"""Consecutive axes of a chain at zero, each relative to the preceding axis."""
+"""Consecutive axes of a chain with all joints at zero, each relative to the preceding axis."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -151,7 +151,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns files that match a pattern; none if a folder cannot be read or vanishes meanwhile."""
+    """Returns files that match a pattern; none if a folder cannot be read."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

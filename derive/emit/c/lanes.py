@@ -140,7 +140,8 @@ class _Writer:
         """Prints the joint computation of an angle's cosine and sine.
 
         Returns:
-            The lines for the first of the two statements, no lines for the second.
+            The lines if the statement is the first of the two; an empty list for the second
+            statement.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -160,7 +161,7 @@ class _Writer:
         """Prints the joint computation of two angles.
 
         Returns:
-            The lines for the second angle's statement, no lines for the first.
+            The lines if the statement computes the second angle; an empty list for the first angle.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}

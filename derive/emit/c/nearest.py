@@ -1,7 +1,7 @@
 """Generates ``<function>_nearest``: the inverse solution nearest to a seed, within limits.
 
-``<robot>_nearest.h`` contains the robot's limits and one function for each inverse. ``<robot>.c``
-includes it last.
+``<robot>_nearest.h`` contains the robot's limits and one function for each inverse. The file
+`<robot>.c` includes this header last.
 """
 
 import textwrap

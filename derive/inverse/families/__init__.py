@@ -28,4 +28,4 @@ FAMILIES: tuple[Family, ...] = (
     SWIVEL,
     MACHINE_TOOL,
 )
-"""All families, in the order in which they are tested on a chain."""
+"""All families of axis structures, in the order in which they are tested on a chain."""

@@ -52,7 +52,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
-    # 1 to 3. The orientation: joints 1 and 4 rotate by the sum of their angles.
+    # 1 to 3. The orientation of the tool: joints 1 and 4 rotate it by the sum of their angles.
     centre = lines.meeting(4, 5)
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
@@ -95,7 +95,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
     work.remainder((a1, a4))
 
-    # 5, 6. The prismatic joints in their plane.
+    # 5, 6. Joints 2 and 3 are prismatic and move the wrist in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)
 
@@ -103,7 +103,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the rotation by joints 1 and 4; if v is 0, selects the best rotation for the column.
+    """Returns the rotation by joints 1 and 4; if it is arbitrary, the best rotation.
 
     The column rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close
     to the column.

@@ -32,15 +32,16 @@ class Family:
         title: Description of the structure, for ``chasles explain`` and the article.
         joints: Possible joint counts of a chain in this family.
         requires: Returns the conditions on the axes, with their deviations.
-        solve: Solves all joints for a tool displacement, step by step. Each step has a reason, a
-            degenerate case and an equation, printed by ``chasles explain`` and in the article.
+        solve: Solves all joints for a displacement of the tool, step by step. Each solution step
+            has a reason, a degenerate case and an equation, printed by ``chasles explain`` and in
+            the article.
         readings: The ends from which the axes may be numbered.
         behind_given: Whether the family is also tested on the free joints of a longer chain with
             fixed joints.
         rather_gives: Whether the family is tested last if joints are fixed, because fixing its
             prismatic joint is preferred.
-        solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families
-            solve only their own tasks, such as the position.
+        solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families of
+            axis structures solve only their own tasks, such as the position.
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
         tasks: Tasks in addition to the pose, for a chain without fixed joints numbered from the
             base.

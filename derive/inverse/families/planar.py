@@ -67,14 +67,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
     W = subtracted(terms, wanted, first.p)
-    # 1. The prismatic joint along the axes.
+    # 1. Only the prismatic joint moves the tool along the parallel axes.
     for axis in lines.axes:
         if not axis.turns and axis is not telescopic:
             lift(work, axis, first, hand, W)
     if len(turning) == _MAX_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
-    # 4. The joint angles add up to the tool rotation.
+    # 4. The rotation of the tool is the sum of the joint angles.
     e = any_across(terms, first.h)
     total = work.step(
         turning,

@@ -1,8 +1,8 @@
 """Three joints that position the tool: gantries, and arms without a wrist.
 
-The position of the tool determines its orientation. One point of the tool reaches its position in
-the target pose, and the residual includes the orientation error. The point is the tool origin, or
-another tool point if some joint does not move the origin. Maximum number of solutions: 4.
+The position of the tool determines its orientation. One point of the tool reaches its target
+position, and the residual includes the orientation error. This point is the tool origin, or another
+tool point if some joint does not move the origin. Maximum number of solutions: 4.
 """
 
 import numpy as np

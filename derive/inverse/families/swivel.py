@@ -76,7 +76,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
-    # 2. The swivel angle determines the orientation of the shoulder-wrist line and arm plane.
+    # 2. The swivel angle determines the orientation of the shoulder-wrist line and of the arm
+    # plane.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
     sense = terms.let(

@@ -47,8 +47,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
 
-    # 2. Joint 6 does not rotate its own axis. 3. Each solution for the angle of step 2 has one
-    # matching angle sum.
+    # 2. Joint 6 does not rotate its own axis. 3. Each solution of step 2 has one matching angle
+    # sum.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)

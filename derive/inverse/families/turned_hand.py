@@ -1,9 +1,9 @@
 """Four revolute joints: a base, two parallel axes and a wrist with a non-parallel axis.
 
 Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
-the sum q2 + q3, and q4. Two joint coordinates remain for the position. For a pose out of reach,
-these steps return a nearby pose, and the residual is the deviation. Maximum number of solutions: 2
-for a pose, 4 for a position.
+the sum q2 + q3, and q4. Two joint coordinates remain for the position. For a pose out of reach, the
+solution steps return a nearby pose, and the residual is its distance. Maximum number of solutions:
+2 for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -62,7 +62,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
-    # 5. Near a double solution of step 1, all six equations together are more accurate.
+    # 5. Near a double solution of step 1, all six pose equations together are more accurate.
     step_on_all(work, lines, target)
 
 

@@ -33,7 +33,7 @@ CALLS = ("fk_jacobian_mixed",)
 
 @dataclass(frozen=True)
 class GeneralArm(Tables):
-    """The fields of ``chasles_general_arm`` after its function pointers.
+    """The fields of the C struct ``chasles_general_arm`` after its function pointers.
 
     Attributes:
         joints: Number of joints of the robot.
@@ -41,8 +41,8 @@ class GeneralArm(Tables):
         directions: 1 or -1 for each joint.
         length: The arm length (metre).
         placed: The rows of the constant placements of the joints and the tool.
-        split_count: Number of the splits.
-        splits: Joint order, sense and halved joint of each split.
+        split_count: Number of elimination orders (splits).
+        splits: Joint order, direction and half-angle joint of each elimination order (split).
     """
 
     joints: int
@@ -73,11 +73,11 @@ class GeneralArm(Tables):
 
 
 OWN = JOINTS - 1
-"""Number of joints of the arm itself."""
+"""Number of joints of the arm, without an added joint."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
 """Candidate axes in the tool frame: direction, and point relative to the arm length."""
 APART = (np.pi,) * OWN + (0.0,)
-"""Assumed separations of the solutions (radian): zero in the added joint."""
+"""Assumed separations of the solutions (radian); the separation in the added joint is zero."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class WithTool:
 
     Attributes:
         constants: The constant placements before, between and after the six joints, as floats.
-        choice: The joint orders in the equations.
+        choice: The elimination orders of the joints (splits).
     """
 
     constants: tuple[Array, ...]
@@ -100,9 +100,9 @@ class GeneralInverse:
     Attributes:
         title: Description of the arm, and the source of the method.
         method: Description of the method.
-        choice: The joint orders used in the equations, and the fixed joints.
+        choice: The elimination orders of the joints (splits), and the fixed joints.
         function: The function ``ik``, which solves for the roots of a determinant.
-        steps: Descriptions of the numbered steps.
+        steps: Descriptions of the numbered solution steps.
         given: Names of the fixed joints.
     """
 
@@ -172,7 +172,7 @@ class GeneralTables:
 
     Attributes:
         arm: The numbers of the arm for the general solver; None if the solver does not apply.
-        separation: How well the best joint order separates the solutions; see
+        separation: How well the best elimination order separates the solutions; see
             :attr:`.Choice.separation`.
     """
 
@@ -255,7 +255,7 @@ def _squares(sliding: list[str]) -> str:
 
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
-    """Describes the alternative joint orders."""
+    """Describes the alternative elimination orders of the joints."""
     first, *others = (free[split.joints[2]] for split in choice.splits)
     names = [name for name in dict.fromkeys(others) if name != first]
     if not names:
@@ -275,8 +275,8 @@ def with_tool_joint(
 
     The added joint rotates the tool. Every solution of the five joints is a solution of the six
     joints with angle 6 at 0; solutions with a nonzero angle 6 are discarded. The added axis is skew
-    to the other axes, so that the six joints fit no known family. It is far enough from the tool
-    origin to move the origin.
+    to the other axes, so that the six joints fit no known family. The added axis is far enough from
+    the tool origin to move the origin.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.
@@ -290,7 +290,7 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # All solutions of a pose have the same angle 6, so joint 6 cannot separate them.
+        # All solutions of a pose have the same angle 6, so joint 6 cannot distinguish them.
         kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
@@ -319,7 +319,7 @@ def solver_function(
 
     Args:
         robot: The description.
-        choice: The joint orders in the equations.
+        choice: The elimination orders of the joints (splits).
         constants: The constant placements of the joints, including the added joint of a five-joint
             arm.
     """

@@ -1,13 +1,13 @@
-"""Equations of Raghavan and Roth for general six-joint arms, and their splits.
+"""Equations of Raghavan and Roth for general six-joint arms, and their elimination orders (splits).
 
 The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
 placement from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
-A split numbers the joints from any joint in either direction. It consists of a pair (1, 2), the
-suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move its own
-axis, so the equations of this axis do not contain joint 6:
+A split (elimination order) numbers the joints from any joint in either direction. A split consists
+of a pair (1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6
+does not move its own axis, so the equations of this axis do not contain joint 6:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
@@ -21,8 +21,8 @@ equations eliminate y. The generated C finds the angles theta_3 at which these s
 solution. Accuracy depends on the suppressed joint (:mod:`.split_choice`).
 
 A prismatic joint with displacement d has Tz(d) in place of Rz(theta), and 1, d, d^2 in place of 1,
-cosine, sine. Prismatic joints may be in the pair, or be the joint of 4 and 5 whose angle is not
-halved. The other three joints must be revolute.
+cosine, sine. Prismatic joints may be in the pair, or be the joint among 4 and 5 without a half
+angle. The other three joints must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -47,12 +47,12 @@ Parts = Callable[[int], tuple[Array, Array, Array]]
 
 @dataclass(frozen=True)
 class Split:
-    """A numbering of the loop's joints.
+    """A numbering of the loop's joints, which defines an elimination order.
 
     Attributes:
-        joints: Joint indices in the order pair, suppressed joint, two more joints, last joint.
+        joints: Joint indices in the order: pair, suppressed joint, two more joints, last joint.
         sense: 1 from base to tool, -1 from tool to base.
-        halved: Selects the joint whose half angle is unknown: 0 for joint 4, 1 for joint 5.
+        halved: Selects the joint with a half angle as unknown: 0 for joint 4, 1 for joint 5.
     """
 
     joints: tuple[int, ...]
@@ -67,7 +67,7 @@ class Split:
 
 @dataclass(frozen=True)
 class LineEquations:
-    """Coefficients of the equations of a split.
+    """Coefficients of the equations for one elimination order (split).
 
     Attributes:
         left: (14, 9), functions of the pose: the constant column, then the columns of y.
@@ -79,7 +79,7 @@ class LineEquations:
 
 
 def splits(slides: Collection[int] = ()) -> list[Split]:
-    """Returns every split of a loop with six joints, some of which may be prismatic."""
+    """Returns every elimination order (split) of a loop with six joints."""
     every = (
         Split(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
@@ -120,11 +120,11 @@ def numbers(robot: SerialRobot) -> list[Array]:
 def equations(
     constants: Sequence[Array], split: Split, T: Array, slides: Collection[int] = ()
 ) -> LineEquations:
-    """Returns the fourteen equations of a split.
+    """Returns the fourteen equations for one elimination order (split).
 
     Args:
         constants: The seven constant placements of the arm, as expressions or floats.
-        split: The order of the joints.
+        split: The elimination order of the joints.
         T: The pose (4, 4), as expressions or floats.
         slides: Indices of the prismatic joints among the six joints.
     """
@@ -134,7 +134,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free, each with a coordinate of its own, and a split exists.
+    """Whether enough joints are free, and an elimination order (split) exists.
 
     Args:
         robot: The description.
@@ -169,7 +169,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 
     Args:
         found: The numeric equations (..., 14, 9) and (..., 3, 14, 9).
-        halved: Which of the two right-hand angles is halved.
+        halved: Index of the joint with the half angle: 0 or 1.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()

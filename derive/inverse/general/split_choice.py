@@ -1,10 +1,10 @@
-"""Selects the splits that best separate the solutions of a general arm, and the fixed joints.
+"""Selects the elimination orders (splits) of a general arm, and its fixed joints.
 
 If consecutive axes intersect or are parallel, many splits are unsuitable: det M is zero for every
-suppressed angle, or some solutions share the suppressed angle. So all splits are rated at many
-configurations. A split is suitable at a configuration if det M is a trigonometric polynomial of
-degree 8 in the suppressed angle. In addition, the second smallest singular value of M at the
-solution and the smallest singular value of A must be far from zero.
+suppressed angle, or several solutions have the same suppressed angle. So all splits are rated at
+many random configurations. A split is suitable at a configuration if det M is a trigonometric
+polynomial of degree 8 in the suppressed angle. In addition, the second smallest singular value of M
+at the solution and the smallest singular value of A must be far from zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,16 +35,17 @@ from .raghavan_roth import (
 )
 
 SAMPLES = 32
-"""Number of angles at which the determinant of a split is sampled."""
+"""Number of angles at which the determinant is sampled for one elimination order (split)."""
 DEGREE = 8
 """Degree of the determinant in the suppressed angle; allows sixteen solutions."""
 CONFIGURATIONS = 12
-"""Number of configurations at which a split of six joints is rated."""
+"""Number of configurations at which an elimination order (split) of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 """Number of configurations with fixed joints, and additional configurations per right angle."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of retained splits; if a split fails at a pose, the next is tried. A fourth split is
-retained only if it is suitable at configurations where the other three are not."""
+"""Number of elimination orders (splits) that are kept; if one fails at a pose, the next order is
+tried. A fourth split is kept only if it is suitable at configurations where the other three are
+not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
@@ -52,14 +53,14 @@ MAX_JOINTS = len(PRIMES)
 
 @dataclass(frozen=True)
 class Rating:
-    """Rating of a split.
+    """Rating of an elimination order (split).
 
     Attributes:
         split: The split.
         separations: Second smallest singular value of M divided by the largest, for each
             configuration; NaN if the degree of det M is not 8.
-        pairs: Smallest singular value of A divided by the largest, for each configuration. The pair
-            of joints is solved with A.
+        pairs: Smallest singular value of A divided by the largest, for each configuration. The
+            angles of the pair of joints are solved with the matrix A.
     """
 
     split: Split
@@ -68,7 +69,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """Smaller of ``separations`` and ``pairs`` at each configuration.
+        """Smaller value of ``separations`` and ``pairs`` at each configuration.
 
         NaN propagates. NaN propagates.
         """
@@ -76,12 +77,12 @@ class Rating:
 
     @property
     def good_at(self) -> frozenset[int]:
-        """Indices of the configurations at which the split is suitable."""
+        """Indices of the configurations at which the elimination order is suitable."""
         return frozenset(k for k, s in enumerate(self.least) if s > SINGLE_SOLUTION)
 
     @property
     def good(self) -> float:
-        """Fraction of configurations at which the split is suitable."""
+        """Fraction of configurations at which the elimination order is suitable."""
         return len(self.good_at) / len(self.separations)
 
     @property
@@ -91,18 +92,18 @@ class Rating:
 
     @property
     def key(self) -> tuple[float, float]:
-        """Sort key (larger is better): suitable fraction, then the median separation there."""
+        """Sort key (larger is better): fraction of suitable configurations, then separation."""
         there = [self.least[k] for k in self.good_at]
         return self.good, float(np.median(there)) if there else 0.0
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The selected splits and fixed joints of an arm.
+    """The selected elimination orders (splits) and fixed joints of an arm.
 
     Attributes:
         given: Indices of the fixed joints, in ascending order.
-        ratings: The splits to use and their ratings, best first.
+        ratings: The elimination orders (splits) to use and their ratings, best first.
     """
 
     given: tuple[int, ...]
@@ -110,26 +111,26 @@ class Choice:
 
     @property
     def good(self) -> float:
-        """Fraction of configurations at which at least one split is suitable."""
+        """Fraction of configurations at which at least one elimination order is suitable."""
         found = frozenset[int]().union(*(rating.good_at for rating in self.ratings))
         return len(found) / len(self.ratings[0].separations)
 
     @property
     def separation(self) -> float:
-        """How well the best split separates the solutions; see :attr:`Rating.key`."""
+        """How well the best elimination order separates the solutions; see :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
     def splits(self) -> tuple[Split, ...]:
-        """The splits with the indices of the six free joints."""
+        """The elimination orders (splits) with the indices of the six free joints."""
         return tuple(rating.split for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """Returns the splits of an arm with at least six joints, or None without a suitable split.
+    """Returns the elimination orders (splits) of an arm, or None without a suitable one.
 
-    Some arms need their prismatic joint, because the other six joints alone are nearly singular.
-    In this case, any joint may be the fixed joint.
+    Some arms need their prismatic joint as a free joint, because the other six joints alone are
+    nearly singular. In this case, any joint may be the fixed joint.
 
     Args:
         robot: The description.
@@ -143,7 +144,7 @@ def choose(robot: SerialRobot) -> Choice | None:
 
 
 def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
-    """Returns the best rated choice among several sets of fixed joints."""
+    """Returns the best-rated choice among several sets of fixed joints."""
     if not ways:
         return None
     constants, slides = numbers(robot), slides_of(robot)
@@ -185,15 +186,15 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """Returns the splits for a set of fixed joints, or None without a suitable split.
+    """Returns the elimination orders (splits) for a set of fixed joints, or None.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.
         given: Indices of the fixed joints, in ascending order.
         slides: Indices of the prismatic joints.
         apart: Separation of the solutions in each of the six joints (radian), if known. If the arm
-            is close to a known family, its solutions often share the values of some joints, so
-            these joints cannot separate the solutions.
+            is close to a known family, several solutions often have equal values of some joints, so
+            these joints cannot distinguish the solutions.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -221,7 +222,7 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """Returns the best splits with distinct joint orders, best first.
+    """Returns the best elimination orders (splits) with distinct joint orders, best first.
 
     If the solution separations are known, splits whose suppressed joint separates the solutions
     come first. Each selected split has a different suppressed joint, because solutions that agree
@@ -286,7 +287,7 @@ def _rated(
 
 
 def _value_at(angle: float, size: float, slides: bool) -> float:
-    """Returns a joint value: the same fraction of a turn or of the arm length."""
+    """Returns a joint value as a fraction of a turn or of the arm length."""
     return angle / (2 * np.pi) * size if slides else angle
 
 
@@ -302,7 +303,7 @@ def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> 
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
-    """Returns poses with positions divided by ``size``."""
+    """Returns poses with positions relative to the arm length ``size``."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 
@@ -330,11 +331,11 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, ...]:
     """Returns the second smallest singular value of M divided by the largest, at solutions.
 
-    NaN if the split is unsuitable.
+    The result is NaN if the elimination order is unsuitable.
 
     Args:
         found: The equations (C, 14, 9) and (C, 3, 14, 9) of all poses.
-        split: The split of the equations.
+        split: The elimination order (split) of the equations.
         q: Joint values (C, 6) at each pose; only the suppressed angle is used.
     """
     M = suppressed(found, split.halved)
@@ -354,7 +355,7 @@ def _at(angle: Array, M: Array) -> Array:
 
 
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
-    """Returns quasi-random configurations: multiples of square roots of primes, modulo 1.
+    """Returns quasi-random configurations (multiples of square roots of primes, modulo 1).
 
     In some configurations, the fixed joints are at right angles, because the six free joints often
     fit a known family there.

@@ -1,9 +1,9 @@
 """Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
 
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
-closed form, loop by loop. Each loop has two branches (two folds). If the loops reduce the degrees
-of freedom of the main chain, as in a delta robot with a rotated platform, the loop equations decide
-whether the pose is reachable.
+closed form, loop by loop. Each loop has two branches, which correspond to the two folded positions
+of its links. If the loops reduce the degrees of freedom of the main chain, as in a delta robot with
+a rotated platform, the loop equations decide whether the pose is reachable.
 """
 
 from functools import partial
@@ -68,14 +68,14 @@ def _structure(h: SolvedLoops) -> Structure | None:
 
 
 def _inverse(h: SolvedLoops, structure: Structure) -> SymbolicFunction:
-    """Returns the function ``ik`` with one slot per distinct sign combination."""
+    """Returns the function ``ik``, with one slot per distinct combination of branch signs."""
     function, work = _solved(h, frozenset(), structure)
     settled = _settled(h, function, work)
     return _solved(h, settled, structure)[0] if settled else function
 
 
 def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """Returns the indices of the sign choices that do not affect the result."""
+    """Returns the indices of the branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
@@ -83,15 +83,15 @@ def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozense
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # At random chain poses, the loops can rarely be closed, but the sign choices still change
-        # the results.
+        # For random poses of the chain, the loops can rarely be closed, but the branch signs still
+        # change the results.
         return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
 def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """Returns the loop branches that do not affect the actuated coordinates (flipped forks)."""
+    """Returns the loop branches that do not affect the actuated coordinates."""
     q = function.outputs[0].entries
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
     used = {symbol for entry in behind for symbol in entry.free_symbols}
@@ -123,7 +123,7 @@ def _poses(h: SolvedLoops) -> FloatArray:
 def _solved(
     h: SolvedLoops, settled: frozenset[int], structure: Structure
 ) -> tuple[SymbolicFunction, Work]:
-    """Returns the function without the settled sign choices, and the steps of the function."""
+    """Returns the function without redundant branch signs, and its solution steps."""
     lines, found = structure
     terms, work = h.terms, Work(h.terms, settled=settled)
     target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))

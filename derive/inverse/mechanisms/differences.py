@@ -37,11 +37,11 @@ class Feature(NamedTuple):
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
     """Returns the largest distance (metre) and rotation (radian) between corresponding features.
 
-    Rod lengths and zero offsets of actuated joints are compared too.
+    Rod lengths and zero offsets of actuated joints are compared as well.
 
     Args:
         built: The robot as built.
-        design: The numeric design, with the same members.
+        design: The numeric design, with the same joints and struts.
     """
     mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [
@@ -114,7 +114,7 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the distance (metre) of the farthest feature from the mean, or 1 if it is 0."""
+    """Returns the distance (metre) of the farthest feature from the mean, or 1."""
     points = np.array([f.point for of in configuration.values() for f in _about(_centre(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
@@ -131,7 +131,7 @@ def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the first row number of each feature, in units of three rows."""
+    """Yields the number of the first matrix row of each feature, in units of three rows."""
     first = 0
     for feature in features:
         yield first
@@ -156,7 +156,7 @@ def _rows(
 def _zeros(
     bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """Yields zero-offset differences of actuated joints; True marks a length."""
+    """Yields zero-offset differences of actuated joints; The value True marks a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:

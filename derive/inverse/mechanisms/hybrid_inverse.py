@@ -106,7 +106,7 @@ def _by_structure(
         families: The families to try.
         give: Indices of the chain joints to fix.
         built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
-            the built robot may require positions beyond the dead points of the nominal robot.
+            the built robot may require coordinates beyond the dead points of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -163,9 +163,9 @@ def _by_nominal(
 
 
 def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]) -> Inverses:
-    """Adds the role of the nominal robot to the reason why there is no inverse.
+    """Adds the role of the nominal robot to the reason for a missing inverse.
 
-    If the caller fixed joints, the reason is not changed.
+    If the caller fixed joints, the reason does not change.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts
@@ -270,7 +270,7 @@ def _by_chain(
 def _on_chain(
     hybrid: SolvedLoops, lines: Lines, found: Attempt, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
-    """Solves the chain and the actuators without the settled sign choices.
+    """Solves the chain and the actuators without the redundant branch signs.
 
     Newton's method keeps the coordinates of fixed joints, so their values as built are used.
     """
@@ -343,7 +343,7 @@ def _by_translation(
 def _on_shorter_chain(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
-    """Solves the chain and the actuators without the settled sign choices."""
+    """Solves the chain and the actuators without the redundant branch signs."""
     robot, terms = hybrid.robot, hybrid.terms
     target = of_pose(terms, POSE_SYMBOLS, _matrix(moved.home))
     solve_chain(work, moved.lines, found, target, {})

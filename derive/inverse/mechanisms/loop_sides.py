@@ -1,10 +1,10 @@
-"""Loop branches in the inverse of a robot with loops, and removal of redundant sign choices.
+"""Loop branches in the inverse of a robot with loops, and removal of redundant branch signs.
 
 If a leg or a four-bar linkage has two branches, several actuator vectors give the same main-chain
-joints. Each such loop adds a sign choice to the inverse. Sign choices that do not change the result
-are settled during the derivation. For example, a platform that does not rotate has the same legs
-for both solutions of its orientation, and branches unreachable by forward kinematics have no
-solutions.
+joints. Each such loop adds a branch sign to the inverse. A branch sign that does not change the
+result is fixed during the derivation. For example, a platform that does not rotate has the same
+legs for both solutions of its orientation, and branches that forward kinematics never reaches have
+no solutions.
 """
 
 from collections.abc import Sequence
@@ -31,11 +31,11 @@ SAMPLES, MAX_DRAWN = 200, 4000
 """Number of test configurations, and of random trials to find them; crank-and-rod loops can be
 closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
-of closed configurations. The ranges are tried in turn: loops through three booms far from the base
-can be closed only if the sampling range is small."""
+"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the number of closed
+configurations that is enough. The ranges are tried in turn: loops through three booms far from the
+base can be closed only if the sampling range is small."""
 MAX_CHOICES = 9
-"""Maximum number of sign choices (512 slots); further loops keep the reference branch."""
+"""Maximum number of branch signs (512 slots); further loops keep the reference branch."""
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
@@ -43,14 +43,14 @@ def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
 
     Args:
         hybrid: The robot.
-        work: Receives the signs and branch names; sign 1 is the reference branch.
+        work: List that receives the signs and branch names; sign 1 is the reference branch.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
     chosen = [step for step in solution.steps if _is_free(step)]
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
-        # If two steps close the same loop, the name also includes the joint.
+        # If two solution steps close the same loop, the name also includes the joint.
         message = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = message, _sides(step, symbol)
@@ -71,15 +71,15 @@ def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
 def settled_choices(
     hybrid: SolvedLoops, solved: Solved, given: Sequence[int] = ()
 ) -> frozenset[int]:
-    """Returns the indices of the redundant sign choices of an inverse.
+    """Returns the indices of the redundant branch signs of an inverse.
 
-    The inverse is evaluated at the poses of random configurations. A sign choice is redundant if
-    both signs give the same coordinates. A loop branch is also redundant if the opposite branch has
-    no solution.
+    The inverse is evaluated at the poses of random configurations. A branch sign is redundant if
+    both values of the sign give the same coordinates. A loop branch is also redundant if the
+    opposite branch has no solution.
 
     Args:
         hybrid: The robot.
-        solved: The inverse of the robot with all sign choices.
+        solved: The inverse of the robot with all branch signs.
         given: Indices of the main-chain joints whose values are inputs of the inverse.
     """
     function, work = solved.function, solved.work
@@ -94,7 +94,7 @@ def settled_choices(
 
 
 def choices_of_loops(work: Work) -> frozenset[int]:
-    """Returns the indices of the sign choices that are loop branches."""
+    """Returns the indices of the branch signs that belong to loop branches."""
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
@@ -137,17 +137,17 @@ def idle_choices(
     *inputs: FloatArray,
     within: float | None = None,
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """Finds the sign choices of an inverse that do not change the results at sample poses.
+    """Finds the branch signs of an inverse that do not change the results at sample poses.
 
     Args:
         hybrid: The robot.
-        function: The inverse of the robot with all sign choices.
+        function: The inverse of the robot with all branch signs.
         inputs: Inputs of the inverse; the first are poses (16, N).
         within: Maximum residual of a solution; rounding error by default.
 
     Returns:
-        Indices of the choices with equal coordinates for both signs, and of the choices whose sign
-        -1 has no solution.
+        Indices of the branch signs with equal coordinates for both values, and of the branch signs
+        whose value -1 has no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -189,7 +189,7 @@ def _asked(
 
 
 def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int) -> bool:
-    """Whether both signs of a choice have the same solutions."""
+    """Whether both values of a branch sign have the same solutions."""
     one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
     if not one.any() or (one != other).any():
         return False

@@ -35,7 +35,7 @@ def with_legs(
     """
     if IK not in makers:
         return dict(makers), {}
-    # Cached, because ik needs the number of slots before its C code is printed.
+    # The function is cached, because ``ik`` needs the number of slots before its C code is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker

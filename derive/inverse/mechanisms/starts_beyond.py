@@ -39,7 +39,7 @@ def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Exp
 
 
 def _changed(terms: Terms, expression: sp.Expr, known: dict[sp.Basic, sp.Basic]) -> sp.Expr:
-    """Replaces known terms, and takes absolute values under square roots."""
+    """Replaces known terms, and takes the absolute value under square roots."""
     if not expression.args:
         return known.get(expression, expression)
     args = [_changed(terms, argument, known) for argument in expression.args]

@@ -1,8 +1,9 @@
 """Replaces the translating part of a chain by virtual prismatic joints; solves their actuators.
 
 The rods of a built delta are not quite parallel, so its platform rotates slightly. Three
-coordinates determine the pose as well as the position. The nominal robot is solved for the position
-and ignores the orientation; Newton's method then reaches the pose, or only the position.
+coordinates therefore determine the orientation as well as the position. The nominal robot is solved
+for the position and ignores the orientation; Newton's method then reaches the pose, or only the
+position.
 """
 
 from collections.abc import Sequence
@@ -155,7 +156,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Returns a basis of the slide directions, and the components of each slide in this basis."""
+    """Returns a basis of the prismatic directions, and their components in this basis."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -178,7 +179,7 @@ def actuators_of(
     equation for the crank.
 
     Args:
-        work: The derivation with the prismatic displacements; receives the solution step.
+        work: Record of the solution with the prismatic displacements; receives the solution step.
         moved: The shortened chain.
         q: The actuated coordinates.
 

@@ -1,1 +1,1 @@
-"""Solution steps shared by several families, and the record of the solution."""
+"""Solution steps that several families of arms share, and the record of the solution."""

@@ -43,7 +43,7 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """Applies a Gauss-Newton step if the chain was solved with an added joint that stays at 0.
 
     Args:
-        work: Contains the solved joints.
+        work: Record of the solution with the solved joints.
         lines: The chain, numbered from the base.
         target: The required displacement of the chain.
     """
@@ -57,7 +57,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
     The step is used only near the target pose, and only if it reduces the error.
 
     Args:
-        work: Contains the solved joints.
+        work: Record of the solution with the solved joints.
         lines: The chain, numbered from the base.
         target: The required displacement of the chain.
     """
@@ -73,7 +73,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # After the step, the angles no longer add up to the stored sums of parallel joints.
+    # After the step, the angles of parallel joints no longer add up to the stored sums.
     work.sums.clear()
 
 

@@ -22,7 +22,7 @@ def loop_of_three(
     Args:
         work: Records the steps.
         axes: The axes of the three joints.
-        reason: Justification of the loop equation.
+        reason: Reason why the loop equation contains only these angles.
         first: p0, k1 and p1.
         second: k2 and p2.
         third: k3 and p3.

@@ -1,8 +1,8 @@
 """Three revolute and prismatic joints that position a point.
 
 A rotation changes neither the component of a point along its axis nor the distance from the axis.
-So one prismatic joint is determined by a plane or a sphere, and the other joints are computed from
-this joint.
+So a plane or a sphere determines one prismatic joint, and the other joints are computed from this
+joint.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires that prismatic joint 2 or 3 moves a point along axis 1 and both span a plane."""
+    """Requires a prismatic joint along axis 1, and two independent prismatic directions."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -40,8 +40,8 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
-    # 1. The lift joint compensates the height change by the other prismatic joint, so that together
-    # they move the point at the target height, perpendicular to axis 1.
+    # 1. The lift joint compensates the height change by the other prismatic joint; together they
+    # move the point at the target height, perpendicular to axis 1.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     way = combination(terms, (_ONE, ratio), (other.h, lift.h))
@@ -60,9 +60,9 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
     ways = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height determines one prismatic joint, and the distance determines the other. The height
-    # determines the joint that keeps the distance from the axis, or the only joint that changes the
-    # height.
+    # The height of the target determines one prismatic joint, and its distance from the axis
+    # determines the other. The height determines the prismatic joint that keeps the distance from
+    # the axis, or the only joint that changes the height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         ways if first_by_height else ways[::-1]
@@ -138,7 +138,7 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, way: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """Solves the prismatic joint that moves ``point`` to the distance of ``goal`` from an axis.
+    """Solves the prismatic joint that brings ``point`` to the distance of ``goal`` from an axis.
 
     Args:
         work: Records the step.

@@ -41,7 +41,7 @@ def turn_to_plane(
 
     Returns:
         The target position, rotated back by joint 1 and relative to the second axis; and the
-        rotation of joint 1.
+        rotation by joint 1.
     """
     terms = work.terms
     V = subtracted(terms, position, first.p)
@@ -123,7 +123,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     fifth = lines.axes[ARM:]
-    # 1. The arm moves in a plane.
+    # 1. The parallel joints move the arm in a plane.
     carried = fifth[0].p if fifth else target.home
     meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, carried))
@@ -161,7 +161,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Rotates the arm plane to a position; returns this position from axis 2, and the rotation."""
+    """Rotates the arm plane to a position; returns this position and the rotation."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)
@@ -185,7 +185,7 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Sets the joints that the task does not determine to 0."""
+    """Sets all joints to 0 that the task does not determine."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 

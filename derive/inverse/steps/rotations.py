@@ -15,7 +15,7 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     """Solves the three wrist joints from the remaining rotation.
 
     Args:
-        work: Contains the joints before the wrist; records the steps.
+        work: Record of the solution with the joints before the wrist; receives the steps.
         lines: The chain.
         first: Index of the first joint of the wrist.
         target: The required displacement of the chain.
@@ -68,8 +68,8 @@ def three_turns(
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
     """Solves ``R_4 R_5 = R`` for two angles; at most one solution.
 
-    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Neither subproblem is ever
-    degenerate.
+    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Both subproblems always have a
+    unique solution.
 
     Args:
         work: Records the steps.
@@ -104,9 +104,9 @@ def last_turn(
         work: Records the step.
         axis: The last axis.
         e: A direction perpendicular to the axis.
-        wanted: The direction after all joints.
-        before: The axes and rotations of the joints before, from the base.
-        behind: Text that names these joints.
+        wanted: The direction after the rotation by all joints.
+        before: The axes and rotations of the preceding joints, from the base.
+        behind: Text that names the preceding joints.
         sure: Whether the rotated direction is perpendicular to the axis for every target.
     """
     for other, turn in before:

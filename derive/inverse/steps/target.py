@@ -1,4 +1,4 @@
-"""The required displacement of a chain.
+"""The required displacement of the last body of a chain.
 
 The displacement of the last body from its home pose is a product of screw motions:
 
@@ -49,7 +49,7 @@ class Target:
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Returns the target of all joints except the last: ``G exp(S_n theta_n)^-1``."""
+        """Returns the target of all joints except the last joint: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))

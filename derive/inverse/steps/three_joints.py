@@ -43,7 +43,7 @@ class Case:
 
     Attributes:
         kinds: One letter per joint: r (revolute) or p (prismatic).
-        title: Description of the arrangement.
+        title: Description of the axis arrangement.
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes.
         solve: Solves the three joints.
@@ -57,7 +57,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Returns the first case whose conditions the three axes fulfil."""
+    """Returns the first arrangement whose conditions the three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -66,7 +66,7 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first fitting case, or of the nearest case."""
+    """Returns the conditions of the first fitting arrangement, or of the nearest arrangement."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
@@ -169,8 +169,8 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 
 def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 keeps the length of
-    # the rotated vector and its component along axis 2.
+    # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 changes neither the
+    # length of the rotated vector nor its component along axis 2.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
@@ -246,7 +246,7 @@ def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
         work: Records the steps.
         axes: The prismatic joints, with independent directions.
         way: The displacement; only its component in the span of the axes is reached.
-        carried: Description of the point.
+        carried: Description of the point for the article.
     """
     terms = work.terms
     if len(axes) == 2:  # noqa: PLR2004 - the other slide determines the plane

@@ -15,7 +15,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     """Solves two joints from the sides of the triangle: first the elbow, then the shoulder.
 
     Args:
-        work: Records the two steps.
+        work: Records both solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
         hand: A point moved by both joints, in the home pose.
@@ -46,7 +46,7 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
     """Solves the last of several parallel joints from the sum of all angles.
 
     Args:
-        work: Contains the other joints; receives the last joint.
+        work: Record of the solution with the other joints; receives the last joint.
         axes: The parallel axes.
         total: The rotation by the angle sum, measured about the first axis.
     """

@@ -1,4 +1,4 @@
-"""Record of a solution in progress: angles, signs, margins, and steps to print."""
+"""Record of a solution in progress: angles, branch signs, margins, and steps to print."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,16 +17,16 @@ Found = TypeVar("Found", FoundTurn, FoundLength)
 
 @dataclass(frozen=True)
 class InverseStep:
-    """One step of a closed-form inverse.
+    """One solution step of a closed-form inverse.
 
     Attributes:
-        joints: Names of the joints whose sum the step solves.
+        joints: Names of the joints whose angle sum the step solves.
         method: The subproblem, for example "subproblem 4".
         reason: Justification of the step: the joints that its equation does not contain, and the
             reason.
         found: The solved angle or length, with its equation.
-        degenerate: Describes the poses at which the value is arbitrary, and the value that is used
-            there.
+        degenerate: Describes the poses at which the value is arbitrary, and the value that is
+            selected there.
     """
 
     joints: tuple[str, ...]
@@ -45,7 +45,7 @@ class NamedVector:
             avoided.
         meaning: Description of the vector.
         vector: The components (metre for a position), in base axes.
-        after: Number of preceding steps on which the vector depends.
+        after: Number of preceding solution steps on which the vector depends.
     """
 
     letters: tuple[str, ...]
@@ -82,7 +82,7 @@ class Sum:
 
 @dataclass
 class Work:
-    """State of a derivation, filled step by step by a family.
+    """State of a derivation, which a family fills step by step.
 
     Attributes:
         terms: Table of named terms.
@@ -92,10 +92,10 @@ class Work:
         remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
         signs: The sign symbols (1 or -1), in the order of the slots.
-        settled: Indices of the redundant sign choices, whose sign is always 1.
-        choices: Number of sign choices made so far.
+        settled: Indices of the redundant branch signs, whose value is always 1.
+        choices: Number of branch signs introduced so far.
         sides: For signs of loop branches, the loop name and the branch names keyed by sign.
-        steps: The steps in order.
+        steps: The solution steps in order.
         vectors: Named vectors to which the step descriptions refer.
     """
 
@@ -112,7 +112,7 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions; 1 for a settled choice."""
+        """Returns a new symbol that selects one of two solutions; 1 for a redundant branch sign."""
         self.choices += 1
         if self.choices - 1 in self.settled:
             return sp.Integer(1)
@@ -165,12 +165,12 @@ class Work:
         self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
-        """Returns the margins of all steps that can fail."""
+        """Returns the margins of all steps that may have no real solution."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
 
 
 def _settled(found: Found) -> Found:
-    """Returns the result of a step, without sign and margin if one sign suffices."""
+    """Returns the result of a step, without sign and margin if one sign is enough."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

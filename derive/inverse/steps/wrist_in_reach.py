@@ -26,7 +26,7 @@ def with_wrist_in_reach(
     """Selects the angles of joints 1 to 3 that the wrist-center position does not determine.
 
     Args:
-        work: Contains joints 1 to 3.
+        work: Record of the solution with joints 1 to 3.
         lines: The six-joint chain; the last three joints are the wrist.
         centre: The wrist center in the home pose.
         position: The target position of the wrist center.

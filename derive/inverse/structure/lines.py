@@ -115,7 +115,7 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
 
     Args:
         robot: The description.
-        lines: The axes of the robot.
+        lines: The axes of the robot's moving joints.
         stays: Whether the added angle is 0; otherwise the task determines it.
     """
     terms = lines.terms
@@ -196,7 +196,7 @@ class Lines:
         terms: Table of named terms.
         axes: The axes, ordered from the base or from the tool.
         tolerance: Maximum deviation (radian, or relative to the arm length).
-        is_part: Whether other joints of the chain have fixed values.
+        is_part: Whether other joints of the original chain have fixed values.
     """
 
     terms: Terms
@@ -222,7 +222,7 @@ class Lines:
     def at_generic(self, given: Sequence[int]) -> "Lines":
         """Returns the axes of the free joints, with the fixed joints at generic values.
 
-        The result is used only to test the structure, not to solve it.
+        These axes are used only to test the structure, not to solve it.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -243,7 +243,7 @@ class Lines:
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest sine of the angles between the first axis and the others."""
+        """Returns the largest sine of the angles between the first axis and the other axes."""
         first, *others = (self.axes[k].direction for k in indices)
         return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
 

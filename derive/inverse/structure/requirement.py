@@ -19,7 +19,7 @@ class Requirement:
     """A condition on the axes.
 
     Attributes:
-        text: Description of the condition.
+        text: Description of the condition on the axes.
         deviation: How far the axes are from the condition: the sine of an angle, or a distance
             relative to the arm length. It is 0 if the condition holds, and infinite if no small
             change of the arm can fulfil the condition.

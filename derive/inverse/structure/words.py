@@ -1,4 +1,4 @@
-"""Lists of names in sentences."""
+"""Formats lists of names for sentences."""
 
 from collections.abc import Sequence
 

@@ -32,7 +32,7 @@ class Equation:
 
 
 def _filled(shape: Any, left: Iterator[sp.Expr]) -> Any:
-    """Returns the next values in the shape of a coefficient."""
+    """Returns the next coefficient values in the shape of a coefficient."""
     return tuple(_filled(part, left) for part in shape) if isinstance(shape, tuple) else next(left)
 
 
@@ -150,7 +150,7 @@ class TwoEllipses(Equation):
 
 
 AngleEquation = Linear | Direction
-"""Equation for one angle."""
+"""Equation for one angle of a revolute joint."""
 LengthEquation = LineAndPlane | LineAndSphere
 """Equation for the displacement of a prismatic joint."""
 JointEquation = LoopOfThree | TwoEllipses

@@ -74,8 +74,8 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: In units of the polynomial; 0 for a double root. Negative for a complex root;
-            the turn is then the circle point nearest to a line of the pair.
+        margin: Margin in units of the polynomial; 0 for a double root. The margin is negative for a
+            complex root; the angle is then the circle point nearest to a line of the pair.
     """
 
     turn: CosSin
@@ -97,7 +97,7 @@ class Reference:
     """Reference for root labels if the circle of the polynomial may rotate or be mirrored.
 
     Attributes:
-        along: A direction in the plane of the circle; roots on its side have the sign 1.
+        along: A direction in the plane of the circle; roots in its half plane have the sign 1.
         orientation: Sense (1 or -1) of the angle phi.
     """
 
@@ -134,7 +134,7 @@ def circle_roots(
             sign by their side of the conic axis.
         separation: If two roots agree up to rounding error, they are returned at this angle on
             either side of their common point.
-        reference: Reference direction and sense of the signs, if those of the circle are
+        reference: Reference direction and sense of the signs, if the default reference is
             discontinuous.
     """
     conic, axis = _turned(terms, a0, first, second)
@@ -264,7 +264,8 @@ def _on_lines(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
     # The lines intersect outside the circle. Within the circle, the two lines are separated by
-    # their y or x values. This coordinate of a root identifies the line of the root.
+    # their y or x values. The y or x coordinate of a root identifies the line that contains the
+    # root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

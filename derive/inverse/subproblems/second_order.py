@@ -4,10 +4,10 @@ Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` f
 of two angles. No term of the equations contains both angles, so G and H are diagonal.
 
 Derivation: let g be the equation with the larger gradient. On the parabola ``x = -(g + tau^2 d . G
-d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second order. There h is a
-quadratic in tau, whose root nearer to 0 is used. If the second gradient vanishes, as at a double
-root, Newton's method only halves the error per step, but this second-order step still converges
-quickly.
+d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second order. On this parabola, h
+is a quadratic in tau, whose root nearer to 0 is used. If the second gradient vanishes, as at a
+double root, Newton's method only halves the error per step, but this second-order step still
+converges quickly.
 
 Source: elementary.
 """

@@ -34,7 +34,7 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) ->
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
-        # Near the axis, the component of v along k would amplify the rounding error of p.
+        # Near the axis, the component of v along k would increase the rounding error of p.
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)
     y = dot(terms, cross(terms, k, across), v)

@@ -20,7 +20,7 @@ used.
 
 Degenerate: if P or Q is 0, the distance does not depend on the angle, which is set to 0.
 
-Source: Elias and Wen 2022, subproblem 3 (same cosine).
+Source: Elias and Wen 2022, subproblem 3, for the same cosine.
 """
 
 import sympy as sp
@@ -81,8 +81,8 @@ def by_cosine(
 ) -> CosSin:
     """Like :func:`sp3`, but accurate to half the digits if the elbow is nearly folded or stretched.
 
-    This function needs fewer operations. It is used if every angle is valid and the solution is
-    only a preferred value.
+    This variant needs fewer operations. This variant is used if every angle is valid and the
+    solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

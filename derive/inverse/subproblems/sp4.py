@@ -53,8 +53,8 @@ def on_line(
 
     Args:
         terms: Table of named terms.
-        a: Coefficient of the cosine.
-        b: Coefficient of the sine.
+        a: Coefficient of the cosine in the equation.
+        b: Coefficient of the sine in the equation.
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
@@ -93,8 +93,8 @@ def near_line(
 
     Args:
         terms: Table of named terms.
-        a: Coefficient of the cosine.
-        b: Coefficient of the sine.
+        a: Coefficient of the cosine in the equation.
+        b: Coefficient of the sine in the equation.
         e: The right-hand side.
         sign: Selects one of the two points.
         xi2: ``a^2 + b^2 - e^2`` up to rounding error.

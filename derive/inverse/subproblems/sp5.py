@@ -49,13 +49,13 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class ThreeAngles:
-    """Three angles and their margin.
+    """Three angles of subproblem 5 and their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: Has the same definition as in subproblem 6.
+        margin: The margin is defined as in subproblem 6.
     """
 
     first: CosSin
@@ -104,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """Sum of a fixed and a rotated vector: ``still + cos across + sin turned``."""
+    """Sum of a fixed and a rotated vector: The sum is ``still + cos across + sin turned``."""
 
     still: Vector
     across: Vector
@@ -260,7 +260,7 @@ class _Loop:
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
-    """Returns the state with the smaller gap; the old state without a solution."""
+    """Returns the state with the smaller gap; the old state if the new state is not finite."""
     better = sp.And(exists, dot(terms, new.gap, new.gap) < dot(terms, old.gap, old.gap))
     first, second, third = (
         chosen(terms, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)

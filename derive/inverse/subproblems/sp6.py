@@ -28,7 +28,7 @@ Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. The 
 0, the angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, for the equations; their derivation eliminates one angle.
-The circle in the plane of solutions is original.
+The circle in the plane of solutions is an original contribution.
 """
 
 from dataclasses import dataclass
@@ -55,13 +55,14 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class TwoAngles:
-    """Two angles and their margin.
+    """Two angles of subproblem 6 and their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: Positive for a real solution, 0 for a double solution. The margin is
-            negative without a real solution; the angles are then near the least-squares solution.
+        margin: The margin is positive for a real solution, and 0 for a double solution. The margin
+            is negative without a real solution; the angles are then near the least-squares
+            solution.
     """
 
     first: CosSin
@@ -108,7 +109,7 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # This direction rotates together with the solutions if the data rotate.
+    # This direction rotates together with the solutions if the input vectors rotate.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(

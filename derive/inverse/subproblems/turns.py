@@ -43,7 +43,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Co
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        sure: Whether the vector is never 0. Then opposite vectors share all terms except for the
+        sure: Whether the vector is never 0. Opposite vectors then share all terms except for the
             sign.
     """
     if y == 0 and x == 1:
@@ -56,7 +56,8 @@ def direction_of(
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """Like :func:`direction`; also returns the squared length and the inverse length."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Rounding errors count as 0: their squares would vanish from the sum used as divisor.
+    # Rounding errors are replaced by 0, because their squares would vanish from the sum that is
+    # used as divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)

@@ -62,13 +62,13 @@ def partial_pose(
     Args:
         name: Name of the generated function.
         robot: The description.
-        work: Contains the solved joints.
+        work: Record of the solution with the solved joints.
         task_input: The prescribed pose components.
         residual: Returns the deviation of a tool pose from the prescribed pose components (metre or
             radian).
         identity: One-line identity satisfied by the function.
         components: Names of the pose components for the runtime, in the order of the input entries.
-            Without names, the runtime does not refine solutions near singularities.
+            Without names of components, the runtime does not refine solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -124,7 +124,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
 
     Args:
         robot: The description.
-        work: Contains the solved joints.
+        work: Record of the solution with the solved joints.
         up: The vertical direction (unit vector), in base axes; elevation 0 is normal to it.
         pitch: The elevation angle.
     """

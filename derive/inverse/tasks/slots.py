@@ -49,7 +49,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the last angle of parallel joints from their sum and the other angles.
 
-    Several solutions share a sum, so this needs fewer atan2 calls.
+    Several solutions share one angle sum, so this formula needs fewer atan2 calls.
     """
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
@@ -97,7 +97,7 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """Returns the residual from squared distance and squared angle; NaN propagates.
 
-    fmax of C ignores NaN, so a pose whose loops cannot be closed would count as solved. A SymPy
+    fmax of C ignores NaN, so a pose whose loops cannot be closed would seem to be solved. A SymPy
     comparison would be simplified for real numbers and also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
@@ -136,10 +136,10 @@ def of_pose_task(
 
     Args:
         robot: The description.
-        work: Contains the solved joints.
-        arguments: The input arguments for fixed joint values.
+        work: Record of the solution with the solved joints.
+        arguments: The input arguments for values of fixed joints.
         given: The fixed joint values, keyed by joint index.
-        inputs: Further inputs of the family.
+        inputs: Further inputs that the family needs, such as a swivel angle.
     """
     terms = work.terms
     values = values_of(work, robot, given)
@@ -210,11 +210,11 @@ def function_of(
 
 
 def _labels(work: Work) -> tuple[str, ...]:
-    """Returns the branch label of each slot: the joints of each sign choice, and its sign."""
+    """Returns the branch label of each slot: the joints of each branch sign, and its value."""
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # A step with two sign choices stores the first sign; the second sign is the next symbol.
+        # A step with two branch signs stores the first sign; the second sign is the next symbol.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(

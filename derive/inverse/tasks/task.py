@@ -31,7 +31,8 @@ class TaskInput:
 
     Attributes:
         argument: Symbols, shape, unit and meaning of the input.
-        printed: The printed form of each symbol: a letter, or the equal entry of the tool pose.
+        printed: The printed form of each input symbol: a letter, or the equal entry of the tool
+            pose.
     """
 
     argument: Argument
@@ -44,7 +45,7 @@ class Solved:
 
     Attributes:
         function: The generated function.
-        work: The solved joints and their steps.
+        work: The solved joints and their solution steps.
         given: Names of the fixed joints.
         inputs: Further inputs in addition to pose and fixed joints, with their printed letters.
     """

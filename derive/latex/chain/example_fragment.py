@@ -24,14 +24,14 @@ from .tables import Column, tabular
 
 FloatArray = NDArray[np.float64]
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Angles (degree) of the example's joints, used cyclically if within the limits."""
+"""Angles (degree) of the joints in the example, used cyclically if within the limits."""
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits."""
 SHARE = 0.4
 """Position of other coordinates, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
-"""Marks a value outside of its limits."""
+"""Marks a value that violates its limits."""
 MAX_WIDE = 6
 """Maximum number of coordinates for which a table has two decimals."""
 SOLVED = 1e-9
@@ -111,7 +111,8 @@ def example(
         coordinates: The coordinates of the robot.
         symbols: LaTeX of the robot's coordinates.
         q: The values of the coordinates (radian, metre).
-        known: Values of joints that an inverse may need in addition to the pose, by joint name.
+        known: Values of joints that an inverse may need in addition to the pose, keyed by joint
+            name.
         called: LaTeX of the joints whose values are known, if different from the joint name.
         pose: LaTeX of the tool's pose.
     """
@@ -250,7 +251,7 @@ def _solutions(
 def _columns(
     symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
-    """Returns a column of values for each coordinate."""
+    """Returns a table column of values for each coordinate."""
     places = 2 if len(coordinates) <= MAX_WIDE else 1
     return [
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
@@ -259,7 +260,7 @@ def _columns(
 
 
 def _measured(coordinates: Sequence[Joint | Coordinate]) -> str:
-    """States the units of the table."""
+    """States the units of the table values."""
     units = {coordinate.unit for coordinate in coordinates}
     return " and ".join(words for unit, words in _UNITS.items() if unit in units)
 

@@ -25,7 +25,7 @@ FEW = 4
 
 
 def parameters(page: Page) -> str:
-    """Prints the joints in their conventions, and the values of the parameters."""
+    """Prints the joints in their conventions, and the parameter values."""
     given = text(_coordinates(page), joints(page), values(page)).rstrip()
     legend = tables.legend(given)
     return text(given, legend, cleaned(page.robot), noted(page.robot))
@@ -184,7 +184,7 @@ def noted(robot: SerialRobot | Mechanism) -> str:
     """Prints the notes of the robot, except for notes that repeat the table of replaced values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits cannot be hyphenated, so lines need wide spaces.
+    # Names and digits cannot be hyphenated, so lines of text need wide spaces.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

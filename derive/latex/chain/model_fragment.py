@@ -1,4 +1,4 @@
-r"""Prints a report on model quality as a fragment: determinants and verdicts on joints."""
+r"""Prints a report on model quality: determinants, and a verdict for each joint."""
 
 import math
 
@@ -71,6 +71,6 @@ def _joint(joint: JointQuality) -> str:
 
 
 def _tex(expression: sp.Expr) -> str:
-    """Prints a determinant, with its symbols in the form of fields."""
+    """Prints a determinant with the field names as symbols."""
     symbols = {symbol: names.parameter(symbol.name) for symbol in expression.free_symbols}
     return str(sp.latex(expression, symbol_names=symbols))

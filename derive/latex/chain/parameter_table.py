@@ -39,7 +39,7 @@ def _order(
 
 
 def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Prints the symbols of a row; a run of symbols is shortened to the first and the last."""
+    """Prints the symbols of a table row; many symbols are shortened to first and last."""
     tex = [printer.tex(item.symbol) for item in row]
     indices = [int(item.symbol.name[1:]) for item in row]
     if len(row) > _FEW and indices == list(range(indices[0], indices[-1] + 1)):

@@ -18,7 +18,7 @@ from ..setting.transforms import factors, first_number, placements, transform, t
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
-"""Heading and cells of a column."""
+"""Heading and cells of a table column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
 """An angle, with the pattern and index of its symbols."""
 COLUMN_SEPARATION = 12.0
@@ -32,11 +32,11 @@ WIDEST = LINE / 2
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
 """Maximum number of side-by-side blocks of a narrow table, and minimum rows of a block."""
 MAX_ROWS = 36
-"""Maximum table rows per page."""
+"""Maximum number of table rows per page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 ASSUMED = r"\,$^{\ast}$"
-"""Marks a value that the description's source does not state."""
+"""Marks a value that the source of the description does not state."""
 LEGEND = r"An asterisk marks a value that the description assumes and its source does not state."
 
 
@@ -73,7 +73,7 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether fixed joints shift the index of a moving joint relative to its index among all."""
+    """Whether the index of a moving joint differs from its index among all joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
@@ -94,7 +94,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """Returns the columns of a table, and the heading of the first column in a second part."""
+    """Returns the columns of a table, and the first heading of its second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -187,7 +187,7 @@ def value_cell(value: sp.Expr) -> str:
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Returns the table of cleaned values; all values that became zero share a row."""
+    """Returns the table of replaced values; all values that became zero share a row."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -211,7 +211,7 @@ def _as_written(value: sp.Expr) -> str:
 
 
 def scientific(text: str) -> str:
-    """Formats a decimal in LaTeX, with an explicit power of ten."""
+    """Formats a decimal number in LaTeX, with an explicit power of ten."""
     digits, _, exponent = text.partition("e")
     return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
@@ -265,13 +265,13 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """Prints a table; columns that exceed the text width form further parts below.
+    """Prints a table; columns that exceed the text width are printed in further parts below.
 
     A table wider than a line of the article class is centered on the line.
 
     Args:
-        columns: Heading and cells of each column.
-        repeated: Number of first columns, repeated in every part.
+        columns: Heading and cells of each table column.
+        repeated: Number of first columns that every part repeats.
         apart: Heading of the column that starts a new part if one part is too narrow.
     """
     parts = _parts(columns, repeated)

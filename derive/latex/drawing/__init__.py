@@ -59,7 +59,7 @@ def drawing(
 ) -> str:
     r"""Draws a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale bar.
 
-    Bodies connect the joints on them; the main chain is drawn thicker. Actuated joints are red,
+    Each body is drawn between its joints; the main chain is drawn thicker. Actuated joints are red,
     with an arrow in the positive sense and the coordinate's name. A geared motor is named at the
     joint that it moves. Each loop has its number in the order of
     :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along the normal of
@@ -85,8 +85,8 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Coordinate labels come first because they have the fewest free positions, then loops, then the
-    # rest.
+    # Coordinate labels come first because they have the fewest free positions, then loop numbers,
+    # then all other labels.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -125,7 +125,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
 
 
 def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
-    """Returns the symbols of a scene, with the ground symbol below the base."""
+    """Returns the symbols of a drawing, with the ground symbol below the base."""
     marks = Marks(parts, paper, is_planar=is_planar)
     if parts.foot is not None:
         marks.ground_at(*map(paper.at, parts.foot))

@@ -39,7 +39,7 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
 
 
 def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
-    """Maps each side at which a level line enters a square to the side at which it leaves."""
+    """Maps the square side that a level line enters to the side that it leaves."""
     corners = [(i + a, j + b) for a, b in _AROUND]
     sides = [
         (min(p, q) + max(p, q), bool(above[q]))

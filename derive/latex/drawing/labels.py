@@ -24,7 +24,7 @@ _AWAY = 1.2
 _GAP = 6
 """Gap between a leader line and its label."""
 _CROSSED = 3
-"""Cost per length of a drawn line that a label covers."""
+"""Cost per length of a line in the drawing that a label covers."""
 _LEVEL, _STEEP = 380, 380
 """Minimum components of a sideways and of an upward or downward label direction."""
 
@@ -76,8 +76,8 @@ class Label:
         text: The text in LaTeX.
         letters: Approximate width of the text in letters.
         point: The labelled point.
-        radius: Radius of the symbol at the point.
-        style: The TikZ style of its node.
+        radius: Radius of the drawn symbol at the point.
+        style: The TikZ style of the label's node.
     """
 
     text: str
@@ -89,12 +89,12 @@ class Label:
 
 @dataclass
 class Obstacles:
-    """Drawn objects, which labels should avoid.
+    """Drawn objects that labels should avoid.
 
     Attributes:
         lines: Start, end and half width of lines that no label should cross.
         outlines: Start, end and half width of body outlines, which a loop number may cross.
-        boxes: Labels and symbols that no label may cover.
+        boxes: Labels and symbols that must not be covered by a label.
         plates: Filled polygons, on which a label may lie if no other position is free.
     """
 
@@ -164,7 +164,7 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # Letters are easiest to read next to a point or above the point.
+    # A label is easiest to read next to its point or above it.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 

@@ -1,4 +1,4 @@
-"""Draws the symbols of all members, and records the covered areas."""
+"""Draws the symbols of all joints and bodies, and records the covered areas."""
 
 from collections.abc import Sequence
 
@@ -10,14 +10,14 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints, used cyclically for bodies."""
+"""Number of tints for bodies; further bodies repeat the tints."""
 THIN, THICK, RIM = 14, 22, 4
 """Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
 SHAFT = 22
 """Half length of a hinge with its axis in the picture plane."""
 MOTOR = 28
-"""Radius of the arrow around a motor."""
+"""Radius of the rotation arrow around a motor."""
 STROKE = 70
 """Half the maximum length of an arrow next to a cylinder."""
 COLLAR = 36
@@ -25,27 +25,27 @@ COLLAR = 36
 BARREL = 0.55
 """Length of a barrel relative to the length of its cylinder."""
 FORESHORTENED = 0.35
-"""A direction counts as end-on if its projection is shorter than this fraction."""
+"""Projected length below which a direction counts as parallel to the view direction."""
 GUIDE, RAIL = 45, 110
 """Length of a guide beyond its slider, and length of a guide without limits on the ground."""
 HATCH = 11
 """Distance between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
-"""Height of the stand under a pin, and half width of the ground symbol under the stand."""
+"""Height of the triangle under a fixed pin, and half width of the ground symbol below it."""
 AXIS = 80
 """Length of the tool frame's arrows."""
 
 
 class Marks:
-    """All symbols of a scene.
+    """All symbols of a drawing.
 
     Attributes:
         behind: Ground and base.
         bodies: Bodies, rods and cylinders.
         joints: Hinges and sliders.
-        arrows: Motors and the tool frame.
+        arrows: Motors and the tool frame of the drawing.
         obstacles: The areas that the symbols cover.
-        anchors: The label point of each member, and the radius of its symbol.
+        anchors: The label point of each joint or body, and the radius of its symbol.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
@@ -75,7 +75,7 @@ class Marks:
             self._frame_of(scene.base, "base")
 
     def _outline(self, solid: Solid) -> list[Point]:
-        """Returns the corners of a solid: its hull, or the points of a line without repetitions."""
+        """Returns the corners of a body: its convex hull, or the distinct points of a line."""
         points = [self.paper.at(p) for p in solid.points]
         if not solid.is_line:
             return hull(points)
@@ -148,7 +148,7 @@ class Marks:
         self.obstacles.path([point, between(a, b, 0.5)], 20)
 
     def _up(self, hinge: Hinge, point: Point) -> int:
-        """Returns 1 if the stand is below its pin, -1 if the body on the pin hangs below."""
+        """Returns 1 if a fixed pin stands below its hinge, -1 if the body hangs below."""
         other = self._carried(hinge)
         x, y = other[0] - point[0], other[1] - point[1]
         return -1 if -y > 2 * abs(x) else 1
@@ -226,7 +226,7 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """Returns the side of a line with fewer corners of bodies; 1 is left."""
+        """Returns the side of a line with fewer corners of other bodies; 1 is left."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]
@@ -265,14 +265,14 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """Returns a hinge's drawn position, moved along its axis to uncover other hinges."""
+        """Returns the drawn position of a hinge, shifted so that it covers no other hinge."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # The hinge moves along its child body, or else along its parent body.
+        # The drawn hinge is shifted along its child body, or else along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))

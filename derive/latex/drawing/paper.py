@@ -18,7 +18,7 @@ ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
 
 
 def whole(value: float) -> int:
-    """Rounds to an integer; ties, within machine differences, round up."""
+    """Rounds to an integer; halves, within machine differences, are rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 

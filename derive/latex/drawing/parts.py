@@ -38,11 +38,11 @@ class Hinge:
 
     Attributes:
         name: Name of the joint, closure or strut.
-        kind: ``pin``, ``ball`` or ``weld``.
+        kind: Kind of the joint: Kind of the joint: ``pin``, ``ball`` or ``weld``.
         at: The point.
         axis: The direction of a pin, in the coordinate's positive sense.
-        a: Index of the parent solid.
-        b: Index of the child solid, -1 for a strut.
+        a: Index of the parent body.
+        b: Index of the child body, -1 for a strut.
         coordinate: Index of the entry of ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
@@ -63,12 +63,12 @@ class DrawnSlide:
 
     Attributes:
         name: Name of the joint or closure.
-        start: The guide point with coordinate zero.
+        start: The point of the guide at which the coordinate is zero.
         at: The position of the slider.
         axis: The direction of the guide.
-        a: Index of the solid with the guide.
-        b: Index of the sliding solid.
-        mouth: The end of a telescope's outer tube.
+        a: Index of the body with the guide.
+        b: Index of the sliding body.
+        mouth: The end point of a telescope's outer tube.
         travel: The positions of a slider at its limits.
         coordinate: Index of the entry of ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
@@ -102,8 +102,8 @@ class Scene:
     """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: Bodies, the base first; rigidly connected bodies are one solid.
-        hinges: Pins, balls and welds.
+        solids: Bodies, the base first; rigidly connected bodies are drawn as one body.
+        hinges: The drawn pins, ball joints and welds.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
@@ -134,7 +134,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class DrawnMembers:
-    """Data of the drawn members from a description, by member name.
+    """Data for drawing the joints and struts of a description, keyed by name.
 
     Attributes:
         coordinates: Index of the entry of q, from 1, that moves a joint or cylinder.
@@ -159,7 +159,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
 
 class _Builder:
-    """Collects the parts shape by shape; a solid has the index of its body."""
+    """Collects the drawn parts shape by shape; a part has the index of its body."""
 
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members
@@ -191,7 +191,7 @@ class _Builder:
         return Scene(self.solids, self.hinges, self.slides, self.bars, corners, tool, base, foot)
 
     def _roots(self) -> list[int]:
-        """Returns for each body the first body that it is fixed to."""
+        """Returns, for each body, the first body to which it is rigidly connected."""
         root = [0]
         for k, body in enumerate(self.skeleton.bodies[1 : len(self.poses)], 1):
             is_fixed = body.joint is not None and body.joint.kind == "fixed"
@@ -246,7 +246,7 @@ class _Builder:
             self._slide(k, shape, carrier, mouth=start)
 
     def _carrier(self, k: int) -> int:
-        """Returns the parent solid of a body's joint."""
+        """Returns the parent body of a body's joint."""
         parent = self.root[self.skeleton.bodies[k].parent]
         return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
 

@@ -22,9 +22,9 @@ _MORE = 12_000
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
 """Maximum offset of these configurations relative to the coordinate ranges, in each round."""
 _LEVEL = 5.9
-"""The outline is the level line of this number: how many of nine adjacent cells are reached. It
-passes through the middle of the outermost cells: on average, the region covers half of such a
-cell."""
+"""The outline is the level line at this count of reached cells among nine adjacent cells. The
+outline passes through the middle of the outermost cells: on average, the region covers half of such
+a cell."""
 _MIN = 12.0
 """Minimum area of a boundary polygon (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
@@ -59,7 +59,7 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n); a row is nan if a loop is open.
+        at: Positions (m, 3) at configurations (m, n); a row is NaN if a loop is open.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (metre).
@@ -117,7 +117,7 @@ class ToolPosition:
         return ToolRegion(axes, loops, tuple(moving), leaves_out) if loops else None
 
     def _moving(self, seen: Callable[[Array], Array]) -> list[int]:
-        """Returns the coordinates that move the point."""
+        """Returns the indices of the coordinates that move the point."""
         q = _filling(self.lower, self.upper, _TRIED)
         before = seen(q)
         found = []
@@ -135,9 +135,10 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 
     If the first joint rotates about a vertical axis, the region is the half section through that
     axis. If the tool stays in a coordinate plane, it is the region in this plane. Angles without
-    limits cover one revolution. Multiples of roots of primes fill the coordinate box;
-    configurations near the boundary complete the region. Cell sizes are not simple fractions of
-    lengths, so that rounding differences between machines do not change the result.
+    limits cover one revolution. Configurations with coordinates at multiples of roots of primes
+    fill the coordinate box; configurations near the boundary complete the region. Cell sizes are
+    not simple fractions of lengths, so that rounding differences between machines do not change the
+    result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -248,7 +249,7 @@ def _coordinate(body: TreeBody) -> int:
 
 
 def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
-    """Returns points (count, n) that fill a box evenly, from a start index."""
+    """Returns points (count, n) that fill a box evenly, starting at an index of the sequence."""
     steps = np.array([math.sqrt(prime) % 1 for prime in _PRIMES[: len(lower)]])
     k = np.arange(begin + 1, begin + count + 1)[:, None]
     points: Array = lower + (upper - lower) * (k * steps % 1)
@@ -260,7 +261,7 @@ def _outline(
 ) -> tuple[Loop, ...]:
     """Returns the boundary of the planar region that a coordinate box maps to."""
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
-    if len(q) < 2:  # noqa: PLR2004 - a span
+    if len(q) < 2:  # noqa: PLR2004 - a lower and an upper bound
         return ()
     span = float(np.ptp(points, axis=0).max())
     if np.ptp(points, axis=0).min() < span / _CELLS:

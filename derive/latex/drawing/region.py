@@ -121,7 +121,7 @@ def _picture(found: ToolRegion) -> str:
 
 
 def _step(span: float) -> float:
-    """Returns the tick spacing: a round length that gives a few ticks on the longer side."""
+    """Returns the tick spacing: a round length that gives a few ticks on the longer axis."""
     return next(
         digit * 10.0**power
         for power in range(-9, 9)
@@ -133,7 +133,7 @@ def _step(span: float) -> float:
 def _axes(
     names: Sequence[str], ends: Sequence[tuple[int, int]], step: float, scale: float
 ) -> list[str]:
-    """Draws both axes along the lower and left side, with ticks and names."""
+    """Draws both axes along the lower and left side of the figure, with ticks and names."""
     ticks = [
         [
             (number(whole(scale * step * (n - first))), f"{n * step:.10g}")

@@ -20,8 +20,8 @@ def view(
     """Returns the picture's directions (right, up, towards the eye); whether the view is planar.
 
     Planar loops with parallel planes in this configuration are projected onto that plane; the
-    base's z axis is upright if the plane contains it. The same holds for a planar robot without
-    loops. All other robots are viewed obliquely from above.
+    base's z axis is upright if the plane contains it. The same rule holds for a planar robot
+    without loops. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.
@@ -77,7 +77,7 @@ def _common_normal(
 
 
 def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
-    """Returns the common direction of all revolute axes, if no slider leaves their plane."""
+    """Returns the common direction of all revolute axes, if sliders move normal to it."""
     axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
     for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
         assert body.joint is not None

@@ -96,7 +96,7 @@ def _has_slides(chain: Page, found: Inverses) -> bool:
 
 
 def _sides_of_loops(found: Inverses | None) -> str:
-    """Explains how the slots of the complete inverse differ from the main chain's slots."""
+    """Explains how the slots of the complete inverse differ from the slots of the main chain."""
     solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""

@@ -20,11 +20,11 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters of coefficients, signs, sums, pose sides and prismatic joints, by preference."""
+"""Letters of coefficients, signs, sums, pose sides and prismatic joints, in order of preference."""
 
 
 class InverseLetters:
-    """The letters for one robot."""
+    """The letters for symbols of one robot."""
 
     def __init__(self, robot: SerialRobot, notation: Notation) -> None:
         """Collects the used letters: parameters, coordinates and short symbols."""
@@ -33,7 +33,7 @@ class InverseLetters:
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
 
     def of(self, kind: str) -> str:
-        """Returns the letter of a kind of symbol."""
+        """Returns the letter for a kind of symbol."""
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
@@ -49,7 +49,7 @@ BEHIND_VECTORS = 100
 
 
 class InverseSymbols:
-    """The symbols of a task.
+    """The printed symbols of a task.
 
     Attributes:
         notation: The robot's short symbols; receives new symbols.

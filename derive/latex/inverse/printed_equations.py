@@ -1,4 +1,4 @@
-"""Prints steps: one rule for each kind of equation, independent of the arm family."""
+"""Prints solution steps: one rule for each kind of equation, independent of the arm family."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -31,7 +31,7 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """Returns no relation, as the equation already is the solution."""
+    """Returns no relation, because the equation already is the solution."""
     return ""
 
 
@@ -119,7 +119,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """Returns the aligned rows that define names."""
+    """Returns the aligned rows of equations that define names."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 

@@ -1,8 +1,8 @@
 """Converts the steps of an inverse to printed symbols, in terms of earlier results.
 
 Each solution step has an equation. This module prints the equation's coefficients; long
-coefficients get the names A, B, C with the step's number. Relation and solution come from the
-equation.
+coefficients get the names A, B, C with the step's number. Relation and solution are printed from
+the equation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,16 +40,16 @@ Equation = AngleEquation | LengthEquation | JointEquation
 
 @dataclass(frozen=True)
 class PrintedInverseStep:
-    """One step of an inverse in printed symbols.
+    """One solution step of an inverse in printed symbols.
 
     Attributes:
         step: The solution step that is printed.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients, each expressed in earlier ones.
-        unknown: The coordinate or coordinate sum that the step finds.
-        name: The coordinate, or a name for the sum.
+        definitions: Shared terms and coefficients, each expressed in earlier terms.
+        unknown: The coordinate or coordinate sum that the step determines.
+        name: The coordinate, or a name for the sum of coordinates.
         sense: -1 if the unknown is opposite to the rotation about the step's axis.
-        equation: The step's equation, with named or explicit coefficients.
+        equation: The equation of the step, with named or explicit coefficients.
         solution: Terms whose sum is the unknown; none if a quartic solves the equation for several
             unknowns.
     """
@@ -70,8 +70,9 @@ class PrintedVector:
 
     Attributes:
         vector: The vector itself.
-        letter: LaTeX of its letter.
-        shown: Components of the vector, with names for sums; none if the vector depends on steps.
+        letter: LaTeX of the letter that names the vector.
+        shown: Components of the vector, with names for sums; none if the vector depends on solution
+            steps.
     """
 
     vector: NamedVector
@@ -81,16 +82,16 @@ class PrintedVector:
 
 @dataclass(frozen=True)
 class PrintedTask:
-    """A task in printed symbols.
+    """A task of the inverse in printed symbols.
 
     Attributes:
         solved: The task.
-        inputs: The symbols of each input.
-        signs: The symbols of the signs.
-        vectors: The vectors that the steps use.
-        definitions: Components of vectors that depend on no step.
+        inputs: The symbols of each input of the task.
+        signs: The sign symbols of the task.
+        vectors: The vectors that the solution steps use.
+        definitions: Components of vectors that do not depend on a solution step.
         steps: The steps.
-        rest: Coordinates that follow from a sum, with their values.
+        rest: Coordinates that are computed from an angle sum, with their values.
         free: Undetermined coordinates, set to 0.
         symbols: The printed symbol of each input and sign of the derivation.
     """
@@ -122,7 +123,7 @@ def printed_task(
             terms.
         lines: Its axes.
         solved: The task.
-        first: Number of the first printed step.
+        first: Number of the first printed solution step.
         actuators: Printed symbols of actuated coordinates that steps may find, by name.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
@@ -178,7 +179,7 @@ class _Writer:
         )
 
     def _seed_turns(self) -> None:
-        """Names cosine and sine of every angle from a step or a sum."""
+        """Names cosine and sine of every angle that is solved by a step or from a sum."""
         for step in self.work.steps:
             if isinstance(step.found, FoundTurn):
                 self.terms.seed(step.found.turn, self.symbols.angle(step.joints))
@@ -186,7 +187,7 @@ class _Writer:
             self.terms.seed(turn, self.symbols.value_of(joint))
 
     def _merge(self, entries: Sequence[sp.Expr]) -> None:
-        """Combines the rotations of parallel joints in terms that contain them only together."""
+        """Combines the rotations of parallel joints that occur only together."""
         pairs = list(parallel_pairs(self.work, self.axes))
         known = self.terms.known
         for pair in pairs:
@@ -265,7 +266,7 @@ class _Writer:
         return equation.with_coefficients(shown)
 
     def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
-        """Whether the solution of a step is short even with its coefficients written in full."""
+        """Whether the solution of a step is short even if its coefficients are written in full."""
         if isinstance(equation, LineAndPlane):
             return True
         wide = sum(width(self.terms.printer.tex(value)) for value in values)
@@ -285,7 +286,7 @@ class _Writer:
         return name
 
     def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
-        """Returns the coordinates that follow from a sum and the other coordinates of the sum."""
+        """Returns the coordinates that are computed from a sum and its other coordinates."""
         found = []
         for remainder in self.work.remainders:
             step = next(step for step in steps if step.step.joints == remainder.joints)

@@ -24,7 +24,7 @@ def missing_structure(classification: Classification) -> str:
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """Describes the structure, the fixed joints, and the reading direction of the chain."""
+    """Describes the structure, the fixed joints, and the end from which the axes are numbered."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.tier == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)
@@ -55,7 +55,7 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
 
 
 def _undetermined(page: Page, classification: Classification, found: Attempt) -> list[str]:
-    """Describes the fixed joints, which are inputs in addition to the pose."""
+    """Describes the fixed joints, whose values are inputs in addition to the pose."""
     names = [page.words(classification.lines.axes[k].name) for k in found.given]
     if not names:
         return []

@@ -14,8 +14,8 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference as fractions of the coordinate ranges; the first offset with closed
-loops is used. The reference itself has round values, which may hide a wrong sign."""
+"""Offsets from the reference as fractions of the coordinate ranges; the first offset at which the
+loops close is used. The reference itself has round values, which may hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 
@@ -23,7 +23,8 @@ SOME = {"rad": math.radians(100), "m": 1.0}
 def worked_example_of_loops(page: LoopPage) -> str:
     """Prints a configuration, its tool pose, and all configurations with this pose.
 
-    If an iteration solves the loops from the actuators, a pose has all solutions for the actuators.
+    If an iteration solves the loops from the actuators, the example lists all actuator solutions of
+    a pose.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:

@@ -58,7 +58,7 @@ class PrintedLegs:
         return self.terms.tex(expression)
 
     def equation(self, name: str, value: sp.Expr) -> Equation:
-        """Formats an equation that may break across lines."""
+        """Formats an equation that may continue on further lines."""
         return name, self.page.vectors.terms(value)
 
     def _pair(self, point: Iterable[sp.Expr]) -> Complex:

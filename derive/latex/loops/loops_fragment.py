@@ -21,7 +21,7 @@ DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
-    """Prints every loop as a product of exponentials and as equations, and the rate equations."""
+    """Prints every loop as a product of exponentials, and its scalar and rate equations."""
     found = equations(page.hybrid)
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
     count = sum(len(loop.residual) for loop in found)

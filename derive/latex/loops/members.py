@@ -84,7 +84,7 @@ def members(mechanism: Mechanism) -> Members:
 
 
 class _Chosen:
-    """Returns those names that are symbols; all other names become indices of a free letter."""
+    """Returns the names that are symbols; other names become indices of a letter."""
 
     def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
         self.own: dict[str, str] = {}
@@ -116,7 +116,7 @@ def words(name: str) -> str:
     kind = kinds.get(part.partition(".")[0])
     if not dot or kind is not None:
         return f"{kind} {plain}" if dot else plain
-    # The name of a pin that two members share on one body.
+    # The name of a pin that two struts share on one body.
     return f"pin between {plain} and {words(part)}"
 
 

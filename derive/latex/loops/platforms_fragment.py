@@ -44,7 +44,7 @@ Vector = tuple[sp.Expr, ...]
 
 @dataclass(frozen=True)
 class PrintedRod:
-    """One rod in printed symbols (metre).
+    """One rod of a platform in printed symbols (metre).
 
     Attributes:
         a: The rod's end on an actuated body or the base, in the base frame.
@@ -120,7 +120,7 @@ class PrintedPlatform:
 
     @cached_property
     def triad(self) -> "PrintedTriad | None":
-        """The polynomial of all assembly modes, if any."""
+        """The polynomial whose roots are the assembly modes, if any."""
         hybrid = self.page.hybrid
         triad = triad_of(hybrid) if hybrid.forward.open else None
         return None if triad is None else PrintedTriad(self, triad)
@@ -204,7 +204,7 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
 
 
 def free_letters(page: LoopPage) -> dict[str, str]:
-    """Returns letters for the polynomial that the robot does not use."""
+    """Returns letters for the polynomial that denote nothing else in the robot."""
     notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH

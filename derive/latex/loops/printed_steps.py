@@ -40,7 +40,7 @@ Sum = tuple[tuple[sp.Expr, Vector], ...]
 
 @dataclass(frozen=True)
 class PrintedAngle:
-    """An angle from a step: its cosine and sine, up to a common positive factor."""
+    """An angle that a step solves: its cosine and sine, up to a common positive factor."""
 
     symbol: sp.Symbol
     cosine: sp.Expr
@@ -52,10 +52,10 @@ class PrintedRate:
     """One linear equation between rates, in printed symbols.
 
     Attributes:
-        left: Unknowns, each with the factor of its rate.
-        right: Expressions, each with the factor of its rate.
+        left: Unknowns, each with the factor of its rate in the equation.
+        right: Known expressions, each with the factor of its rate in the equation.
         projected: LaTeX of two vectors: the left side is their scalar product, with the second
-            vector differentiated. None if the left side is written in full.
+            vector differentiated. None if the left side is printed as a sum of products.
     """
 
     left: Weighted
@@ -72,15 +72,15 @@ class PrintedLoopStep:
         number: Number of the step in the article.
         unknown: The unknown side of the loop equation: angles and vectors.
         given: The known side of the loop equation.
-        vectors: Components and lengths of the given vectors.
+        vectors: Components and lengths of the known vectors.
         results: Intermediate results and displacements, each in terms of earlier results.
         angles: The resulting angles.
         margin: The step's margin; None if the step always has a solution.
         rates: The rate equations of the unknowns.
-        positions: Components of each given vector that an equation uses as a whole.
-        points: Components of each vector that results define as a whole.
-        remark: A sentence on the choice of the root.
-        dead_point: Description of the points with margin 0.
+        positions: Components of each known vector that an equation uses as one symbol.
+        points: Components of each vector that the results define as one symbol.
+        remark: A sentence that explains the choice of the root.
+        dead_point: Description of the configurations with margin 0.
     """
 
     step: LoopStep
@@ -130,8 +130,8 @@ def printed_steps(
     Args:
         terms: The robot's terms in printed symbols; receives the unknowns.
         letters: Free letters for the unknowns.
-        solution: The forward or backward solution.
-        first: Number of the first printed step.
+        solution: The solution from actuators to main chain, or from main chain to actuators.
+        first: Number of the first printed solution step.
         joints: Symbols of the joints, used for unknown joint values.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
@@ -142,13 +142,13 @@ def printed_steps(
 
 
 class _Writer:
-    """A step during conversion to printed symbols.
+    """One solution step during conversion to printed symbols.
 
     Attributes:
-        shown: The printed form of each quantity of the step.
-        vectors: Definitions of components and lengths of given vectors.
+        shown: The printed form of each quantity in the step.
+        vectors: Definitions of the components and lengths of known vectors.
         results: Definitions of the intermediate results.
-        positions: Components of the vectors that equations use as a whole.
+        positions: Components of the vectors that the equations use as one symbol.
         found: Angles that this step determines.
     """
 
@@ -220,7 +220,7 @@ class _Writer:
             self.shown[symbol] = self.printed_terms.of(term)
 
     def _name_position(self, letter: str, size: int) -> None:
-        """Returns a vector by its name if equations use the vector as a whole."""
+        """Returns a vector by its name if the equations use the vector as one symbol."""
         whole = quantity(letter)
         if any(whole in value.free_symbols for _, value in self.equations.results):
             self.shown[whole] = self._symbol(whole)

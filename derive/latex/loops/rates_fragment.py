@@ -33,7 +33,7 @@ class Rates:
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Creates the known rates: those of the coordinates."""
+        """Creates the known rates, which are the rates of the coordinates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}

@@ -1,4 +1,4 @@
-r"""Prints the closed-form solution from the actuators to the main chain, and back."""
+r"""Prints the closed-form loop solution: from the actuators, then from the main chain."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -26,7 +26,7 @@ MIN_PRINTED = 0.01
 
 
 def solution(page: LoopPage) -> str:
-    """Prints the solution for all joints from the actuators, then back from the main chain."""
+    """Prints the solution of all joints from the actuators, then from the main chain."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]

@@ -96,7 +96,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Puts a display between its settings, without a trailing space that could begin a line."""
+    """Puts a display between two settings, without a trailing space that could begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
@@ -136,7 +136,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side in lines; if ``kept``, on the page of the following text."""
+    """Sets displays side by side in lines; with ``kept``, on the page of the following text."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

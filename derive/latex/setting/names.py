@@ -120,7 +120,7 @@ def _is_own_symbol(joint: Joint) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Escapes text for a paragraph; symbols replace joint names."""
+    """Escapes text for a paragraph; joint names are replaced by symbols."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:

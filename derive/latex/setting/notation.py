@@ -38,7 +38,7 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""Letters of each kind of symbol in order of preference, without letters of parameters."""
+"""Letters for each kind of symbol in order of preference, without letters of parameters."""
 
 
 class Notation:
@@ -291,7 +291,7 @@ def is_long(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """Sorts terms in numbering order."""
+    """Sorts terms in the order of their numbers."""
     return len(symbol.name), symbol.name
 
 

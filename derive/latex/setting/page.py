@@ -23,15 +23,15 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 class Page:
     """A serial chain with everything that its article prints.
 
-    Short symbols are numbered in order of first use. This class creates all expressions in short
-    symbols at once, in attribute order, so that no fragment depends on earlier fragments.
+    Short symbols are numbered in the order of first use. This class creates all expressions in
+    short symbols at once, in attribute order, so that no fragment depends on earlier fragments.
 
     Attributes:
         robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
         links: The transforms between adjacent frames in short symbols.
         screws: Screw axes and home pose in short symbols.
-        inverse: The inverse kinematics over the terms of the equations.
+        inverse: The inverse kinematics, expressed in the terms of the equations.
         singular: The singular configurations, in short symbols.
         geometry: The functions with geometry as input; None without parametric functions.
     """

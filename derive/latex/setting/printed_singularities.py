@@ -46,7 +46,7 @@ class PrintedSingularities:
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         configurations: Singular configurations (radian, metre), if there are no short conditions.
-        fixed: The fixed coordinates, if the determinant is that of the joints that are not fixed.
+        fixed: The fixed coordinates, if the determinant belongs to the other joints only.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
@@ -68,7 +68,7 @@ def printed_singularities(
         robot: A serial robot.
         notation: The short symbols of the robot.
         given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
-            arm are long, the conditions for the joints that are not fixed are printed too.
+            arm are long, the conditions for the free joints are printed too.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
@@ -95,7 +95,7 @@ def printed_singularities(
 def _singularities_with_fixed_joints(
     robot: SerialRobot, notation: Notation, given: Sequence[int]
 ) -> PrintedSingularities:
-    """Returns the Jacobian determinant of the joints that are not fixed."""
+    """Returns the Jacobian determinant of the free joints."""
     if not given:
         return PrintedSingularities(None, ())
     still = {robot.moving[k].name for k in given}
@@ -121,8 +121,8 @@ def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCond
     """Returns a condition with its axes numbered as in the complete arm.
 
     Args:
-        condition: A condition whose axis numbers are the numbers among the moving axes.
-        numbers: The number of each of these axes in the complete arm.
+        condition: A condition whose axis numbers count only the moving axes.
+        numbers: The number of each moving axis in the complete arm.
     """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)
     return replace(condition, words=counted)

@@ -23,7 +23,7 @@ class PrintedTerms:
 
     Attributes:
         known: The printed symbol, or its negative, of each named term and coordinate; :meth:`call`
-            adds to it.
+            adds symbols.
     """
 
     def __init__(

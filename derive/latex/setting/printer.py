@@ -1,6 +1,6 @@
 r"""Prints expressions with lengths first, ascending indices, and no leading minus sign.
 
-A sum is a list of signed terms in chain order, so that long sums can break between terms.
+A sum is a list of signed terms in chain order, so that long sums can be broken between terms.
 """
 
 from collections.abc import Callable, Mapping
@@ -110,7 +110,7 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """Sorts terms: with lengths in chain order, then with brackets, then others."""
+        """Sorts terms: with lengths in chain order, then with brackets, then all others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)
@@ -138,7 +138,7 @@ def _has_root(product: sp.Expr) -> bool:
 
 
 def _comparable(part: object) -> tuple[object, ...]:
-    """Converts a component of a sort key so that numbers, words and nested keys are comparable."""
+    """Converts a component of a sort key so that numbers, words and nested keys can be compared."""
     if isinstance(part, tuple):
         return 2, tuple(map(_comparable, part))
     return (1 if isinstance(part, str) else 0), part

@@ -26,7 +26,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms of the entries, each in terms of earlier ones.
+        definitions: Shared terms of the entries, each expressed in earlier terms.
         S: Screw axes (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -52,10 +52,11 @@ class ScrewDisplays:
     """The product of exponentials of a robot, ready for typesetting.
 
     Attributes:
-        terms: Shared terms of the entries, each in terms of earlier ones.
+        terms: Shared terms of the entries, each expressed in earlier terms.
         columns: One display for each screw axis.
         home: The home pose.
-        named: Named entries that are too wide to be printed inside the home pose or an axis.
+        named: Entries that are too wide to be printed inside the home pose or a screw axis, by
+            name.
     """
 
     terms: tuple[Equation, ...]
@@ -81,7 +82,7 @@ def home_name(robot: SerialRobot) -> str:
 
 
 class _Constants:
-    """Sets constant vectors and matrices; too wide entries get a name.
+    """Formats constant vectors and matrices; entries that are too wide get a name.
 
     Attributes:
         named: The terms of the entries of each named vector or matrix, keyed by name.

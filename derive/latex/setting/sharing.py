@@ -38,7 +38,7 @@ class Printed:
     """One function in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines, each expressed in earlier ones.
+        definitions: Shared terms that no earlier function defines, each expressed in earlier terms.
         entries: The function's entries in row-major order.
         names: The name of each entry; None for an entry without a name.
     """
@@ -94,7 +94,7 @@ class TermNames:
         notation: The robot's short symbols.
         printer: Prints expressions in these symbols.
         known: The printed symbol, or its negative, of each named term.
-        inlined: The values of terms written in full.
+        inlined: The values of terms that are written in full.
         definitions: The definitions of named terms.
     """
 
@@ -128,7 +128,7 @@ class TermNames:
 
 
 class _Sharing(TermNames):
-    """Decides for each function which terms get a name."""
+    """Decides which terms of a function get a name."""
 
     def __init__(self, notation: Notation, printer: Printer) -> None:
         self.notation, self.printer = notation, printer
@@ -213,7 +213,7 @@ class _Sharing(TermNames):
         names: Sequence[sp.Symbol | None],
         own: set[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Returns the entry values; a sum that is an entry has the entry's name from then on."""
+        """Returns the entry values; later expressions use the name of an equal entry."""
         shown = []
         for entry, name in zip(entries, names, strict=True):
             shown.append(self._value(entry))

@@ -1,9 +1,10 @@
-"""Reports the fraction of the limit box in which the loops close, and unreachable limits.
+"""Reports in which part of the actuator limits the loops close, and unreachable limits.
 
-The limits of the actuators span a box. Loops that stay open inside this box are no error, because
-each limit belongs to a single actuator. The module reports loops that close in less than half of
-the box. It also reports limits that one actuator cannot reach while the other actuators stay at the
-reference, and reference values that are far from the configuration at which the loops close.
+The limits of the actuators span a box. Loops that stay open inside this box are not an error,
+because each limit belongs to a single actuator. The module reports loops that close in less than
+half of the box. It also reports limits that one actuator cannot reach while the other actuators
+stay at the reference, and reference values that are far from the configuration at which the loops
+close.
 """
 
 import math
@@ -32,7 +33,7 @@ FEW, FEW_STEPS = 60, 17
 """Number of random configurations, and of grid values, for loops without a closed form."""
 HALVINGS = 20
 LITTLE = 0.5
-"""Smallest fraction of configurations with closed loops that needs no remark."""
+"""Smallest fraction of configurations with closed loops for which no remark is printed."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
@@ -164,11 +165,11 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 
 
 def moved_reference(h: SolvedLoops) -> str:
-    """States which described joint value is farthest from its value at the closed reference.
+    """States which described joint value differs most from the closed reference.
 
-    The described values of dependent joints only select the branch. A large difference usually
-    means wrong actuated coordinates: the default for a cylinder without a stated value is the
-    middle of its limits. The result is empty if all values agree closely, up to full turns.
+    The values of dependent joints in a description only select the branch. A large difference
+    usually means wrong actuated coordinates: the default for a cylinder without a stated value is
+    the middle of its limits. The result is empty if all values agree closely, up to full turns.
     """
     at, size = h.at_reference, longest_length(h.mechanism, h.terms)
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

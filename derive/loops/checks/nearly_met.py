@@ -1,8 +1,8 @@
 """Detects loops that narrowly miss a closed form, such as those of an as-built robot.
 
 A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
-planar. If the geometry deviates from this by more than the rounding of values in the file, Newton's
-iteration closes the loops. A sentence then states the deviation.
+planar. If the geometry deviates from these conditions by more than the rounding of values in the
+file, Newton's iteration closes the loops. A sentence in the report then states the deviation.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Minimum number of revolute axes, besides the closer, for a test of parallel axes."""
+"""Minimum number of revolute axes, in addition to the closure, for a test of parallel axes."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:

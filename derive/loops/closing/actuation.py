@@ -25,8 +25,8 @@ def check_actuation(loops: ClosedLoops) -> None:
         loops: The constraints of the mechanism.
 
     Raises:
-        DescriptionError: Some freedoms have no actuator, or some actuators depend on each other.
-            The message lists the joints without an actuator, or the dependent actuators.
+        DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
+            other. The message lists the joints without an actuator, or the dependent actuators.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]

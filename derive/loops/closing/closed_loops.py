@@ -160,7 +160,7 @@ class ClosedLoops:
 
     @cached_property
     def reference(self) -> Vector:
-        """The reference configuration as described, with gear ratios applied.
+        """The reference configuration of the description, with gear ratios applied.
 
         The default of a swing is the direction of its strut at the reference. From a distant start,
         Newton's method may end in a local minimum in which a loop is open.
@@ -271,7 +271,7 @@ class ClosedLoops:
         return z
 
     def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
-        """Raises DescriptionError if passive entries moved much farther than the actuated ones."""
+        """Raises DescriptionError if passive entries moved much farther than actuated ones."""
         if self._distance(reached - z) > 2 * self._distance(trial - z) + SAMPLED_RANGE:
             residual, _, _ = self.evaluated(trial)
             name, _ = self._widest(residual)
@@ -287,8 +287,8 @@ class ClosedLoops:
     def generic(self) -> tuple[Vector, ...]:
         """Closed configurations near the reference with a full-rank Jacobian.
 
-        Other assembly modes may have more or fewer freedoms, so only the neighborhood of the
-        reference is sampled.
+        Other assembly modes may have more or fewer degrees of freedom, so only the neighborhood of
+        the reference is sampled.
 
         Raises:
             LoopError: The loops do not close from the reference.
@@ -305,7 +305,7 @@ class ClosedLoops:
         return tuple(z for rank, z in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
-        """Yields a closed configuration, then random closed configurations near the first one."""
+        """Yields a closed configuration, then random closed configurations near it."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)
@@ -321,7 +321,7 @@ class ClosedLoops:
     def _rank_at(self, z: Vector) -> tuple[int, bool]:
         """Returns the rank, and whether each singular value is clearly zero or clearly nonzero."""
         _, J, _ = self.evaluated(z)
-        # Lengths are relative to the mechanism size, so that metres and radians compare.
+        # Lengths are relative to the mechanism size, so that they can be compared with angles.
         J = J * self._scaled(np.ones(len(z)))
         lengths = np.linalg.norm(J, axis=1, keepdims=True)
         values = np.linalg.svd(J / np.where(lengths > 0, lengths, 1), compute_uv=False)

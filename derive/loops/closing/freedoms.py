@@ -1,4 +1,4 @@
-"""Counts bodies, joints and freedoms for the Kutzbach criterion and for the count by loops."""
+"""Counts bodies, joints and degrees of freedom for both mobility formulas."""
 
 from collections.abc import Sequence
 
@@ -78,7 +78,7 @@ def _rank(axes: Sequence[sp.Matrix]) -> int:
 
 
 class Counts:
-    """Counts of bodies, joints and freedoms of a mechanism.
+    """Counts of bodies, joints and degrees of freedom of a mechanism.
 
     Attributes:
         mechanism: The description.
@@ -99,7 +99,8 @@ class Counts:
         orders = [self._order_of(closer) for closer in mechanism.closers]
         self.virtual: list[tuple[Joint, ...]] = []
         for run in virtual_joints(mechanism, terms):
-            # Virtual joints add as many freedoms as one loop through the platform removes.
+            # Virtual joints add as many degrees of freedom as one loop through the platform
+            # removes.
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)

@@ -41,13 +41,13 @@ UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 
 @dataclass(frozen=True)
 class Remedy:
-    """A length or angle that can close the loop, and the interval of its closing values.
+    """A length or angle that can close the loop, and the interval of its suitable values.
 
     Attributes:
         name: Description of the length or angle.
         now: The current value (metre or radian).
-        low: The lowest closing value; None if none was found.
-        high: The highest closing value; None if none was found.
+        low: The lowest value at which the loop closes; None if none was found.
+        high: The highest value at which the loop closes; None if none was found.
         is_length: Whether the value is a length.
     """
 
@@ -88,7 +88,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 
     Args:
         mechanism: The description.
-        error: The solver's error. It is returned unchanged if the loops close numerically.
+        error: The solver's error. The error is returned unchanged if the loops close numerically.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -125,7 +125,8 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Returns the error for actuators that do not determine the motion of a mechanism, or None.
 
-    A numerical test cannot distinguish loops with too many freedoms from loops at a dead point.
+    A numerical test cannot distinguish loops with too many degrees of freedom from loops at a dead
+    point.
 
     Args:
         mechanism: The description.
@@ -412,7 +413,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value at which the loop closes, between a closing value and an open one."""
+    """Returns the last value with a closed loop, before a value with an open loop."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)
@@ -429,7 +430,7 @@ def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)
 
 
-# --- values as text ---
+# --- formatting of values ---
 
 
 def shown(value: float, is_length: bool) -> str:

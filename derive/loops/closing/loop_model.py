@@ -30,7 +30,7 @@ class LoopModel:
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.
         passive: Names of the passive joints in z, without drives that are coupled to other joints.
-        arguments: The arguments of all functions, by name.
+        arguments: The arguments of all functions, keyed by name.
         q: Symbols of the actuated coordinates.
         theta: Symbols of the main-chain joints.
     """

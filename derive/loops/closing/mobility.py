@@ -1,8 +1,8 @@
 """Mobility of a mechanism, from two counting formulas and from the constraint rank.
 
-Counting assumes that all constraints are independent. The rank of the constraint Jacobian at closed
-configurations needs no assumption. If two counts disagree, the mechanism is overconstrained, or a
-member can rotate on its own.
+Counting formulas assume that all constraints are independent. The rank of the constraint Jacobian
+at closed configurations needs no assumption. If two counts disagree, the mechanism is
+overconstrained, or a rod can rotate about its own axis.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ class Mobility:
         order: lambda: 3 if all bodies move in one plane, else 6.
         loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
         loop_orders: lambda of each independent loop.
-        idle: Number of ball-ended members that can rotate about their own axes (idle rotations).
+        idle: Number of ball-ended struts that can rotate about their own axes (idle rotations).
         coordinates: Number of entries of z.
         rank: Rank of the constraint Jacobian at random closed configurations.
         equations: Number of rows of the constraint Jacobian.
@@ -56,12 +56,12 @@ class Mobility:
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the constraint rank, without idle rotations of members."""
+        """Number of coordinates minus the constraint rank, without idle rotations of struts."""
         return self.coordinates - self.rank
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether redundant constraints leave more freedoms than the counts predict."""
+        """Whether redundant constraints leave more degrees of freedom than the counts predict."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
@@ -113,7 +113,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
     because motor, bearing and gear pair together add no freedom.
 
     Args:
-        mechanism: The description, with a reference configuration near closure.
+        mechanism: The description, with a reference configuration at which the loops nearly close.
 
     Raises:
         LoopError: The loops do not close from the reference.

@@ -2,7 +2,7 @@
 
 Near a dead point a small change of length causes a large motion, so no bound holds at all
 configurations. Therefore the loops of both robot versions are closed at random configurations. The
-largest pose difference is reported.
+largest difference between the tool poses is reported.
 """
 
 from collections.abc import Iterator
@@ -54,7 +54,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _normals(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the planar loop normals of the robot as written, whose base may be rotated."""
+    """Returns the planar loop normals of the robot with the numbers of its file."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.closers if c.a.body == m.base_frame}

@@ -31,7 +31,8 @@ class ResidualGaps:
             coordinates. It lists joints and cylinders by name (radian or metre).
         repeated: Number of redundant constraints.
         gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
-        spare: Names of the closures and struts that can be omitted without adding a freedom.
+        spare: Names of the closures and struts that can be omitted without an additional degree of
+            freedom.
     """
 
     at: Mapping[str, float]
@@ -87,7 +88,7 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Returns the number of joints in a loop with its closer; all joint errors add up."""
+    """Returns the number of joints in a loop with its closure; all joint errors add up."""
     one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
     return len(one ^ other) + 1
 

@@ -18,7 +18,8 @@ Passive joint values are only approximate, and a wrong exchange may also close t
 distant configuration.
 """
 CLEARLY = 0.02
-"""Distance from the reference, like :data:`NEAR`, that two-digit rounding cannot explain."""
+"""Distance from the reference, with the definition of :data:`NEAR`, that rounding to two digits
+cannot explain."""
 PART = 0.1
 """Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
 
@@ -28,7 +29,7 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
     Args:
         mechanism: A description whose loops close far from the reference.
-        closed: The values of all members at that configuration (radian or metre).
+        closed: The values of all joints and cylinders at this configuration (radian or metre).
     """
     motion = _change(NumericMechanism(mechanism), closed)
     names, left = _best(mechanism) if motion > CLEARLY else ((), math.inf)

@@ -59,7 +59,7 @@ class Tilt:
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
-    """Returns the pin-ended rods and cylinders in spatial loops."""
+    """Returns the pin-ended rods and cylinders that are part of spatial loops."""
     _, spatial = linkages(mechanism)
     return [
         tilt_of(mechanism, terms, loop)
@@ -69,7 +69,7 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def what_holds_it_open(mechanism: Mechanism) -> str:
-    """Explains why no length closes the loops; "" if no explanation is found.
+    """Explains why no length closes the loops; empty if no explanation is found.
 
     The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
     constraints, and the gaps.

@@ -30,7 +30,7 @@ class Joints:
         passive: Names of the passive joints.
         interval: Text that states the interval of the angles and follows a comma; "" if the angles
             are unbounded.
-        finished: Completes a function so that it returns NaN if the loops do not close.
+        finished: Completes a function so that its result is NaN if the loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -48,7 +48,7 @@ class Joints:
     def function(
         self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
     ) -> SymbolicFunction:
-        """Builds a function of the coordinates and of time derivatives up to a given order."""
+        """Builds a function of the coordinates and of some of their time derivatives."""
         inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
         made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
         return self.finished(made)
@@ -77,12 +77,15 @@ class Map:
     Attributes:
         name: Name of the map and of its codomain.
         symbol: Name of the joint values.
-        names: Returns the names of the joints.
-        noun: Noun for the joints.
+        names: Returns the names of the joints that the map computes.
+        noun: Noun for the joints in the descriptions of the map.
         meaning: Meaning of the map's result.
-        summary: Summary of the map; ``{interval}`` is the angle interval.
-        identity: Identity of the map; ``{names}`` are the names of the joints.
-        moving: Summary and meaning of the time derivatives; ``{}`` is rates or accelerations.
+        summary: Summary of the map for its documentation; ``{interval}`` is replaced by the angle
+            interval.
+        identity: Identity that holds for the map, printed in its documentation; ``{names}`` is
+            replaced by the names of the joints.
+        moving: Summary and meaning of the time derivatives; ``{}`` is replaced by rates or
+            accelerations.
     """
 
     name: str
@@ -285,7 +288,7 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch slot; a step that the branch lacks has margin 1.
+    """Returns the margins of a branch slot; a step that does not occur on the branch has margin 1.
 
     If several branches of passive joints share the slot, the first branch that closes is used.
     """

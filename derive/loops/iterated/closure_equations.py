@@ -1,9 +1,9 @@
 """Reduced closure equations of loops without a closed form, and start values for Newton's method.
 
-A strut keeps two points at a distance, whether its ends are pins or balls. The loop of a strut has
-one equation, |b - a| = l, and the swing of the strut follows from the points. The equations c(w) =
-0 therefore contain only the variables w: the configuration z without strut swings. For actuated
-variables a and unknown variables u, c_u du = -c_a da.
+A strut keeps two points at a constant distance, whether its ends are pins or balls. The loop of a
+strut has one equation, |b - a| = l, and the swing of the strut follows from the points. The
+equations c(w) = 0 therefore contain only the variables w: the configuration z without strut swings.
+For actuated variables a and unknown variables u, c_u du = -c_a da.
 """
 
 from collections.abc import Mapping
@@ -162,7 +162,7 @@ class LoopClosure:
 
     @cached_property
     def start(self) -> Start:
-        """The numerical reference, rounded so that every machine gives the same values."""
+        """The numerical reference configuration, rounded to be equal on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
         kernel = lower([self.residual], "reference")[0]

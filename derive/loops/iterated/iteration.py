@@ -82,7 +82,7 @@ class Iteration:
         symbols = coordinates(f"{self._prefix}_{name}_", math.prod(shape))
         return Argument(name, symbols, shape, "1, m, 1/m", "derivative of the variables")
 
-    # --- values and rates ---
+    # --- joint values and rates ---
 
     def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
         """Returns the values of joints, swings and cylinders."""
@@ -212,7 +212,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
     """Returns the builders of the maps through the loops, in output order.
 
     Args:
-        iteration: The loop variables as functions of the actuated coordinates.
+        iteration: Returns the loop variables as functions of the actuated coordinates.
         known: Names of the maps with a closed form.
     """
     found = forward_makers(iteration.joints)

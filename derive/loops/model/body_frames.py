@@ -22,7 +22,7 @@ def pose_of(
     Args:
         mechanism: The description.
         terms: Names of all terms.
-        frame: The frame on its body.
+        frame: The frame in the axes of its body.
         values: Values of the joints between the base and the body (radian or metre).
     """
     way = mechanism.way(frame.body)

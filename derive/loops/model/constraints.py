@@ -1,7 +1,7 @@
 """Loop closure on SE(3), and the independent scalar equations of each loop.
 
-A loop starts at the body at which its two branches meet. The loop follows branch a to the closer,
-passes through the closer, and returns along branch b:
+A loop starts at the body at which its two branches meet. The loop follows branch a to the closure
+or strut, passes through it, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
@@ -44,17 +44,17 @@ class ConfigurationVariable(NamedTuple):
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """The equations of one closure or strut in the full configuration.
+    """The loop equations of one closure or strut in the full configuration.
 
     Attributes:
-        loop: The closer and the two branches.
+        loop: The closure or strut, and the two branches.
         kind: ``planar`` or ``spatial`` loop; ``point`` for a spatial ball closure, ``distance`` for
             a strut with ball ends.
         residual: Named, independent terms that are zero if the loop is closed: differences of
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
-        facing: Named terms that are 1 if the loop is closed and no frame is flipped. If the
-            residual is zero although a frame is flipped, these terms are 0 or negative.
+        facing: Named terms whose value is 1 if the loop is closed and no frame is flipped. If the
+            residual is zero although a frame is flipped, the value of such a term is 0 or negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
@@ -108,7 +108,7 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 def constraints(
     mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
 ) -> tuple[LoopEquations, ...]:
-    """Returns the equations of every loop, in the order of the closers.
+    """Returns the equations of every loop, in the order of the closures and struts.
 
     | loop    | closer          | equations                                              |
     |---------|-----------------|--------------------------------------------------------|
@@ -143,7 +143,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the residuals of the loops of some closers, with identically zero residuals.
+    """Returns the loop residuals of some closures and struts, also those that are zero.
 
     Args:
         mechanism: The description.
@@ -387,7 +387,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """Equations of a spatial loop, from the poses of the closer's two frames."""
+    """Equations of a spatial loop, from the poses of the two frames of its closure or strut."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -425,5 +425,5 @@ class _Spatial:
         return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
 
     def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
-        """Returns the frame's pose relative to the meeting body."""
+        """Returns the pose of the frame relative to the meeting body."""
         return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)

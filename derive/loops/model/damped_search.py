@@ -10,7 +10,7 @@ from ...model.tolerances import DIFFERENCE_STEP, GAP
 Floats = NDArray[np.float64]
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
-"""Initial, minimum and maximum damping, and the first factor by which damping grows."""
+"""Initial, minimum and maximum damping, and the first factor by which the damping grows."""
 MAX_POOR = 2
 """The search ends after this number of consecutive steps with too little gain."""
 

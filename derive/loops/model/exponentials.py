@@ -25,8 +25,9 @@ class Factor:
     """One exponential of a loop.
 
     Attributes:
-        name: Name of the joint, swing or cylinder in z. The freedoms of the closure itself are not
-            in z and have names ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
+        name: Name of the joint, swing or cylinder in z. The degrees of freedom of the closure
+            itself are not in z and have names ``<closer>`` or ``<strut>.end``; a ball joint adds
+            ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
             twist has unit speed: (metre per radian, 1) for a revolute joint, (1, 0) for a slider.
         side: The branch of the exponential. Branch b is traversed backwards, with reversed screws.
@@ -93,12 +94,12 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a constant with more operations than a design dimension has."""
+    """Whether an entry is a constant with more operations than a nominal dimension has."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
 def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
-    """Returns the freedoms of a closer in the axes of its first end, and its length."""
+    """Returns the degrees of freedom of a closure or strut at its first end, and its length."""
     name, turn, slide = closer.name, _unit(2), _unit(2, sp.oo)
     if isinstance(closer, Closure):
         freedoms = {

@@ -1,14 +1,15 @@
 """Least-squares closure of overconstrained loops: the gradient of the gaps as equations.
 
-The gaps c_i are in metres; rotation entries are multiplied by a length l. The configuration nearest
-to closure minimizes the sum of c_i^2 / 2, so its gradient with respect to the unknown variables is
-zero:
+The gaps c_i are in metres; rotation entries are multiplied by a length l. The configuration with
+the smallest gaps minimizes the sum of c_i^2 / 2, so its gradient with respect to the unknown
+variables is zero:
 
     g_u = sum_i c_i dc_i/du = 0
 
 There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
 gaps. It is regular if the gaps are small and the derivative of the gaps has full rank. Newton's
-iteration, joint rates and joint accelerations therefore follow as for loops that close.
+iteration, joint rates and joint accelerations therefore follow in the same way as for loops that
+close.
 """
 
 from collections.abc import Sequence

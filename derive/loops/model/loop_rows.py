@@ -1,8 +1,8 @@
 """Equations of loops with variable geometry: residuals, and their wrenches.
 
-An equation compares end b of a closer with end a, in the axes of a. The derivative of the equation
-along a motion of b's body is the power of a wrench. The derivative along a motion of a's body is
-the negative power of the same wrench, even if the loop is open.
+An equation compares end b of a closure or strut with end a, in the axes of a. The derivative of the
+equation along a motion of the body at end b is the power of a wrench. The derivative along a motion
+of the body at end a is the negative power of the same wrench, even if the loop is open.
 
 | closer            | equations                                                     |
 |-------------------|---------------------------------------------------------------|
@@ -45,7 +45,7 @@ class Row:
     length: sp.Expr = sp.S.Zero
 
     def gradient(self, terms: Terms, variables: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
-        """Returns the residual's derivative with respect to each variable."""
+        """Returns the derivative of the residual with respect to each variable."""
         longer = sp.S.NegativeOne, ElementaryMotion(self.length, ORIGIN, None)
         return gradient(terms, [*self.powers, longer], variables)
 
@@ -56,12 +56,12 @@ def loop_rows(
     geometry: MechanismGeometry,
     bodies: Mapping[str, Reached],
 ) -> list[Row]:
-    """Returns the equations of all loops, in the order of the closers.
+    """Returns the equations of all loops, in the order of the closures and struts.
 
     Args:
         mechanism: The description.
         terms: Receives the named terms.
-        geometry: The geometry as variables.
+        geometry: The geometry of the robot as variables.
         bodies: The frames of all bodies.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))
@@ -69,7 +69,7 @@ def loop_rows(
 
 
 class _Ends:
-    """The two ends of one closer."""
+    """The two ends of one closure or strut."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class _Ends:
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
-        """Returns the equations of the closer."""
+        """Returns the equations of the closure or strut."""
         closer = self.loop.closer
         if isinstance(closer, Strut):
             return [self._distance(closer)]

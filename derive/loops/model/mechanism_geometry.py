@@ -55,7 +55,7 @@ class MechanismGeometry:
         tool: Motions from the body that carries the tool to the tool.
         ends: The frames of each closure and strut on its two bodies.
         lengths: The length of each strut.
-        planar: The linkage of each closer whose loop is planar.
+        planar: The planar linkage of each closure or strut in a planar loop.
     """
 
     parameters: tuple[GeometryParameter, ...]
@@ -154,7 +154,7 @@ class _Numbered:
         return self.planar[loop.closer.name].axes[body].n
 
     def _end(self, closer: Closure | Strut, side: str) -> Placement:
-        """Returns the frame of a closer on a body, with its position as parameters."""
+        """Returns the frame of a closure or strut on a body, with its position as parameters."""
         frame: Frame = getattr(closer, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(placement)[:3, 3]
@@ -176,7 +176,7 @@ class _Numbered:
     def _coordinate(
         self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Returns a coordinate of a closer's end, constant along the normal of a planar loop."""
+        """Returns a coordinate of an end point, constant along the normal of a planar loop."""
         linkage = self.planar.get(closer.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):

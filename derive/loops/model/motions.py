@@ -119,7 +119,7 @@ def bodies(
         mechanism: The description.
         terms: Receives the named terms.
         base: The motions that lead from the base frame to the frame of the base body.
-        steps: Motions from the parent body to each other body.
+        steps: Motions from the parent body to every other body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:

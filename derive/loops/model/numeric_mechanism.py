@@ -22,7 +22,7 @@ from .planes import linkages
 
 Floats = NDArray[np.float64]
 Value = float | Floats
-"""A value, or an array (n,) of values at n configurations."""
+"""One value, or an array (n,) of values at n configurations."""
 OTHERS_FIRST = 1e3
 """Weight that keeps all other loops closed while the gap of one loop is minimized."""
 POLISHING = 4
@@ -47,7 +47,8 @@ class NumericMechanism:
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), or 1 if all are zero.
-        normals: Unit normals of planar loops by closer, in the axes of the closer's first body.
+        normals: Unit normals of planar loops, keyed by closure or strut, in the axes of its first
+            body.
     """
 
     def __init__(self, mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> None:
@@ -55,7 +56,7 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            normals: Known normals of planar loops, by closer; None computes them.
+            normals: Known normals of planar loops, keyed by closure or strut; None computes them.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -182,13 +183,13 @@ class NumericMechanism:
     def ends(
         self, closer: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Returns both end frames (4, 4) of a closer, and the in-plane vector between them."""
+        """Returns both end frames (4, 4) of a closure or strut, and the vector in between."""
         poses = self.poses(values)
         A, B = self._frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """Returns the unit normal of a closer's loop in the base frame; None for a spatial loop."""
+        """Returns the unit normal of a planar loop in the base frame, else None."""
         normal = self.normals.get(closer.name)
         return None if normal is None else poses[closer.a.body][..., :3, :3] @ normal
 
@@ -296,7 +297,7 @@ class NumericMechanism:
             found[name] = differences(residual, x, self._apart(free))
         return found
 
-    # --- closing in numbers ---
+    # --- numerical closure of loops ---
 
     def nearest(
         self,
@@ -314,8 +315,8 @@ class NumericMechanism:
                 names constants.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
-            last: The loop whose gap is minimized while the other loops stay closed; "" weighs all
-                loops equally.
+            last: The loop whose gap is minimized while the other loops stay closed; with "", all
+                loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants

@@ -169,7 +169,7 @@ def _expanded(angle: sp.Expr) -> sp.Expr:
 
 @cache
 def _order(angle: sp.Expr) -> tuple[int, str]:
-    # Sorting names by length first puts _t10 after _t9.
+    # Names are sorted by length first, so that _t10 comes after _t9.
     text = str(angle)
     return len(text), text
 
@@ -181,7 +181,7 @@ def _plain(expression: sp.Expr) -> sp.Expr:
         return expression
     if not expression.free_symbols:
         return ZERO if constant_is_zero(expression) else expression
-    # For sums without quotients and roots, expansion suffices and is much faster.
+    # For sums without quotients and roots, an expansion is sufficient and much faster.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
     # Cancelling a fraction is twice as fast as cancelling an expression, for which SymPy first

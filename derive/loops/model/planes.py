@@ -2,8 +2,9 @@
 
 A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
-The x axis is the first of its frame's x, y, z axes that lies in the plane; y is to the left of it.
-The plane's normal is the first revolute axis of the linkage, or the normal of its sliders.
+The x axis is the first of the frame's x, y, z axes that lies in the plane; the y axis is to the
+left of it. The plane's normal is the first revolute axis of the linkage, or the normal of its
+sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -95,7 +96,7 @@ class Linkage:
     Attributes:
         root: The body in which the plane is fixed.
         bodies: All bodies, including cylinder barrels and rods.
-        edges: Joints, swings and closures.
+        edges: The revolute joints, swings and closures.
         joints: Names of the tree's moving joints and of the cylinders in the linkage.
         closers: Names of the closures and struts that close the loops.
         axes: The plane's x, y and normal in each body's frame.
@@ -118,7 +119,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A closer, the body at which the loop's two branches meet, and the joints of both branches."""
+    """A closure or strut, and the joints of both branches of its loop."""
 
     closer: Closure | Strut
     meeting: str
@@ -204,7 +205,7 @@ class _Pose(NamedTuple):
 
 
 class _Branch:
-    """The joints from the base to one end of a closer, with numerical axes at zero."""
+    """The joints from the base to one end of a closure or strut, with numerical axes at zero."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, frame: Frame, way: Sequence[Joint]
@@ -247,7 +248,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
 def axes_in_numbers(
     mechanism: Mechanism, terms: Terms, loop: Loop
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
-    """Returns names and axes of a loop's revolute joints, and the closer's ends, at zero.
+    """Returns the revolute joints of a loop and the ends of its closure, at zero.
 
     All vectors are expressed in the base body's frame (metre).
     """
@@ -274,7 +275,7 @@ def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matri
 
 
 def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
-    """Returns the unit normal of the plane of two sliders; None if all are parallel.
+    """Returns the unit normal of the plane of two sliders; None if all sliders are parallel.
 
     Args:
         sliding: Directions of the sliders.
@@ -411,7 +412,7 @@ class _Plane:
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """Returns the edge of a tree joint."""
+        """Returns the revolute joint or slide of a tree joint in the plane."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -427,7 +428,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """Returns the edge of a closure between two bodies."""
+        """Returns the revolute joint or slide of a closure between two bodies."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)

@@ -37,8 +37,8 @@ class Hexapod:
         a: The rod ends on the actuated bodies.
         b: The rod ends on the platform at zero coordinates, as constants.
         lengths: Rod lengths.
-        axes: For each of the last three joints, the index of the parallel axis among the first
-            three.
+        axes: For each of the last three main-chain joints, the index of the parallel axis among the
+            first three.
     """
 
     a: tuple[Vector, ...]
@@ -155,7 +155,7 @@ def modes(h: SolvedLoops) -> WrittenFunction | None:
 
 
 class RodNumbers:
-    """Numerical model of six rods at sample configurations, scaled by the platform size.
+    """Numerical model of a six-rod platform at sample configurations, scaled by the platform size.
 
     Attributes:
         size: The platform size (metre).
@@ -168,8 +168,8 @@ class RodNumbers:
         """Scales the rods.
 
         Args:
-            a: (n, 6, 3) ends on the actuated side at n configurations, metre.
-            b: (6, 3) ends on the platform, in platform axes.
+            a: (n, 6, 3) rod ends on the actuated side at n configurations, metre.
+            b: (6, 3) rod ends on the platform, in platform axes.
             lengths: (n, 6) rod lengths.
         """
         middle, origin = b.mean(0), a.mean((0, 1))
@@ -185,20 +185,20 @@ class RodNumbers:
 
 @dataclass(frozen=True)
 class HexapodTables(Tables):
-    """The fields of ``chasles_hexapod_platform`` after the called function.
+    """The fields of the C struct ``chasles_hexapod_platform`` after the called function.
 
-    Lengths are relative to the platform size. Complex numbers are pairs of numbers.
+    Lengths are relative to the platform size. A complex number is stored as a pair of numbers.
 
     Attributes:
         size: The platform size (metre).
-        origin: The centroid of the ends on the actuated side.
-        middle: The centroid of the ends on the platform.
+        origin: The centroid of the rod ends on the actuated side.
+        middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.
-        moves: Whether the ends on the actuated side move.
+        moves: Whether the rod ends on the actuated side move.
         paths: Number of complex poses and of slots.
         joined: The side of the double joints.
         pairs: The rods, in pairs that share a joint.
-        b: The ends on the platform.
+        b: The rod ends on the platform.
         a: The ends of generic rods on the actuated side.
         c: The constants of the generic rods.
         starts: All complex poses of the generic rods, padded.
@@ -226,13 +226,13 @@ class HexapodTables(Tables):
         own: SixRods,
         poses: Array,
     ) -> "HexapodTables":
-        """Returns the numbers of a platform.
+        """Returns the numerical data of a platform.
 
         Args:
             rods: The rods.
             axes: Index (0 to 2) of the axis of each platform angle.
             joints: The double joints.
-            own: Generic rods from the platform's own family.
+            own: Generic rods of the platform's own family.
             poses: (n, 8) all complex poses of these generic rods.
         """
         slots = np.zeros((MAX_POSES, SOMA), np.complex128)

@@ -3,7 +3,7 @@
 A generic platform has forty complex poses, listed in a table. Some paths from these poses reach all
 poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other paths
 diverge. For generic lengths no pose is singular, because almost all values of a smooth function are
-regular. Paths that end in a singular pose are therefore not used as starts.
+regular (Sard's theorem). Paths that end in a singular pose are therefore not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -32,10 +32,10 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Number of successive closed paths without a new pose after which the search ends."""
+"""Number of successive closed paths without a new pose, after which the search ends."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
-"""Number of decimal places of generic numbers."""
+"""Number of decimal places of the generic random numbers."""
 
 
 def generic(count: int, phase: int) -> Array:
@@ -51,9 +51,9 @@ class RodFamily:
         """Computes the space.
 
         Args:
-            a: (n, 6, 3) ends on the actuated side at n configurations, relative to the size.
-            b: (6, 3) ends on the platform.
-            lengths: (n, 6) lengths.
+            a: (n, 6, 3) rod ends on the actuated side at n configurations, relative to the size.
+            b: (6, 3) rod ends on the platform.
+            lengths: (n, 6) rod lengths.
         """
         self.a, self.b = a[0].astype(np.complex128), b
         squares = (a**2).sum(-1) + (b**2).sum(-1) - lengths**2
@@ -74,7 +74,7 @@ class RodFamily:
 
 
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
-    """Returns generic rods of a family, and all of their complex unit poses (n, 8).
+    """Returns generic rods of a platform family, and all complex unit poses of these rods (n, 8).
 
     The poses are computed at high precision, rounded once, and sorted.
     """
@@ -94,7 +94,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """Returns the given poses, and poses reached by a closed path through rods of the family."""
+    """Returns the known poses, and the poses reached by a closed path of the rods."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):
@@ -115,7 +115,7 @@ def _regular(rods: SixRods, x: Array) -> Array:
 
 def _exact(rods: SixRods, x: Array) -> Array:
     """Refines the poses at high precision, and sorts them independently of rounding errors."""
-    # Double precision would round differently on different machines.
+    # Arithmetic in double precision would round differently on different machines.
     scale = generic(SOMA, 0)
     x = x / (x @ scale)[:, None]
     J = np.empty((len(x), SOMA, SOMA), np.complex128)
@@ -143,14 +143,14 @@ def _exact(rods: SixRods, x: Array) -> Array:
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Tracks poses from the start rod set to the end rod set, which share ends a or b.
+    """Tracks poses from the start rods to the end rods, which have the same ends a or b.
 
     The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
     Newton steps update each pose. Between generic complex coefficients no path meets a singularity.
     If the end rods are not generic, a path may end at a singularity or at infinity.
 
     Args:
-        start: Rods with known poses.
+        start: Rods whose poses are known.
         end: Rods at the end of the path.
         x: (n, 8) poses of the start rods.
 

@@ -1,7 +1,8 @@
 """Equations that eliminate the position of a planar platform, for the article.
 
-The module :mod:`.triad` contains the derivation. Legs with circles precede legs with lines. In the
-linear pair ``w . m_i = k_i``, the vector m_i is u_i for a circle and the normal n_i for a line.
+The module :mod:`.triad` contains the derivation of the equations. Legs with circles precede legs
+with lines. In the linear pair ``w . m_i = k_i``, the vector m_i is u_i for a circle and the normal
+n_i for a line.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,7 @@ class LegElimination:
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
-        n: Components of the line normals with their symbols, at the platform's angle.
+        n: Components of the line normals with their symbols, at the platform angle.
         norms: The norms of the circles' u vectors, expressed in the vectors' components.
         k: The right-hand sides of the linear pair.
         w: Symbols of the components of w, from the first leg's fixed point to its point b_1.
@@ -155,8 +156,8 @@ def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Nam
 def _harmonics(legs: Triad) -> int:
     """Returns the polynomial's degree in cosine and sine of the platform's angle.
 
-    k_i and products with u_i have degree 1. The product of two line normals has degree 0 if both
-    rotate alike.
+    k_i and its products with u_i have degree 1. The product of two line normals has degree 0 if
+    both normals rotate with the same body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

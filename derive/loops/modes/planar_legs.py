@@ -41,10 +41,10 @@ class ChainAxes(NamedTuple):
     """The axes of the main chain's x and y, in the axes of the linkage's root.
 
     Attributes:
-        origin: The point with x = y = 0.
-        x: The direction of x.
-        side: 1 if y is to the left of x, -1 if to the right.
-        rotor: The platform's orientation at phi = 0.
+        origin: The point of the plane with x = y = 0.
+        x: The direction of the x axis.
+        side: 1 if the y axis is to the left of x, -1 if it is to the right.
+        rotor: The orientation of the platform at phi = 0.
         pin: The rotation center of phi, in platform axes.
     """
 
@@ -56,7 +56,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg; a rod has a length, a line has a normal."""
+    """The equation of a leg; a rod has a length, a line has a normal vector."""
 
     A: Complex
     b: Complex
@@ -226,7 +226,7 @@ class _Reader:
         return x, self.terms.let(self.axes.side * y)
 
 
-# --- functions for legs other than rods ---
+# --- functions for legs that are not rods ---
 
 
 def legs(h: SolvedLoops, triad: Triad) -> SymbolicFunction:

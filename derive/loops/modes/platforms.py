@@ -1,4 +1,4 @@
-"""Platforms on legs: rods connect actuated bodies to a platform that the main chain moves freely.
+"""Platforms on legs: rods connect actuated bodies to a platform with free motion.
 
 The main chain of such a robot is virtual: x, y and phi, or six coordinates. The length equations
 

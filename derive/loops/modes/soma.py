@@ -7,7 +7,7 @@ satisfies
     |g + e b - a e|^2 = l^2 e.e     or     g.g + 2 g.M e + e.S e = 0
     M = R(b) - L(a),   S = c + 2 L(a) R(b),   c = |a|^2 + |b|^2 - l^2
 
-All quantities may be complex. Scalar products are bilinear.
+All quantities may be complex. Scalar products are bilinear, without complex conjugation.
 
 Source:
     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -30,8 +30,8 @@ class SixRods:
     """Six rods, each from a fixed point to a platform point; lengths in one unit.
 
     Attributes:
-        a: (6, 3) ends on the fixed side.
-        b: (6, 3) ends on the platform, in platform axes.
+        a: (6, 3) rod ends on the fixed side.
+        b: (6, 3) rod ends on the platform, in platform axes.
         c: (6,) |a|^2 + |b|^2 - l^2, with the rod lengths l.
     """
 

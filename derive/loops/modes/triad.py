@@ -1,7 +1,7 @@
 """All poses of a planar three-rod platform (triad), by one polynomial in its angle.
 
 Rods of lengths L_i connect known points A_i to platform pins b_i. The platform pose is (x, y, phi).
-The vector w is the first rod, from A_1 to its pin, and R is the rotation by phi:
+The vector w is the first rod, from A_1 to its platform pin, and R is the rotation by phi:
 
     u_i = R (b_i - b_1) - (A_i - A_1)                        from the first rod to the others
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2,   i = 2, 3
@@ -20,8 +20,8 @@ preserves lengths and scalar products. The degree is therefore 3, although k_3 u
 degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. Its unit normal
-n_i is constant or rotates with the platform. In the linear pair and the equations after it, n_i
-replaces u_i, and k_i = -n_i . u_i. The degree does not grow. Three lines give
+n_i is constant or rotates with the platform. In the linear pair and the later equations, n_i
+replaces u_i, and k_i = -n_i . u_i. The degree of the polynomial does not grow. Three lines give
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
@@ -198,8 +198,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
         s: Sine of the platform's angle.
 
     Returns:
-        x and y as named terms. At an angle that is not a zero of the polynomial, the position is
-        near the first two circles.
+        x and y as named terms. At an angle that is not a zero of the polynomial, the position lies
+        near the intersections of the first two circles.
     """
     return _Factors(terms, triad).position(c, s, sp.S.One)
 

@@ -11,7 +11,7 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""Approximate operation count: 6,000 for the polynomial's roots, and 1,000 per mode."""
+"""Approximate operation count: 6,000 for the roots of the polynomial, and 1,000 per mode."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",

@@ -219,7 +219,7 @@ class ParametricLoops:
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
     def _parametric(self, name: str) -> SymbolicFunction:
-        """Builds a parametric function from the results of solver calls."""
+        """Builds a parametric function from the results of its solver calls."""
         h = self.hybrid.robot
         if name == "fk_p":
             pose = f"T_{h.base_frame}_{h.tool_frame}"
@@ -237,8 +237,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # The solver call is the only statement that reads q. The statements read w, which is NaN if
-        # the loops do not close.
+        # The solver call is the only statement with q as input. The other statements use w, which
+        # is NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -304,13 +304,13 @@ def file_parts(
 
     Args:
         mechanism: The description.
-        geometry: Its geometry as variables.
+        geometry: The geometry of the robot as variables.
         coordinates: The symbols of coordinates and unknown variables.
 
     Returns:
-        The base body in the base frame, each joint in its parent body, both ends of each closer in
-        their bodies, and the tool in its body. Then, for each strut along x, its far end relative
-        to its first end.
+        Frames: the base body in the base frame, each joint in its parent body, both ends of each
+        closure or strut in their bodies, and the tool in its body. Then follows, for each strut
+        along x, its far end relative to its first end.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

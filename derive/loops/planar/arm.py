@@ -37,7 +37,7 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
 
 
 def turn_of(terms: Terms, there: Complex, here: Arm) -> tuple[sp.Expr, sp.Expr]:
-    """Returns cosine and sine of the rotation from an arm to a vector of equal length."""
+    """Returns cosine and sine of the rotation from a body-fixed vector to a vector."""
     re, im = product(there, conjugate(here.vector))
     return terms.let(_over(terms, re, here.square)), terms.let(_over(terms, im, here.square))
 

@@ -3,7 +3,7 @@
 Initially, each body of a linkage is its own group. Bodies connected by a known joint or a weld are
 joined first. Then the first applicable step in :data:`STEPS` joins further bodies. This repeats
 until all bodies are joined. The mechanism is thus a sequence of Assur groups of class II. The known
-joints may be the actuated joints or the main chain.
+joints may be the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -38,7 +38,7 @@ STEPS: tuple[type[PlanarStep], ...] = (
 
 @dataclass(frozen=True)
 class Assembly:
-    """A linkage, solved as far as the steps apply.
+    """A linkage, solved as far as the solution steps apply.
 
     Attributes:
         steps: The steps in solution order.
@@ -46,7 +46,7 @@ class Assembly:
             and coordinates and may exceed a full turn.
         loops: Rates of the solved angles.
         relations: Sums of rotated vectors that are zero.
-        open: Names of the edges between bodies that could not be joined.
+        open: Names of the joints between bodies that could not be joined.
     """
 
     steps: tuple[LoopStep, ...]
@@ -90,8 +90,8 @@ def assemblies(
 ) -> Iterator[Assembly]:
     """Yields the assemblies on all existing branches, the reference branch first.
 
-    The branch of the last step varies fastest. Branches share the expressions of all steps up to
-    the first different sign.
+    The branch of the last step varies fastest. Branches share the expressions of all solution steps
+    up to the first different sign.
 
     Args:
         terms: Names of all terms.
@@ -114,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first clusters that can be joined; False if there are none."""
+    """Joins the first clusters of bodies that can be joined; False if no clusters can be joined."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 

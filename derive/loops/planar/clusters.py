@@ -1,6 +1,6 @@
 """Clusters: groups of planar bodies that are known to be rigidly connected.
 
-Initially, each body is a cluster of its own. The pose of a body in the cluster has an angle, a
+Initially, each body is a cluster of its own. The pose of a body in its cluster has an angle, a
 constant rotation, and an origin that is a sum of rotated vectors.
 """
 
@@ -34,7 +34,7 @@ RING = 3
 
 
 class PlanarStep(LoopStep):
-    """A step that joins clusters of a planar linkage."""
+    """A solution step that joins clusters of a planar linkage."""
 
     @classmethod
     @abstractmethod
@@ -45,7 +45,7 @@ class PlanarStep(LoopStep):
             clusters: The partially solved linkage.
 
         Returns:
-            False if the step applies to no clusters.
+            False if the solution step applies to no clusters.
 
         Raises:
             DescriptionError: The loop does not close at the reference configuration, or its branch
@@ -55,13 +55,13 @@ class PlanarStep(LoopStep):
 
 @dataclass(frozen=True)
 class Guide:
-    """The guide along which a cluster slides, in the axes of the base cluster.
+    """The guide along which a cluster of bodies slides, in the axes of the base cluster.
 
     Attributes:
         angle: The sliding cluster's rotation angle, in addition to ``rotor``.
         rotor: The constant part of the rotation.
         at: The point of the guide at zero travel.
-        at_other: The same point on the sliding cluster, in its own axes.
+        at_other: The same point on the sliding cluster, in the axes of this cluster.
         along: The direction of travel.
     """
 
@@ -72,7 +72,7 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Returns the sliding cluster's pose at a given travel."""
+        """Returns the pose of the sliding cluster at a known travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
@@ -84,14 +84,14 @@ class Clusters:
     Attributes:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Given values of joints, swings or cylinders by name (radian, metre).
+        known: Known values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
         branch: The requested branch; None for the branch of the reference.
         all: The clusters.
-        steps: The steps so far.
+        steps: The solution steps recorded so far.
         loops: Rates of the solved angles.
         relations: Sums of rotated vectors that are zero.
-        travels: Slide travels solved by steps, by name.
+        travels: Slide travels solved by earlier steps, by name.
         bases: Vectors between the two base pins of dyads.
     """
 
@@ -103,7 +103,7 @@ class Clusters:
         reference: AtReference,
         branch: Branch | None = None,
     ) -> None:
-        """Starts with one cluster per body."""
+        """Creates one cluster per body."""
         self.terms, self.linkage, self.known = terms, linkage, known
         self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
@@ -122,18 +122,18 @@ class Clusters:
         other.loops, other.travels, other.bases = {**self.loops}, {**self.travels}, [*self.bases]
         return other
 
-    # --- selecting clusters ---
+    # --- selection of clusters ---
 
     def cluster(self, body: str) -> Cluster:
         """Returns the cluster of a body."""
         return next(cluster for cluster in self.all if body in cluster)
 
     def between(self) -> list[Edge]:
-        """Returns the edges between different clusters."""
+        """Returns the joints between different clusters."""
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether an edge connects two given clusters of bodies."""
+        """Whether a joint connects two given clusters of bodies."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
@@ -141,7 +141,7 @@ class Clusters:
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts clusters: first the root's cluster, then by decreasing number of bodies."""
+        """Sorts clusters: first the cluster with the root body, then by number of bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
@@ -152,7 +152,7 @@ class Clusters:
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Returns the first ring of :meth:`rings`; None if there is none."""
+        """Returns the first ring that :meth:`rings` yields; None if no value is required."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -173,7 +173,7 @@ class Clusters:
     def _id(self, body: str) -> int:
         return id(self.cluster(body))
 
-    # --- pins and slides in a cluster ---
+    # --- pins and slides of a cluster ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
         """Returns the position of a pin in one of its clusters."""
@@ -199,7 +199,7 @@ class Clusters:
         back = conjugate(rotor)
         return Guide(-angle, back, at_b, at_a, -along.times(back).turned(-angle))
 
-    # --- joining clusters ---
+    # --- joining of clusters ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
         """Joins a cluster to a second cluster, given the pose of the first in the second's axes."""
@@ -245,11 +245,11 @@ class Clusters:
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """Returns the radicand, or -1 if a given cylinder length is negative.
+        """Returns the radicand, or -1 if a cylinder length is negative.
 
         Args:
             square: The radicand of a step's square root.
-            parts: The clusters that the step joins, including cylinders.
+            parts: The clusters of bodies that the step joins, including cylinders.
         """
         lengths = [
             edge.at_a[0] + self.known[edge.name]
@@ -269,14 +269,14 @@ class Clusters:
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
-        """Returns a step's branch sign, from the requested branch or from the reference.
+        """Returns the branch sign of a step, from the requested branch or from the reference.
 
         Args:
-            at_reference: The sign at the reference; 0 if ambiguous.
-            edges: The edges that the step joins, for the message.
+            at_reference: The branch sign at the reference; 0 if ambiguous.
+            edges: The joints of the step, for the error message.
 
         Raises:
-            DescriptionError: The sign at the reference is ambiguous.
+            DescriptionError: The branch sign at the reference is ambiguous.
         """
         joined = tuple(edge.name for edge in edges)
         if self.branch is not None:
@@ -292,14 +292,14 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Returns the figure of a parallelogram, from the requested branch or the reference.
+        """Returns 1 for a parallelogram, -1 for a crossed one, as requested or at reference.
 
         Args:
             at_reference: 1 for the parallel figure, -1 for the crossed figure; 0 if ambiguous.
-            edges: The edges that the step joins.
+            edges: The joints of the step.
 
         Raises:
-            DescriptionError: The figure at the reference is ambiguous.
+            DescriptionError: The configuration at the reference is ambiguous.
         """
         if self.branch is not None:
             return self.branch.figure(tuple(edge.name for edge in edges))
@@ -310,11 +310,11 @@ class Clusters:
     ) -> float:
         """Returns the Euclidean distance of joint values from the reference.
 
-        Travels are relative to the mechanism size.
+        Travels of slides are relative to the mechanism size.
 
         Args:
             edges: The joints.
-            turns: Rotation of each cluster by its id (radian).
+            turns: Rotation of each cluster of bodies, keyed by its id (radian).
             travel: Travel of the slide among the joints (metre).
         """
         hints = self._hints([edge.name for edge in edges])
@@ -349,7 +349,7 @@ class Clusters:
         return min(distances, key=distances.__getitem__)
 
     def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """Returns the largest gap of joints inside clusters, at each configuration.
+        """Returns the largest gap of the joints inside clusters, at each configuration.
 
         On a branch other than the reference branch, a redundant joint may stay open.
 
@@ -399,7 +399,7 @@ class Clusters:
 
         return gap
 
-    # --- joint values ---
+    # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
         """Returns the values of all joints inside clusters."""
@@ -448,7 +448,7 @@ def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
 
 
 def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
-    """Returns the second body of a pin, and the pin's positions on the second and on this body."""
+    """Returns the second body of a pin, and the pin positions on both bodies."""
     if turn.a == body:
         return turn.b, turn.at_b, turn.at_a
     return turn.a, turn.at_a, turn.at_b

@@ -1,4 +1,4 @@
-"""Joint values of a linkage at the reference, including values that the reference does not state.
+"""Joint values of a linkage at the reference, including values that the description does not state.
 
 A reference states the values of the tree joints. Values of closures and unstated swings follow from
 the body poses that the tree joints determine.
@@ -24,12 +24,12 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns the values of joints whose bodies given joints connect (radian or metre).
+    """Returns the values of joints between bodies that known joints connect (radian or metre).
 
     Args:
         edges: The joints of a linkage: tree joints in order, then closures and struts.
-        reference: Evaluates the edges numerically.
-        given: Joint, swing and cylinder values by name.
+        reference: Evaluates the joints numerically.
+        given: Values of joints, swings and cylinders by name.
     """
     bodies = _Bodies(edges, reference, given)
     for edge in edges:
@@ -49,7 +49,7 @@ class _Bodies:
         self._poses: dict[str, _Pose] = {}
 
     def place(self, edge: Edge) -> None:
-        """Places the second body of an edge; unconnected bodies start a new group."""
+        """Places the second body of a joint; unconnected bodies start a new group."""
         a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
         if edge.b in self._poses:
             return
@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """Returns the swing or travel at which a strut points to its far end."""
+        """Returns the angle or travel at which a strut points to its far end."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

@@ -1,4 +1,4 @@
-"""Dyads of pins: three rigid groups in a ring, two of which rotate on the third."""
+"""Dyads of pins: three rigid groups in a ring of pins, two of which rotate on the third."""
 
 import cmath
 import math
@@ -21,7 +21,7 @@ class Dyad:
     """Three clusters in a ring of pins: the base, and two arms with pin distances V and W.
 
     Attributes:
-        clusters: The base, X and Y.
+        clusters: The three clusters: the base, X and Y.
         pins: The pins base-X, X-Y and base-Y.
         V: Vector on body X, from its pin on the base to its pin on body Y.
         W: Vector on body Y, from its pin on the base to its pin on body X.
@@ -53,7 +53,7 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the clusters of a dyad at their rotations.
+    """Joins the clusters of a dyad at the solved rotations.
 
     Returns:
         The pin names, the reference body of the loop equation, and the loop equation.
@@ -92,7 +92,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of the circles with radii v and w about the ends of d, or None."""
+    """Returns an intersection of two circles about the ends of the vector d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:

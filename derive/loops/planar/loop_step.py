@@ -18,7 +18,7 @@ from ..model.phasors import ONE, ZERO, PhasorSum
 
 HALF = sp.Rational(1, 2)
 PLANE, SPACE = "xy", "xyz"
-"""Axes of a planar vector, and of a spatial vector."""
+"""Axis letters of a planar vector, and of a spatial vector."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
 """Pairs of a quantity and the factor of its time derivative in a rate equation."""
@@ -62,7 +62,7 @@ class AngleEquation:
     """The angle that rotates a vector to a target direction.
 
     Attributes:
-        angle: The angle, a named term.
+        angle: The angle of the rotation, a named term.
         here: The letter of the rotated vector.
         there: Components of a vector of equal length in the target direction.
     """
@@ -81,7 +81,7 @@ class RateEquation:
 
     Attributes:
         left: Pairs of unknown and weight. The weight of a single unknown is zero at a dead point.
-        right: Pairs of quantity (or expression of quantities) and weight.
+        right: Pairs of a quantity (or an expression of quantities) and its weight.
         projected: Two vectors: the left side is the scalar product of the first vector with the
             derivative of the second. Empty if the left side is printed as a sum of products.
     """
@@ -98,12 +98,12 @@ class StepEquations:
     Attributes:
         vectors: Named components of the given vectors, by letter.
         lengths: Letters of the vectors whose lengths appear in the equations.
-        scalars: Given scalars as named terms, which need no symbol of their own in print.
+        scalars: Known scalars as named terms, which need no printed symbol of their own.
         unknowns: Travels and position components that the step solves, as named terms.
-        results: Definitions in order; each uses only earlier quantities.
+        results: Definitions in order; each definition uses only earlier quantities.
         angles: The angles for which the step solves.
-        margin: The margin of the step; None if the step always closes.
-        rates: Rates of the unknowns and the angles.
+        margin: The margin of the step; None if the loop of the step can always be closed.
+        rates: Rate equations of the unknowns and the angles.
     """
 
     vectors: Mapping[str, tuple[sp.Expr, ...]] = field(default_factory=dict)
@@ -124,14 +124,15 @@ class LoopStep(ABC):
         joints: Names of the pins, slides and struts of the group.
         axes: The body in whose axes the equations are written.
         relation: The loop equation: a sum of rotated vectors that is zero.
-        turned: The angle from the axes of this body to the axes of the vectors.
+        turned: The angle from the axes of this body to the axes of the vectors in the equations.
         solved: The angles for which the step solves, as named terms.
-        margin: Zero at a dead point, negative out of reach; None if the step always closes.
-        root: The term, up to sign, that is NaN if the step does not close the loop.
+        margin: The margin is zero at a dead point, and negative out of reach; None if the loop of
+            the step can always be closed.
+        root: The term, up to its sign, that is NaN if the step cannot close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.
         branches: The name of each branch by its sign. The name states on which side of the
-            mechanism's mirror line the solved part lies.
+            mechanism's mirror line the solved bodies lie.
         opening: Introductory words before the equations, if these are not written in the axes of a
             body.
         reason: A sentence that is printed instead of equations if the step has none.
@@ -187,5 +188,5 @@ def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr =
 
 
 def half(total: sp.Expr) -> sp.Expr:
-    """Returns half of a sum as an unexpanded product, which prints over one fraction bar."""
+    """Returns half of a sum as an unexpanded product, which is printed over one fraction bar."""
     return sp.Mul(HALF, total, evaluate=False)

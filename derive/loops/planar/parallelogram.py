@@ -31,7 +31,7 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the figures: the arms are parallel to the sides of the base, or mirrored."""
+"""Names of the two assembly modes: the arms are parallel to the sides of the base, or mirrored."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Sides:
         dyad: The ring.
         first: The side that is parallel to V in the parallelogram.
         turns: The rotations of X and Y in the parallelogram.
-        crossed: The exact rotations in the crossed figure of a rhombus, in which the two sides
-            swap; None for unequal sides.
+        crossed: The exact rotations in the crossed mode of a rhombus, in which the two sides are
+            exchanged; None for unequal sides.
         base: The sum of both sides.
     """
 
@@ -70,8 +70,8 @@ class Parallelogram(PlanarStep):
         """Joins the first ring of three pins that forms a parallelogram, on either of its branches.
 
         Raises:
-            DescriptionError: The parallelogram is stretched at the reference, so that both figures
-                coincide.
+            DescriptionError: The parallelogram is stretched at the reference, so that both assembly
+                modes coincide.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))
@@ -89,16 +89,16 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because the body rotates with other bodies."""
+        """Returns no equations, because the body rotates together with other bodies."""
         return StepEquations()
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrossedParallelogram(LoopStep):
-    """The mirror image of a parallelogram about its base.
+    """The mirror image of a parallelogram about the base line.
 
     Attributes:
-        base: The base in named components.
+        base: The base vector in named components.
     """
 
     base: Complex
@@ -121,7 +121,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that compares the figure with the figure of the other branch."""
+        """A sentence that compares this assembly mode with the other assembly mode."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."
@@ -129,7 +129,7 @@ class CrossedParallelogram(LoopStep):
 
 
 def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
-    """Joins the bodies of a parallelogram in the crossed figure."""
+    """Joins the bodies of a parallelogram in the crossed mode."""
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
@@ -165,7 +165,7 @@ def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
 
 
 def _figure(clusters: Clusters, sides: Sides) -> int:
-    """Returns the figure at the reference: 1 parallel, -1 crossed, 0 ambiguous."""
+    """Returns the assembly mode at the reference: 1 parallelogram, -1 crossed, 0 ambiguous."""
     if clusters.branch is not None:
         return 0
     c, d = (clusters.reference.vector(total) for total in (sides.first, sides.base))

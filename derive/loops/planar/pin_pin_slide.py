@@ -31,7 +31,7 @@ from .loop_step import (
 )
 
 TRAVELS = {1: "far", -1: "near"}
-"""Names of the larger and the smaller of two travels."""
+"""Names of the branches with the larger and the smaller of two travels."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class CircleAndLine:
         direction: Unit vector of the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (metre).
-        vector: The vector from one pin to the other.
+        vector: The vector from the first pin to the second pin.
         margin: cos^2 of the angle between line and vector: zero at a dead point, negative out of
             reach.
         root: Distance along the line from the foot of the perpendicular to the far pin; NaN out of
@@ -73,10 +73,10 @@ def circle_and_line(
 
     Args:
         terms: Names of all terms.
-        offset: From one pin to the other at travel zero.
+        offset: The vector from one pin to the other at travel zero.
         direction: Unit vector of the slide.
-        r: From one pin to the other on the third body.
-        sign: 1 for the larger travel, -1 for the smaller.
+        r: The vector from one pin to the other on the third body.
+        sign: 1 for the larger travel, -1 for the smaller travel.
         gate: Makes the radicand negative if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))

@@ -29,7 +29,7 @@ class PinAndTwoSlides(PlanarStep):
     """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: From the pin's position at zero travels to the pin on the base.
+        offset: The vector from the position of the pin at zero travels to the pin on the base.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (metre).

@@ -17,7 +17,7 @@ from ...terms.terms import Terms
 from ..model.phasors import Complex, PhasorSum
 
 Joined = tuple[str, ...]
-"""Names of the edges or struts that a step joins."""
+"""Names of the joints or struts of a step."""
 Solved = TypeVar("Solved")
 
 
@@ -25,10 +25,10 @@ class Branch:
     """Branch signs: first the requested signs, then the signs of the reference.
 
     Attributes:
-        asked: For the first steps with two branches: 1 for the reference's sign, -1 for the
-            opposite.
-        own: The sign at the reference, by the edges or struts that a step joins.
-        taken: The signs chosen so far, encoded like ``asked``.
+        asked: For the first steps with two branches: 1 for the sign of the reference, -1 for the
+            opposite sign.
+        own: The branch sign at the reference, keyed by the joints or struts of a step.
+        taken: The branch signs chosen so far, encoded like ``asked``.
     """
 
     def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
@@ -55,19 +55,19 @@ class Branch:
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the next leg's length; a negative length inverts the leg."""
+        """Returns the sign of the length of the next leg; a negative length inverts the leg."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
-        """Returns the next figure of a parallelogram: 1 for the parallel figure."""
+        """Returns the next assembly mode of a parallelogram: 1 with parallel sides."""
         return int(self.side(joined))
 
 
 class FreeSides(Branch):
     """Branch signs as symbols, one per step with two branches.
 
-    A parallelogram keeps the figure of the reference, because the two figures differ by more than a
-    sign. The length of a leg also keeps its sign, because an inverted leg is not a solution.
+    A parallelogram keeps the assembly mode of the reference, because the two modes differ by more
+    than a sign. The length of a leg also keeps its sign, because an inverted leg is not a solution.
     """
 
     def __init__(
@@ -76,15 +76,15 @@ class FreeSides(Branch):
         """Creates a branch on which no sign is chosen yet.
 
         Args:
-            own: The signs at the reference.
-            reference: Records the symbols with the value 1.
-            sign: Returns the next symbol.
+            own: The branch signs at the reference.
+            reference: Records the branch symbols, whose value is 1.
+            sign: Returns the next branch symbol.
         """
         super().__init__((), own)
         self._reference, self._sign = reference, sign
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the next step: the reference's sign times a new symbol."""
+        """Returns the branch sign of the next step: the reference sign times a new symbol."""
         symbol = self._sign()
         if symbol.is_Symbol:
             self._reference.know(symbol, 1.0)
@@ -95,7 +95,7 @@ class FreeSides(Branch):
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """Returns the figure at the reference."""
+        """Returns the assembly mode at the reference."""
         return self.own.get(joined, 1)
 
 
@@ -106,8 +106,8 @@ def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -
     signs.
 
     Args:
-        solve: Solves on one branch.
-        own: The signs at the reference.
+        solve: Solves the loops on one branch.
+        own: The branch signs at the reference.
     """
     waiting: list[tuple[int, ...]] = [()]
     while waiting:
@@ -122,8 +122,8 @@ class AtReference:
 
     Attributes:
         size: The longest length of the mechanism (metre); lengths are compared relative to it.
-        sides: The sign of each step with two branches, keyed by the edges or struts that the step
-            joins.
+        sides: The branch sign of each step with two branches, keyed by the joints or struts of the
+            step.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class AtReference:
         Args:
             terms: Names of all terms.
             values: Reference values of the known coordinates.
-            given: Joint, swing and cylinder values near the reference configuration, by name.
+            given: Values of joints, swings and cylinders near the reference configuration, by name.
             joints: Names of joints that are assumed near zero if no value is given.
             size: The longest length of the mechanism (metre).
         """
@@ -181,7 +181,8 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # The root of a negative number: SymPy evaluates complex roots, but far more slowly.
+            # The root of a negative number: SymPy also evaluates complex roots, but far more
+            # slowly.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan
 

@@ -39,8 +39,8 @@ class TwoCircles:
         C: The vector from the first end of D to the shared pin, in the axes of D.
         W: The vector from the second end of D to the shared pin, in the axes of D.
         D: The base.
-        v: The vector C in the axes of its own body.
-        w: The vector W in the axes of its own body.
+        v: The vector C in the axes of the body that carries it.
+        w: The vector W in the axes of the body that carries it.
         height: Twice the signed area of the triangle, positive if C is to the left of D.
         margin: sin^2 of the transmission angle: zero at a dead point, negative out of reach.
     """
@@ -134,7 +134,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
     Args:
         triangle: The triangle.
-        sign: The sign of h.
+        sign: The sign of h, which selects the intersection.
         solved: The angle of A, and the angle of B if B also rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
@@ -184,7 +184,7 @@ class ThreePins(PlanarStep):
     """Three bodies in a ring of pins.
 
     Attributes:
-        triangle: The triangle of the pins.
+        triangle: The triangle of the three pins.
     """
 
     triangle: TwoCircles
@@ -232,5 +232,5 @@ class ThreePins(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on the side of the far pin."""
+        """A sentence that states on which side the far pin lies."""
         return side_remark(self.sign)

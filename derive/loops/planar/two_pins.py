@@ -83,7 +83,7 @@ def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> Ste
 
     Args:
         angle: The rotation angle.
-        vectors: Components of both vectors by letter.
+        vectors: Components of both vectors, keyed by letter.
     """
     C, A = components("C"), components("A")
     c, a = length_of("C"), length_of("A")

@@ -1,4 +1,4 @@
-"""Loop closure conditions on main-chain joints, for chains with more joints than freedoms.
+"""Loop closure conditions on main-chain joints, for chains with redundant joints.
 
 The closed-form solution may not use all main-chain joints. The remaining loop equations test the
 values of the unused joints.
@@ -36,7 +36,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns the closers whose joints are all known, but that no step with a margin closes.
+    """Returns the closures and struts with known joints that no step with a margin closes.
 
     Cylinders are excluded, because a cylinder can have any length.
     """
@@ -51,7 +51,7 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(closer: Closure | Strut) -> set[str]:
-    """Returns the joint names of a step that solves all equations of this closer."""
+    """Returns the joint names of a step that solves all equations of this closure or strut."""
     if isinstance(closer, Strut):
         return {closer.name, closer.swing_name, f"{closer.name}.end"}
     # A step closes the ball joint of a rod by means of the rod length only.

@@ -222,7 +222,7 @@ def with_free_sides(
         loops: The mechanism and its loops.
         own: The solution on the reference's branch.
         given: Names of the joints and cylinders with known initial values.
-        sign: Returns the next symbol.
+        sign: Returns the next branch symbol.
     """
     known = {name: own.values[name] for name in given}
     sides = FreeSides(own.reference.sides, own.reference, sign)

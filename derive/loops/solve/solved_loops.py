@@ -56,7 +56,7 @@ class SolvedLoops(LoopModel):
     def may_have_inverse(self) -> bool:
         """Whether the tool pose can have an inverse, exact or refined from a nominal robot.
 
-        A robot designed with loops that have no closed form has no inverse.
+        A design whose loops have no closed form has no inverse.
         """
         is_built = self.residual_gaps is not None or self.mechanism.nominal is not None
         return is_built or self.chain_is_known
@@ -85,7 +85,7 @@ class SolvedLoops(LoopModel):
 
         Args:
             entries: The entries.
-            solutions: The solutions on which these expressions depend. The loops of a single
+            solutions: The loop solutions on which these expressions depend. All loops of a single
                 solution must close.
         """
         unguarded = [
@@ -94,7 +94,7 @@ class SolvedLoops(LoopModel):
         asked = [all(steps) for steps in unguarded]
         if not any(asked):
             return tuple(entries)
-        # All entries share one term, because an extra square root costs more than a comparison.
+        # All entries share one term, because a further square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -164,7 +164,8 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     Raises:
         LoopError: The loops do not close at the reference. The message states the gap and the
             remedies.
-        DescriptionError: Some freedoms have no actuator, or some actuators depend on each other.
+        DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
+            other.
     """
     whole = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.

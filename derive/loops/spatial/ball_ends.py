@@ -15,13 +15,13 @@ from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """One end of a ball closure, or a point of a pin closure treated as a ball.
+    """One end of a ball closure, or a point of a pin closure that acts like a ball.
 
     Attributes:
         closure: The closure.
-        way: The joints from the loop's meeting body to the end.
-        frame: The ball's frame on the end's body.
-        target: The ball's frame on the other body.
+        way: The joints from the loop's meeting body to this end.
+        frame: The frame of the ball on the body at this end.
+        target: The frame of the ball on the other body.
         open: Indices in ``way`` of the joints with unknown values.
     """
 
@@ -32,12 +32,12 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if these have given kinds, else ()."""
+        """Returns the indices of the last unknown joints if their kinds match, else ()."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.way[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Returns the ball in the axes of joint k at zero; later joint values are known.
+        """Returns the ball in the axes of joint k at zero; the values of later joints are known.
 
         Args:
             legs: The partially solved mechanism.
@@ -65,7 +65,7 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Returns both ends of a loop that a ball closes; empty if the closer is not a ball."""
+    """Returns both ends of a loop with a ball closure; empty for other closures and struts."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "ball":
         return ()
@@ -73,7 +73,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the pin axis at both ends of a closure; empty if it is not a pin."""
+    """Returns two points of the axis at both ends of a pin closure; else empty."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "pin":
         return ()

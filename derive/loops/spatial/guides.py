@@ -143,6 +143,6 @@ class _Guided:
         return travels if self._vanish(rest) else None
 
     def _vanish(self, entries: Sequence[sp.Expr]) -> bool:
-        """Whether expressions are zero in all configurations, tested at a generic one."""
+        """Whether expressions are always zero, tested at one generic configuration."""
         generic = GenericPoint(self.terms, coordinates_in(self.terms, entries))
         return all(abs(generic.value(entry)) < ZERO_COMPONENT for entry in entries)

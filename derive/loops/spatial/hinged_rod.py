@@ -33,13 +33,13 @@ class HingedRod:
     """The revolute joint before the ball of a closure.
 
     Attributes:
-        closure: The closure of the ball.
+        closure: The closure with the ball.
         joint: The joint.
-        target: The ball's frame on the other body.
+        target: The frame of the ball on the other body.
         centre: A frame at the axis point nearest to the ball, with the joint's axes.
         tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
         rod: The ball-ended rod from the axis to the ball. None if the previous joint leaves the
-            plane; the length is then not sufficient to close the loop.
+            plane; the length then does not close the loop.
     """
 
     closure: Closure

@@ -34,7 +34,7 @@ STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, Thre
 """The kinds of solution steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before a closure's ball that have steps of their own, in the order of trial."""
+"""Kinds of joints before the ball of a closure that have their own steps, in the order of trial."""
 
 
 def assemble_in_space(
@@ -52,7 +52,7 @@ def assemble_in_space(
         mechanism: The description.
         loops: The spatial loops. Solved kinds are struts on balls, rods on universal joints and
             bodies on guides.
-        known: Receives values, rates and steps.
+        known: Table that receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The requested branch; None for the branch of the reference.
 
@@ -96,9 +96,9 @@ def _is_held(legs: Legs, strut: Strut) -> bool:
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
     """Whether a leg is far from its dead point, or farther than legs that solve the same joint.
 
-    In a chain with more joints than freedoms, several rods may determine the same joint. A rod that
-    is almost in line with its crank at the reference can pass its dead point in use, and the joint
-    then changes the branch. A rod perpendicular to its crank determines the joint at all
+    In a chain with more joints than degrees of freedom, several rods may determine the same joint.
+    A rod that is almost in line with its crank at the reference can pass its dead point in use, and
+    the joint then changes the branch. A rod perpendicular to its crank determines the joint at all
     configurations near the reference.
 
     Args:
@@ -108,7 +108,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
     Returns:
         The result is also true if the leg does not determine a single joint, or if no other leg
-        determines this joint.
+        determines the same joint.
     """
     moving = legs.moving(strut)
     rivals = [

@@ -1,4 +1,4 @@
-"""Struts on balls: the known points, lengths and joints during the solution of the legs."""
+"""Struts on balls: the known points, lengths and joints while the legs are solved."""
 
 import math
 from abc import abstractmethod
@@ -43,12 +43,12 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values, to which the solution of spatial loops adds values.
+    """The known values, to which the spatial loops add values.
 
     Attributes:
         values: Values of joints, swings and cylinders by name.
         loops: Rates of the solved angles.
-        steps: The steps of the solution.
+        steps: The solution steps recorded so far.
     """
 
     values: dict[str, sp.Expr]
@@ -81,7 +81,7 @@ class Legs:
     Attributes:
         terms: Names of all terms.
         mechanism: The description.
-        known: Receives values, rates and steps.
+        known: Table that receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The requested branch; None for the branch of the reference.
     """
@@ -94,11 +94,11 @@ class Legs:
         reference: AtReference,
         branch: Branch | None,
     ) -> None:
-        """Starts with the known values."""
+        """Creates the record with the known values."""
         self.terms, self.mechanism, self.known = terms, mechanism, known
         self.reference, self.branch = reference, branch
 
-    # --- joints and points ---
+    # --- unknown joints and points ---
 
     def unknown(self, frame: Frame) -> list[Joint]:
         """Returns the unknown joints between the base and a frame."""
@@ -117,7 +117,7 @@ class Legs:
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """Returns the radicand, or -1 if a given cylinder length is not positive."""
+        """Returns the radicand, or -1 if a cylinder length is not positive."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -138,7 +138,7 @@ class Legs:
         """Returns the single strut that determines a single joint, or None.
 
         Args:
-            struts: The struts; exactly one is needed.
+            struts: The struts, of which exactly one must apply.
             sliding: Whether the joint must be prismatic rather than revolute.
         """
         if len(struts) != 1:
@@ -174,8 +174,8 @@ class Legs:
 
         Args:
             reach: The strut and its joint.
-            value: Returns the joint's value at the reference for a sign; NaN if the leg does not
-                close.
+            value: Returns the value of the joint at the reference for a branch sign; NaN if the leg
+                does not close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -188,13 +188,13 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """Returns the requested sign, or the sign with the smaller distance from the reference.
+        """Returns the requested branch sign, or the sign that is nearer to the reference.
 
         Args:
-            distances: Distance from the reference for each sign (radian, or relative to the
+            distances: Distance from the reference for each branch sign (radian, or relative to the
                 mechanism size); NaN if the loop does not close.
-            name: Name of the loop, for the message.
-            is_length: Whether the sign belongs to a leg's length.
+            name: Name of the loop, for the error message.
+            is_length: Whether the sign belongs to the length of a leg.
 
         Raises:
             DescriptionError: The loop does not close at the reference configuration, or its branch

@@ -40,9 +40,9 @@ class Telescope:
     """The slide before the ball of a closure, on revolute joints that are also unknown.
 
     Attributes:
-        closure: The closure of the ball.
+        closure: The closure with the ball.
         slide: The prismatic joint.
-        target: The ball's frame on the other body.
+        target: The frame of the ball on the other body.
         foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide; the hinge axis is the z axis of the foot
             frame.
@@ -114,7 +114,7 @@ class TelescopeTravel(LoopStep):
 
     Attributes:
         ball: The vector from the foot to the ball (metre).
-        telescope: The slide, and the ball at zero travel.
+        telescope: The slide, and the position of the ball at zero travel.
         travel: Travel along the slide (metre).
     """
 
@@ -166,7 +166,7 @@ class TelescopeTravel(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the travel t."""
+        """Returns the solved travel t."""
         D, A, B = (components(letter, SPACE) for letter in "DAB")
         t, m = quantity("t"), quantity("m")
         square = sp.Add(*(part**2 for part in D))

@@ -140,11 +140,11 @@ class ThreeSpheres(LegStep):
         )
 
 
-# --- the platform ---
+# --- platform with constant orientation ---
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns each strut's sphere; empty if the struts do not support a translating platform."""
+    """Returns the sphere of each strut; empty if the platform does not only translate."""
     way = _way(legs, struts)
     if way is None:
         return []
@@ -155,7 +155,7 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, way: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """Returns the platform's reference rotations, and all known values at zero sliders."""
+    """Returns the reference rotations of the platform, and all known values at zero sliders."""
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in way[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in way[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}

@@ -33,7 +33,7 @@ class TurningLeg(LegStep):
     """Two circles normal to the joint axis; the second circle is a section of the sphere.
 
     Attributes:
-        circles: The circles in the joint's axes; w is the projection of the leg.
+        circles: The circles in the axes of the joint; w is the projection of the leg.
         square: The leg's squared length.
     """
 
@@ -54,7 +54,8 @@ class TurningLeg(LegStep):
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
         if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # In this case the distance between the ends does not depend on the joint.
+            # If the end lies on the axis, the distance between the ends does not depend on the
+            # joint.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -94,13 +95,14 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side the leg's end is."""
+        """A sentence that states on which side the end of the leg lies."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether an end lies on the joint axis, given its squared distance from the axis."""
-    # A nonzero distance at the reference settles the question; only a zero needs the full test.
+    # If the distance at the reference is nonzero, the end is not on the axis; only a zero distance
+    # needs the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 

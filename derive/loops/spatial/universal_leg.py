@@ -43,7 +43,7 @@ from .ball_ends import BallEnd, Fork, ball_ends, fork_of, pin_ends
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
-"""Names of both fork positions for the same direction of the rod."""
+"""Names of both fork orientations for the same direction of the rod."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class UniversalJoint:
     """Two revolute joints with intersecting axes, and the ball at the end of the rod.
 
     Attributes:
-        closure: The closure of the ball.
+        closure: The closure with the ball.
         first: The joint that rotates the fork.
         second: The joint that rotates the rod on the fork.
-        target: The ball's frame on the other body.
+        target: The frame of the ball on the other body.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
         tip: The vector from the center to the ball at zero of the second joint, in that joint's
             axes (metre).
@@ -87,7 +87,7 @@ class UniversalJoint:
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a point of the pin axis off the joint's center; None if the axis misses it."""
+    """Returns a second point on the pin axis; None if the axis misses the center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -247,7 +247,7 @@ class _Aim:
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """Returns the first and the second angle, and records the rates of both."""
+        """Returns the first and the second angle, and records the rates of both angles."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
@@ -272,7 +272,7 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """Returns the distance of both angles from the reference (radian), or NaN out of reach."""
+        """Returns the distance of both angles from the reference (radian), or NaN."""
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):

@@ -1,1 +1,1 @@
-"""Well-known arms for chasles, one package each."""
+"""Packages of well-known arms for chasles, one package per arm."""

@@ -23,8 +23,8 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* There is no tp_clear, as a call needs all members to its end. All members are older objects, so
- * that every reference cycle contains a different object that can be cleared. */
+/* The type has no tp_clear, because a call needs all members until it ends. All members are older
+ * objects, so that every reference cycle contains a different object that can be cleared. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

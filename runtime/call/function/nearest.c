@@ -197,7 +197,7 @@ static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* No tp_clear, as for Function: all members are older objects. */
+/* The type has no tp_clear, because all members are older than the object. */
 static void nearest_dealloc(Nearest *self)
 {
     PyObject_GC_UnTrack(self);

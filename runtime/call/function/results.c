@@ -182,7 +182,7 @@ static int values_are_finite(const double *values, npy_intp size)
 {
     int not_finite = 0;
     for (npy_intp k = 0; k < size; k++) {
-        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branch, so that it can be vectorized */
+        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* branch-free, to be vectorized */
     }
     return !not_finite;
 }

@@ -14,7 +14,7 @@ void kernel_free(Kernel *kernel)
     PyMem_Free(kernel);
 }
 
-/* Reads .name and .shape of a description; -1 with an error set. */
+/* Reads .name and .shape of an operand description; -1 with an error set. */
 static int operand_read(Operand *operand, PyObject *description)
 {
     operand->name = PyObject_GetAttr(description, str_name);

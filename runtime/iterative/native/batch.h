@@ -18,7 +18,7 @@ typedef struct {
     const double *poses, *seeds; /* (count, 4, 4) poses; (count, n) seeds or NULL */
     Results results;             /* results of the first pose; arrays over the batch */
     size_t count;
-    atomic_size_t next; /* the first pose that no thread has taken yet */
+    atomic_size_t next; /* the first pose that is not yet assigned to a thread */
     atomic_int out_of_memory;
     int (*is_stopped)(void); /* called by the calling thread; a nonzero result stops all threads */
 } PoseBatch;

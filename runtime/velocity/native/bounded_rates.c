@@ -56,8 +56,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] with s a + b within the bounds of all joints that are not held,
- * else -1. *critical: the joint whose bound limits s, or -1. */
+/* Returns the largest s in [0, 1] with s a + b within the bounds of all joints that are not fixed
+ * at a bound, else -1. *critical: the joint whose bound limits s, or -1. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;

@@ -1,4 +1,5 @@
-"""Correct measurements get no warning, even if they are few, exact or scalar; wrong ones do."""
+"""Correct measurements cause no warning, even if they are few, exact or scalar; wrong measurements
+do."""
 
 import math
 from dataclasses import replace
@@ -91,7 +92,8 @@ def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
 
 @pytest.mark.parametrize("device", DEVICES)
 def test_correct_measurements_get_no_accusation(arm, device):
-    """Some draws have too few measurements; the first sufficient draw must be clean."""
+    """Some random samples have too few measurements; the first sample with enough measurements must
+    cause no warning."""
     for seed in range(4):
         said = verdict(arm, simulated(arm, seed, device=device))
         if not said.is_too_few:
@@ -100,7 +102,8 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 
 def test_measurements_of_other_robots_get_a_doubt(arm):
-    """The causes are a link that is 20 mm longer, swapped columns, and angles in degrees."""
+    """The tested mistakes are a link that is 20 mm longer, swapped columns, and angles in
+    degrees."""
     right = simulated(arm, 0)
     for wrong in (
         simulated(arm, 0, another=True),
@@ -118,7 +121,7 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 
 def test_many_errors_of_three_tolerances_get_a_doubt(arm):
-    """On another robot, no offset may exceed its limit alone, but all offsets are large."""
+    """On another robot, each offset may be within its limit, but all offsets are large."""
     draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
     found = identify(
         arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

@@ -78,7 +78,8 @@ def around(robot, random, count):
 
 
 def everywhere(robot, random, count):
-    """Returns coordinates within the limits; cranks without limits make almost a whole turn."""
+    """Returns coordinates within the limits; the range of a crank without limits is almost a whole
+    turn."""
     low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
     return random.uniform(low, high, (count, robot.n))
 
@@ -201,8 +202,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
-    # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. The shift of an axis moves the link
-    # before the axis, but not the link after it.
+    # The link lengths are ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. The shift of an axis
+    # moves the link before the axis, but not the link after it.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)

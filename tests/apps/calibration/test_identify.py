@@ -123,7 +123,8 @@ def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
 
 
 def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
-    """The default, "geometry" and ("axis",) select the same variables; "offset" selects others."""
+    """The default, "geometry" and ("axis",) select the same variables; "offset" selects different
+    variables."""
     measurements = measured_positions(arm, truth, np.random.default_rng(0))
     whole, named, axes, offsets = (
         identify(arm, truth.q, measurements, robust=False, **words)
@@ -177,7 +178,7 @@ def test_calibration_summary_lists_counts_and_parameters(arm, truth):
 
 
 def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
-    """The noise scales the weight of parameter_std, so the noise must not vanish."""
+    """The noise scales the weight of parameter_std, so it must not be zero."""
     parameter_std = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
     found = identify(arm, truth.q, exact, vary=("offset", "axis"), parameter_std=parameter_std)

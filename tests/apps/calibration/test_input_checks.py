@@ -60,7 +60,7 @@ def test_exchanged_joint_columns_are_diagnosed(case):
     indirect=["case"],
 )
 def test_coupled_joint_column_is_diagnosed(case, sign, word):
-    """Some controllers report the angle between forearm and floor."""
+    """Some controllers report the angle between forearm and floor as a joint value."""
     robot, q, points = case
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     pairs = [(i, j) for i in turning for j in turning if 0 < j - i <= 2]
@@ -74,7 +74,8 @@ def test_coupled_joint_column_is_diagnosed(case, sign, word):
 
 @pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
 def test_wrong_joint_zero_is_diagnosed(case, degrees):
-    """A zero error of the first joint moves the base; a zero error of the last joint, the tool."""
+    """A zero error of the first joint moves the base; a zero error of the last joint moves the
+    tool."""
     robot, q, points = case
     k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
     wrong = q.copy()

@@ -1,4 +1,4 @@
-"""Plots of tool errors, designs and roadmaps show the values of the results."""
+"""Plots of tool errors, designs and roadmaps show the values in the results."""
 
 import numpy as np
 import pytest

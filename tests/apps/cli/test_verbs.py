@@ -1,4 +1,5 @@
-"""The verbs of the command line: what they print, write and refuse."""
+"""Verbs of the command line: the text that they print, the files that they write, and wrong
+arguments."""
 
 import json
 import math
@@ -60,7 +61,7 @@ def test_nearest_solution_is_the_first_of_the_sorted_ones():
     all_of_them = json.loads(run(*words, "--json").stdout)["solutions"]
     nearest = json.loads(run(*words, "--nearest", "--json").stdout)["solutions"]
     assert len(nearest) == 1
-    # The nearest solution may be full turns away from the sorted one.
+    # The nearest solution may differ by full turns from the sorted solution.
     turns = np.subtract(nearest[0]["q"], all_of_them[0]["q"]) / (2 * np.pi)
     np.testing.assert_allclose(turns, turns.round(), atol=1e-12)
 

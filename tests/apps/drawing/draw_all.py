@@ -1,4 +1,5 @@
-"""``python tests/apps/drawing/draw_all.py FOLDER N`` draws many arms without compiling them.
+"""The command ``python tests/apps/drawing/draw_all.py FOLDER N`` draws many arms without compiling
+them.
 
 The arms are all shelf arms, the URDFs of a folder and N random chains. Prints the arms with
 overlapping labels, and the number of drawings.

@@ -91,7 +91,7 @@ def test_assembly_mode_ghosts_match_platform_poses(name):
 def test_link_legs_close_in_every_assembly_mode(tmp_path):
     """The coupler of the leg is a link with a passive joint.
 
-    The angle of this link follows from the mode.
+    The angle of this link is computed from the mode.
     """
     text = description("planar_3rrr").read_text(encoding="utf-8")
     assert ROD in text

@@ -1,4 +1,4 @@
-"""Crafted results and tables end with an error that names the file."""
+"""Crafted (malicious) results and tables end with an error that names the file."""
 
 import csv
 import io

@@ -41,7 +41,7 @@ def test_every_sample_is_counted_in_a_cell(lynxmotion):
 
 @pytest.mark.parametrize("sampling", ["sobol", "uniform", "grid"])
 def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, sampling):
-    # The slow quality measures use the same merge code for all sampling methods.
+    # The slow quality measures use the code for merging results that all sampling methods share.
     quality = QUALITY if sampling == "sobol" else ("directions",)
     one, *others = (
         workspace(
@@ -129,7 +129,7 @@ def test_sections_sum_to_projection(lynxmotion):
 
 
 def test_only_sobol_samples_stratify_every_coordinate():
-    """Each of 1024 equal intervals of each coordinate contains the same number of points."""
+    """Each of 1024 equal intervals of each coordinate contains the same number of sample points."""
     for sampling in ("sobol", "uniform"):
         points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, sampling, 5)
         for piece in range(2):

@@ -1,4 +1,4 @@
-"""One Chromium for all tests of a process that need a page."""
+"""One Chromium browser for all tests of a process that need a page."""
 
 import pytest
 

@@ -15,7 +15,7 @@ FORBIDDEN, OK = 403, 200
 
 @pytest.fixture(scope="module")
 def page():
-    """The parts of the address of a view."""
+    """The parts of the view's address."""
     view = LiveView(chasles.load("scara"))
     yield urlsplit(view.address)
     view.close()
@@ -32,7 +32,7 @@ def answer(page, path, **headers):
 
 
 def connects(page, path="/", **headers):
-    """Returns whether a WebSocket client connects, or is refused with another status."""
+    """Returns whether a WebSocket client connects, or is refused with another status code."""
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect
 

@@ -47,7 +47,7 @@ def arm_view(browser, tmp_path_factory):
 
 @pytest.fixture
 def view(arm_view):
-    """The view of the arm, reset to its initial configuration."""
+    """The view of the arm, reset to its first configuration."""
     arm_view.set_q(arm_view._display.start.q)
     return arm_view
 

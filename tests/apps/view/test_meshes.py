@@ -1,4 +1,4 @@
-"""URDF meshes on the bodies of a skeleton agree with yourdfpy's kinematics."""
+"""The meshes of a URDF have the same poses in a skeleton as in yourdfpy's kinematics."""
 
 import shutil
 

@@ -30,7 +30,7 @@ BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of an arm.
+    """Error measures of one arm.
 
     Attributes:
         absent: 1 if the arm has no inverse.

@@ -34,7 +34,7 @@ BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}
 
 @dataclass(frozen=True)
 class Judged:
-    """The results for a robot.
+    """Error measures of one robot.
 
     Attributes:
         closure: The largest closure error of the loops (metre).
@@ -93,7 +93,7 @@ def _fewer(
 def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
     """Whether damped Newton iteration converges from q to a pose of the true robot.
 
-    If the true robot does not reach the pose, the iteration ends at a minimum of the error.
+    If the true robot cannot reach the pose, the iteration ends at a minimum of the error.
     """
     error, J = _error(robot, q, T)
     for _ in range(MAX_STEPS):

@@ -31,10 +31,10 @@ BARS = {"lost": 0, "gap": 10.0}
 
 @dataclass(frozen=True)
 class Judged:
-    """The results for a robot with rounded numbers.
+    """Error measures of a robot with rounded numbers.
 
     Attributes:
-        lost: 1 if the closed form differs from that of the exact robot.
+        lost: 1 if the closed form differs from the closed form of the exact robot.
         gap: Largest closure error of the rounded robot, in units of the last decimal place.
         forms: The closed-form steps of the exact robot and of the rounded robot.
     """

@@ -1,10 +1,11 @@
 """Shipped robots with loops and a single error.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. If the loops of a robot cannot be closed, the robot must report this, and is then closed in
-least squares. At configurations around the reference, the loops must close or minimize the sum of
-squared closure errors. If the design has an inverse, the inverse of the as-built robot must return
-these configurations. If the loops close, the main chain must determine the actuated coordinates.
+error. If the loops of a robot cannot be closed, the robot must report it; its loops are then closed
+in the least-squares sense. At configurations around the reference, the loops must close or minimize
+the sum of squared closure errors. If the design has an inverse, the inverse of the as-built robot
+must return these configurations. If the loops close, the main chain must determine the actuated
+coordinates.
 """
 
 import tempfile
@@ -29,7 +30,7 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Optional functions of a robot. Loops that close for all coordinates have no margin."""
+"""Functions that only some robots have. Loops that close for all coordinates have no margin."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
@@ -41,7 +42,7 @@ BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of a robot with an error.
+    """Error measures of a robot with an error.
 
     Attributes:
         tier: Closure method: Kind of the loop solution: ``closed form``, ``newton`` or ``least
@@ -50,8 +51,8 @@ class Judged:
             loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.
         least: Largest joint difference from the least-squares configuration (radian, metre).
-        lost: Number of configurations that ``ik`` does not return for their poses. Infinite if only
-            the design has an inverse.
+        lost: Number of configurations that ``ik`` does not return for their poses. The value is
+            infinite if only the design has an inverse.
         maps: Largest error of the coordinates from ``actuators`` (radian, metre).
     """
 

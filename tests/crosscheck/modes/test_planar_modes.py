@@ -16,7 +16,7 @@ STARTS = 30
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
 THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
-"""Types of legs, and how many lines of each type belong to the platform."""
+"""Leg types, and for each type the number of lines that belong to the platform."""
 CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 
 
@@ -108,7 +108,7 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Returns distances between two values of the actuator of a leg."""
+    """Returns the differences between two values of a leg's actuator."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 

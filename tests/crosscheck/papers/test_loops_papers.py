@@ -137,7 +137,7 @@ def check_rates(r, angles, rates):
     return qd[[2, 4, 6]] / MM
 
 
-# --- the board installer: the paper's screws with reconstructed lengths ---
+# --- the board installer: screws of the paper with reconstructed lengths ---
 
 BOARDS = {
     "R0": (
@@ -207,7 +207,7 @@ BOARDS = {
     ),
 }
 MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
-"""Chain joints that are actuated directly, as entries of the derivative of ``chain``."""
+"""Chain joints that are actuated directly, with their entries in the derivative of ``chain``."""
 
 
 @pytest.mark.parametrize("case", BOARDS)
@@ -288,7 +288,7 @@ def test_board_installer_fk_matches_product_of_exponentials():
         for xi, value in zip(screws, theta, strict=True):
             T = T @ screw_exp(xi, value)
         np.testing.assert_allclose(r.fk(row), T @ home, atol=1e-13)
-        # The triangle that contains the push rod.
+        # The triangle that contains the push rod of the board installer.
         l0 = np.sqrt(0.24**2 + 0.15**2 - 0.24 * 0.15)
         square = 0.24**2 + 0.15**2 - 2 * 0.24 * 0.15 * np.cos(np.pi / 3 + theta[6])
         assert (l0 + row[4]) ** 2 == pytest.approx(square, abs=1e-14)
@@ -330,8 +330,8 @@ def test_planar_platform_modes_match_published_values():
     other, same = x[valid]
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
-    # Rounding the angles to 1e-8 degrees moves the other mode by more than a unit in its last
-    # digit.
+    # If the angles are rounded to 1e-8 degrees, the other mode moves by more than a unit in its
+    # last digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 
@@ -410,7 +410,7 @@ def test_bricklaying_planar_arm_reaches_paper_target():
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper continues its calculation with a distance that was rounded up.
+    # The paper continues with a distance that it rounded up before.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

@@ -127,7 +127,8 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee = Rz Rx Rz Rx ... R_tool, as documented in the module, at 30-digit precision."""
+    """R_0_ee is the product Rz Rx Rz Rx ... The rotation R_tool as documented in the module, at
+    30-digit precision."""
     checked = 0
     for name in NAMES:
         robot = read(ROBOTS / f"{name}.toml")

@@ -29,7 +29,7 @@ UNITS = {
 
 
 class Numbers(dict):
-    """Values keyed by (part of the robot, quantity); quantities that are not parameters are 0."""
+    """Values keyed by (joint or body, quantity); quantities that are not parameters are 0."""
 
     def __init__(self, parameters, p):
         super().__init__(

@@ -74,7 +74,7 @@ def test_solved_angle_is_differentiated_through_its_loop_rate():
         assert float(value.subs(point)) == pytest.approx(float(slope.subs(point)), abs=1e-14)
 
 
-# --- complete loops ---
+# --- derivatives of complete loops ---
 
 MECHANISMS = {f.__name__: f for f in (four_bar, slider_crank, slotted_rocker, geared)}
 

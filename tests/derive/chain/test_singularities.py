@@ -168,7 +168,7 @@ def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
 
 
 def test_iiwa14_has_four_textbook_singularity_conditions():
-    """The oracle is Kreutz-Delgado, Long and Seraji 1992, for seven joints."""
+    """The oracle for seven joints is Kreutz-Delgado, Long and Seraji 1992."""
     robot = loaded("iiwa14")
     q = coordinates(robot)
     found = conditions(minors("iiwa14"), q, {})

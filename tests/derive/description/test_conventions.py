@@ -119,7 +119,8 @@ def test_derived_fk_equals_product_with_symbolic_tilts():
     assert max(abs(entry.xreplace(numbers).evalf(30)) for entry in difference) < sp.Float("1e-28")
 
 
-# --- a second mechanism in files: two parallel axes, tilted by 60 degrees to the first axis ---
+# --- a second mechanism in files: two parallel axes, tilted by 60 degrees relative to the first
+# axis ---
 
 SPATIAL = {
     "dh": """

@@ -173,7 +173,8 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# The replaced line of the file, its replacement, the field in the error, and words of the error.
+# The replaced line of the file, its replacement, the field in the error message, and words of the
+# message.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "a joint that motor does not move"),
@@ -277,7 +278,7 @@ def test_mechanism_fields_must_be_lists(field):
     assert caught.value.value == 5
 
 
-# --- files that extend others ---
+# --- files that extend other files ---
 
 PARENT = """\
 name = "short"

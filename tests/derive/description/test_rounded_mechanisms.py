@@ -38,7 +38,7 @@ PAIRS = (
     ((45.3108891325, 8.4807621135), (15.3108891325, -43.4807621135)),
 )
 POSE = (0.00946701, 0.15328673, 0.08513579)
-"""Tool position (metre) of the exact delta at ``AT``."""
+"""Tool position (metre) of the exact delta robot at the coordinates ``AT``."""
 AT = (0.3224862, 0.1265808, 0.0596154)
 
 

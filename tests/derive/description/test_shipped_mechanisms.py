@@ -192,7 +192,7 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     # The reference values are printed with nine digits.
     assert found == pytest.approx(chain, abs=5e-9)
     assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
-    # The parallelograms keep the elbow plate level.
+    # The parallelograms keep the elbow plate horizontal.
     assert values["elbow_plate"] == pytest.approx(-values["shoulder"], abs=1e-9)
 
 

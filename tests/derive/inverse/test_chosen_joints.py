@@ -1,4 +1,4 @@
-"""Inverses with joints fixed by the user, including revolute joints between others."""
+"""Inverses with joints that the user fixes, also revolute joints inside the chain."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from tests.support.generators.drawn_arms import cases_for_given, random_arm
 from tests.support.oracles.verdict import judged
 
 SEED = 155
-"""Random arm with a fixed revolute joint between others."""
+"""Random arm with a fixed revolute joint inside the chain."""
 
 
 def test_ik_with_random_fixed_joints_solves_every_random_pose():

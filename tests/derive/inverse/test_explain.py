@@ -126,7 +126,7 @@ def test_explanation_states_structure_and_solution_count(name, structure, most):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_explanation_has_a_step_for_every_joint(name):
-    """A joint is fixed, solved in a step, or calculated as the remainder of an angle sum."""
+    """A joint is fixed, solved in a step, or computed from an angle sum and the other joints."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return

@@ -2,7 +2,7 @@
 
 The arm has a revolute column, a prismatic joint along it, a prismatic joint normal to it, and a
 revolute joint of the tool about the vertical. The new family precedes the listed families, because
-one of them also matches such axes.
+one listed family also matches these axes.
 """
 
 import re

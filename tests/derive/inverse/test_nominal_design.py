@@ -21,7 +21,7 @@ from tests.support.loops.solved import solved
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
-"""Unrelated values, so that the pantograph's lengths are not proportional."""
+"""Lengths without a common ratio, so that the lengths of the pantograph are not proportional."""
 
 
 def with_values(values):
@@ -52,7 +52,7 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # Without a stated design, several simplified designs are tried; a single one keeps the test
+    # Without a stated design, several simplified designs are tried; a single design keeps the test
     # short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
@@ -226,7 +226,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(robot, joints=joints)
 
-    # The zero of a motor matters; the zero of a passive joint is arbitrary.
+    # The zero position of a motor is determined; the zero position of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), robot)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, robot)[1] < 3e-3

@@ -114,7 +114,7 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Counts the real solutions from the roots in exp(i theta2), with theta1 eliminated."""
+    """Counts the real solutions from the roots in exp(i theta2), after theta1 is eliminated."""
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])

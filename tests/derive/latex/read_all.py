@@ -1,8 +1,9 @@
-"""``python tests/derive/latex/read_all.py [ARM ...]`` tests the inverse printed in articles.
+"""The command ``python tests/derive/latex/read_all.py [ARM ...]`` tests the inverse printed in
+articles.
 
 The script parses the printed text, evaluates it at random poses, and compares it with ``ik``. The
-default is all arms of the shipped robots and of the shelf (``derive/robots/shelf``). The output is
-the number of agreeing solutions, or the reason why an article cannot be evaluated.
+default is all arms of the shipped robots and of the shelf (``derive/robots/shelf``). The script
+prints the number of agreeing solutions, or the reason why an article cannot be evaluated.
 """
 
 import sys

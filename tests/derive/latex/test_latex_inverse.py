@@ -31,7 +31,7 @@ TRUE = 1e-10
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
 """Functions of an article and the inverse, which the article then prints without deriving it."""
 INSIDE = 1e-3
-"""Margin above which angles are accurate to the preceding tolerance."""
+"""Margin above which angles are accurate to the tolerance above."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure; the printed text of a UR arm is evaluated in `test_printed_text`."""
@@ -133,7 +133,7 @@ def target_of(name, function, rng):
 
 @cache
 def page_and_tasks(name):
-    """Returns the page of a shipped robot and the printed tasks of its inverse."""
+    """Returns the printed article of a shipped robot and the printed tasks of its inverse."""
     page = Page.of(derivation(name))
     return page, printed_tasks(page, page.inverse, {})
 
@@ -179,7 +179,7 @@ QUARTIC = {
     "ellipses": "{d=0.1, alpha='pi/2'}, {a=0.4}, {a=0.3}, {d=0.1, a=0.05, alpha=1.2}, "
     "{a=0.06, d=0.1, alpha=1.3}, {d=0.1}",
 }
-"""Arms whose first steps share one equation: subproblems 5 and 6."""
+"""Arms with one equation for several first steps: subproblems 5 and 6."""
 
 
 @pytest.mark.parametrize("kind", QUARTIC)

@@ -136,7 +136,7 @@ def kernels(name):
 
 @cache
 def page_of(name):
-    """Returns the page of a shipped robot."""
+    """Returns the printed article of a shipped robot."""
     return LoopPage.of(derivation(name))
 
 

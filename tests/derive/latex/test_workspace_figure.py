@@ -23,7 +23,7 @@ from tests.support.printed_robots import derived
 AREA = 0.02
 """Relative error of an area; the outline is accurate to a fraction of one of 90 cells."""
 CELL = 0.011
-"""Side of a cell, relative to the region's longer side."""
+"""Side length of a grid cell, relative to the longer side of the region."""
 ALMOST = 0.998
 """Minimum fraction of random configurations inside the outline; the outline has rounded corners."""
 MAX_BYTES = 3000

@@ -36,7 +36,8 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins with arms of equal constant length: C = D/2 + k J D, with J the quarter turn."""
+    """Three pins whose arms have equal constant length: C = D/2 + k J D, with J the quarter
+    turn."""
 
     base: Arm
     arms: tuple[Arm, Arm]

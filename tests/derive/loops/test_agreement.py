@@ -1,4 +1,4 @@
-"""The all-branch function rejects inconsistent values of redundant main-chain joints."""
+"""The function for all branches rejects inconsistent values of redundant main-chain joints."""
 
 import numpy as np
 import pytest

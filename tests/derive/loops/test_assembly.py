@@ -255,7 +255,7 @@ def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
         )
 
 
-# --- ambiguous or missing branches ---
+# --- ambiguous and missing branches ---
 
 
 def test_reference_between_two_branches_is_rejected():
@@ -320,7 +320,7 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # The chain is solved by iteration, so its statements follow a solver call.
+    # An iteration solves the chain, so the statements follow a solver call.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
@@ -363,7 +363,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly is a different branch; it needs no square root, either.
+    # The crossed assembly mode is a different branch; it also needs no square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

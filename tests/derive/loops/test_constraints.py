@@ -102,7 +102,8 @@ BUILT = {
     "stewart": mechanisms.stewart,
 }
 WITHOUT_DELTA = [name for name in BUILT if name != "delta"]
-"""The delta is omitted: its ball-ended rods also occur in ``rssr`` and ``stewart``."""
+"""The delta robot is omitted, because its ball-ended rods also occur in ``rssr`` and
+``stewart``."""
 PLANAR = (
     *("four_bar", "four_bar_rod", "slider_crank", "arm", "parallelogram", "trammel"),
     *("slotted_rocker", "welded", "planar_3rrr"),
@@ -136,7 +137,7 @@ def _matrix(placement, mechanism=None):
     return mechanisms.matrix(placement, {p.symbol: p.value for p in parameters})
 
 
-# --- printed equations ---
+# --- equations as printed ---
 
 
 def test_four_bar_residual_matches_textbook_equations():
@@ -237,7 +238,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
     assert loop.units == ("m", "m", "m", "1", "1")
 
 
-# --- geometric meaning ---
+# --- geometric meaning of the equations ---
 
 
 def open_ends(c, loop, z, poses):
@@ -339,7 +340,7 @@ def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
     assert np.max(np.abs(c.at("residual", z))) < 1e-10
 
 
-# --- products of exponentials ---
+# --- products of exponentials around loops ---
 
 
 def cross_matrix(w):
@@ -360,7 +361,7 @@ def exponential(screw, value):
 
 
 def value_along(screw, T):
-    """Returns the value at which a revolute or prismatic screw comes closest to a motion."""
+    """Returns the joint value at which a revolute or prismatic screw comes closest to a motion."""
     v, w = screw[:3], screw[3:]
     if not np.any(w):
         return v @ T[:3, 3]
@@ -454,7 +455,7 @@ def test_constraint_jacobian_and_rate_match_finite_differences(name):
     np.testing.assert_allclose(c.at("J_dot", z, rates), differences("J", rates), atol=1e-8)
 
 
-# --- rejected loops ---
+# --- loops that raise an error ---
 
 
 def test_pin_ended_rod_in_spatial_loop_is_rejected():

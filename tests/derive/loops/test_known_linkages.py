@@ -1,4 +1,4 @@
-"""Linkages with a known closed-form motion, described from scratch."""
+"""Linkages with a known closed-form motion, described in Python."""
 
 import numpy as np
 import pytest

@@ -51,7 +51,7 @@ def crossed():
 
 
 def pushed():
-    """Returns a slider-crank with a driven slider and the tool on its rod."""
+    """Returns a slider-crank with an actuated slider and the tool on its rod."""
     whole = slider_crank()
     return replace(whole, name="pushed", actuated=("cross",), tool_body="rod")
 
@@ -78,7 +78,7 @@ def hybrid(build):
 
 
 def steps():
-    """Returns every solution step of the mechanisms, with its solution."""
+    """Returns every solution step of the mechanisms, with the solution that contains it."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
@@ -200,5 +200,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step without equations has a remark instead.
+        # A step without equations has a sentence instead.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

@@ -142,7 +142,8 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both feet coincide, the upper bars share one point and may rotate together about it."""
+    """If both feet coincide, the two upper bars share one point and may rotate together about
+    it."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

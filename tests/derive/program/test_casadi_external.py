@@ -14,7 +14,7 @@ from chasles.derive.emit.languages import ON_DEMAND
 from tests.support.derivations import description
 
 LONG = re.compile("hessian|_dot|acceleration|fk_p")
-"""Functions with long code, which this test does not compile."""
+"""Functions with long C code, which this test does not compile."""
 
 
 @pytest.fixture(scope="module", params=["scara", "four_bar", "planar_3rrr"])

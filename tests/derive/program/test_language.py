@@ -80,7 +80,7 @@ def plain_python(derivation, programs):
 
 EMITTER = Emitter("plain python", plain_python)
 RUN = ("c", "python")
-"""The executable languages; the other languages take most of the derivation time."""
+"""Languages whose code can be executed; the other languages take most of the derivation time."""
 
 
 @cache

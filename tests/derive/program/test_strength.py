@@ -33,7 +33,8 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand: ``v1`` is a variable, ``x2`` an input, anything else a number."""
+    """Parses an operand: In the text, ``v1`` is a variable, ``x2`` an input, anything else a
+    number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
         return Variable(number) if found[1] == "v" else Input(0, number)

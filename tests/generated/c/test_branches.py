@@ -47,7 +47,7 @@ WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
 """Processor features needed by each kind of code for a pose."""
 every_way = pytest.mark.parametrize("way", WAYS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
-"""Code for functions with many branches: scalar code, and vector code with two full vectors."""
+"""C code for functions with many branches: scalar code, and vector code with two full vectors."""
 EVERY_WAY = [(name, way) for name in COUNTS for way in FILLED.get(name, WAYS)]
 
 

@@ -13,7 +13,7 @@ from tests.support.derivations import FULL, derivation, kernels
 
 TOLERANCE = 2e-12
 """Tolerance relative to the largest entry of an output: cosines differ in the last place, and loops
-near dead points amplify the difference."""
+near dead points increase the difference."""
 POSES = 4
 POINTER = ctypes.POINTER(ctypes.c_double)
 

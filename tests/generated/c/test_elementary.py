@@ -130,7 +130,7 @@ FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
-    """A folder with the C of all cases."""
+    """A folder with the C code of all test cases."""
     folder = tmp_path_factory.mktemp("elementary")
     derived = Derivation(ROBOT, SCOPE, (), tuple(FUNCTIONS))
     files = {

@@ -20,7 +20,7 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with four and six joints, some prismatic, and length factors.
+"""Arms with four and six joints, some of them prismatic, and length factors.
 
 The factors include a micrometre-sized and a kilometre-sized arm.
 """
@@ -75,7 +75,7 @@ def test_ik_solutions_are_scale_invariant(family):
     assert 0.1 < wanted.valid.mean() < 1
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
-        # A pose at the border of validity may be valid or not.
+        # A pose at the limit of validity may be valid or invalid.
         border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(

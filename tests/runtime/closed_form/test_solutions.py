@@ -302,7 +302,8 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad: three values per branch, a turn apart, the lowest first.
+    # The shoulder has a range of 13 rad, so each branch has three values that differ by a turn; the
+    # lowest value is first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])
@@ -320,7 +321,7 @@ def test_within_limits_without_windings_keeps_slot_count(arm, q):
     np.testing.assert_array_equal(after.q[..., 1], solutions.q[..., 1])
     np.testing.assert_allclose(apart(after.q, solutions.q), 0, atol=1e-12)
     assert (np.abs(after.q - solutions.q)[..., [0, 3]] <= 4 * np.pi + 1e-9).all()
-    # A joint with a single limit counts whole turns as well.
+    # A joint with a single limit also has solutions that differ by whole turns.
     turns = 2 * np.pi * np.array([0, 1, 0, -1])
     moves = after.distances_from(after.q[:, 0] + turns)[:, 0]
     np.testing.assert_allclose(np.abs(moves), np.tile(np.abs(turns), (len(q), 1)), atol=1e-12)

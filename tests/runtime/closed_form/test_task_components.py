@@ -26,7 +26,7 @@ OFFERED = [
 ]
 """All tasks that constrain only some components of a pose."""
 SPOILT = 1e-7
-"""Radians by which start coordinates differ from the solution."""
+"""Difference (radian) between start coordinates and the solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
 """An arm whose inverse misses poses near right angles without refinement.
 

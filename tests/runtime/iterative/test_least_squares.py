@@ -88,7 +88,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
             gtol=1e-15,
         )
         np.testing.assert_allclose(z[free], found.x, atol=1e-9)
-        # The gaps remain open.
+        # The gaps of these loops remain open.
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 

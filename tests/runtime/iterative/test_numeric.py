@@ -110,7 +110,7 @@ def test_unreachable_position_ends_at_local_minimum(name):
 
 
 def test_arm_stretches_towards_unreachable_position():
-    # If the elbow and the limits permit, the nearest position is on the outer boundary of the
+    # If the elbow and the limits permit it, the nearest position is on the outer boundary of the
     # reach.
     robot = chasles.load("lynxmotion")
     table, arm = np.array([0, 0, 0.1]), 0.3

@@ -119,7 +119,7 @@ def test_generated_code_has_no_data_races(tmp_path):
 
 
 SHARED = {"solve": 400, "decompose": 575, "logarithm": 600}
-"""Cases for each mode of the functions that the solvers share."""
+"""Number of test cases for each mode of the solvers that functions share."""
 
 
 def test_shared_numerics_are_correct_and_memory_safe(tmp_path):

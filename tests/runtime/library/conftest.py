@@ -11,9 +11,9 @@ from chasles.cli import app
 
 @pytest.fixture(scope="session")
 def compiler_in_process():
-    """Replaces `subprocess.run` and runs the compiler in the test process.
+    """Replaces `subprocess.run`, and runs the compiler of chasles in the test process.
 
-    The test process has imported SymPy already. Other programs run as usual.
+    The test process has imported SymPy already. Other programs run unchanged.
     """
     run = subprocess.run
 

@@ -61,13 +61,13 @@ def fast(cache, monkeypatch):
 
 @pytest.fixture
 def here(monkeypatch, compiler_in_process):
-    """Runs the compiler in this process."""
+    """Runs the compiler of chasles in the test process."""
     monkeypatch.setattr(subprocess, "run", compiler_in_process)
 
 
 @pytest.fixture
 def few(monkeypatch, here):
-    """Runs the compiler in this process, and derives only forward kinematics."""
+    """Runs the compiler of chasles in the test process, and derives only forward kinematics."""
     derive_few(monkeypatch, FEW)
 
 
@@ -126,7 +126,7 @@ def derived(cache):
 
 
 def finding(robot, python=sys.executable):
-    """Starts a process that looks for a robot's folder."""
+    """Starts a process that searches for the folder of a robot."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
 

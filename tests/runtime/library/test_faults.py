@@ -48,7 +48,7 @@ def arm(tmp_path):
 
 @pytest.fixture
 def here(monkeypatch, compiler_in_process):
-    """Runs the compiler in this process, and derives only forward kinematics."""
+    """Runs the compiler of chasles in the test process, and derives only forward kinematics."""
     run_compiler = described._run_compiler
     monkeypatch.setattr(subprocess, "run", compiler_in_process)
     monkeypatch.setattr(
@@ -126,7 +126,7 @@ def test_load_works_after_a_kill_at_any_moment(arm, cache):
         shutil.rmtree(cache)
         killed(step, lambda: chasles.load(arm), cache)
         assert chasles.load(arm).fk([0, 0])[0, 3] == pytest.approx(0.5)
-        # Only folders in which the killed process has written can remain, and none does.
+        # Only folders that the killed process was writing can remain, and none remains.
         assert not list(cache.rglob(".chasles-*")), steps[step]
 
 

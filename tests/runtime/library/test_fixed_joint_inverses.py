@@ -142,7 +142,8 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     assert (found.q[..., 3] == q[:, None, 3]).all()
     away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
-    # Values and poses broadcast; `out` and `threads` work as in every call.
+    # Fixed joint values and poses broadcast; `out` and `threads` have the same effect as in every
+    # call.
     one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
     assert one.q.shape == (3, 8, 7)
     out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))
@@ -204,7 +205,8 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
         arm.ik(T[0], fixed={"j1": 0.2})
 
 
-# j1 and j3 are parallel where j2 is 0. The second arm then has two solutions for its only slot.
+# The axes of j1 and j3 are parallel at j2 = 0. The second arm then has two solutions for its only
+# slot.
 PARALLEL_AT_ZERO = {
     830591000001: [[-np.pi / 2, 0, -np.pi / 2, -0.3, 0, np.pi], [np.pi / 2, 0, 0, 0.5, np.pi, 0]],
     4471000019: [[np.pi, 0, 0.5, 0], [-np.pi / 2, 0, -0.1, -np.pi / 2]],

@@ -1,4 +1,5 @@
-"""The cache compiles once, never reuses a library for other content, and rebuilds damaged files."""
+"""The cache compiles each library once, never reuses a library for other content, and rebuilds
+damaged files."""
 
 import gc
 import os

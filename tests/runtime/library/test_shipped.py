@@ -15,7 +15,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""The vector that each first input represents. All other first inputs are tasks."""
+"""The quantity that the first input of each function represents. The first inputs of all other
+functions are tasks."""
 
 
 @pytest.fixture(params=NAMES)

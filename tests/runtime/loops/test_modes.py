@@ -67,7 +67,7 @@ def test_mode_count_matches_exhaustive_scan(robot_and_rod, capsys):
     np.testing.assert_array_equal(counts, scanned)
 
 
-# ------------------------------------------------------- forms of the call
+# ------------------------------------------------------- arguments and results of a call
 
 
 def test_modes_accept_any_leading_dimensions(robot_and_rod):

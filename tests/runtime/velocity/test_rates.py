@@ -11,7 +11,7 @@ from tests.support.tolerances import ORACLE_RATES
 DAMPING = 0.04
 
 
-# ---------------------------------------------------------------- closure and damping
+# ---------------------------------------------------------------- closed loops and damping
 
 
 @pytest.mark.parametrize("name", WITH_RATES)
@@ -110,7 +110,7 @@ def test_batch_rates_equal_single_rates(panda):
     for i in range(20):
         single = panda.joint_rates(q[i], V[i], **options)
         for name in chasles.Rates.__slots__:
-            # A batch uses other machine instructions.
+            # A batch is computed with other machine instructions.
             np.testing.assert_allclose(
                 getattr(single, name), getattr(batch, name)[i], rtol=0, atol=1e-13
             )
@@ -211,7 +211,8 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Random joint rates at 250 Hz move joints to their limits. All bounds hold at every tick."""
+    """Random joint rates at 250 Hz move joints to their limits. All bounds hold at every time
+    step."""
     rng = np.random.default_rng(10)
     dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
@@ -338,7 +339,7 @@ def test_rest_configuration_is_approached_with_fixed_tool(panda):
         q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), redundancy=rest, gain=5.0).qd
     assert np.abs(panda.fk(q) - T).max() < 1e-3
     assert np.abs(q - rest).max() < start
-    # The difference has no null-space component.
+    # The difference of the joint rates has no null-space component.
     _, _, vt = np.linalg.svd(panda.jacobian_mixed(q))
     assert abs(vt[6] @ (q - rest)) < 1e-5
 

@@ -118,8 +118,8 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
-    # At the singularity the wrist can rotate in both directions. Tracking selects a direction on
-    # departure.
+    # At the singularity the wrist can rotate in both directions. Tracking selects one direction
+    # when it leaves the singularity.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
     track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
@@ -276,7 +276,7 @@ def test_track_works_for_few_and_many_joints(tmp_path, n):
     track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
     assert_sound(robot, track, 0.01, rate)
     assert track.error[-1].max() < 1e-3
-    # The target is two steps of full speed away, so many joints saturate in the first step.
+    # The target is two steps at full speed away, so many joints saturate in the first step.
     target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
     cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
     assert cost <= least * (1 + 1e-3) + 1e-12

@@ -1,4 +1,4 @@
-"""Arms with prismatic joints: gantries, machine tools, cranes and planar arms."""
+"""Random arms with prismatic joints: gantries, machine tools, cranes and planar arms."""
 
 import random
 from collections.abc import Sequence

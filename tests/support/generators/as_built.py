@@ -19,7 +19,7 @@ def as_built(
     """Returns a mechanism with random length errors of some joints and rods.
 
     Args:
-        mechanism: The robot as designed.
+        mechanism: The design of the robot.
         members: Names of the joints and rods with errors.
         error: Maximum error of a pin coordinate or rod length (metre).
         rng: Random generator of the errors.
@@ -54,7 +54,7 @@ BOARD_INSTALLER = frozenset(
         *("rod_KH", "rod_FH", "greater_rod", "smaller_rod"),
     }
 )
-"""Members of the pantograph and parallelograms of the board installer."""
+"""Joints and rods of the pantograph and parallelograms of the board installer."""
 
 
 UPRIGHT = Rotation("x", sp.pi / 2)
@@ -131,7 +131,7 @@ def _moved(placement: Placement, of: Value) -> Placement:
 
 
 def _end(frame: Frame, of: Value) -> Frame:
-    """Returns a frame with transformed lengths."""
+    """Returns a body-fixed frame with transformed lengths."""
     return replace(frame, placement=_moved(frame.placement, of))
 
 

@@ -1,7 +1,8 @@
 """Random serial arms with two to eight joints and round numbers, in every convention.
 
-Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many values are 0, as
-in real arms. Each arm has one convention and random prismatic joints. Each seed determines one arm.
+Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many lengths and
+angles are 0, as in real arms. Each arm has one convention and random prismatic joints. Each seed
+determines one arm.
 """
 
 import random
@@ -38,7 +39,7 @@ SETS = 4
 SLIDES = 0.2
 """Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Range of the fraction of zero lengths per arm. Zeros make a closed form more likely."""
+"""Range of the fraction of zero lengths per arm. Zero lengths make a closed form more likely."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
@@ -126,12 +127,12 @@ class Derived(Case):
 
     @cached_property
     def screws(self) -> Screws:
-        """Joint screws, computed from the described joint placements only."""
+        """Joint screws, computed only from the joint placements of the description."""
         return screws_of(self.described)
 
     @cached_property
     def robot(self) -> SimpleNamespace:
-        """Robot interface required by the benchmarks."""
+        """The robot interface that the benchmarks require."""
         unlimited = np.full(len(self.described.coordinates), np.inf)
         others = [function.name for function in self.inverses.others]
         return SimpleNamespace(
@@ -221,7 +222,7 @@ def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]
 
     Args:
         robot: The robot.
-        found: Its inverses; derived by default.
+        found: The inverses of the robot; derived by default.
     """
     found = found or inverses(robot, _terms(robot))
     if found.polished is not None:

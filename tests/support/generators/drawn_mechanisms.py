@@ -30,7 +30,7 @@ ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 
 @dataclass
 class Sketch:
-    """A mechanism under construction.
+    """A mechanism while it is built.
 
     Attributes:
         draw: Random generator of the mechanism.
@@ -140,7 +140,7 @@ def stephenson(s: Sketch) -> None:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # If the mechanism is driven at its other end, it has no dyads.
+        # If the mechanism is actuated at its other end, it has no dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 
@@ -336,7 +336,7 @@ def drawn(
     """Returns a random mechanism with a closed reference.
 
     Args:
-        sketched: Function that adds the members of the mechanism.
+        sketched: Function that adds the joints and struts of the mechanism.
         family: Name of the family.
         seed: The seed.
         scale: Factor of all lengths; random by default.

@@ -95,7 +95,7 @@ WRISTS: tuple[tuple[tuple[Rotation, ...], ...], ...] = (
 
 
 def driven_arm(s: Sketch) -> None:
-    """Adds the members of a random arm."""
+    """Adds the joints and struts of a random arm."""
     body, at, is_upright = BASE, ORIGIN, s.draw.random() < 0.6
     if is_upright:
         body = s.pin("column", BASE, ORIGIN)

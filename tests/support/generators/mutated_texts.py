@@ -1,4 +1,5 @@
-"""Robot files with random mutations. Most are invalid, but some are robots with odd numbers."""
+"""Robot files with random mutations. Most mutated files are invalid, but some are robots with
+unusual numbers."""
 
 import random
 import re

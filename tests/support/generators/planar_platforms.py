@@ -62,7 +62,7 @@ class DrawnLeg:
     """A random leg.
 
     Attributes:
-        kinds: Joint types (R or P) from base to platform.
+        kinds: Joint types (R or P) of a leg from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
         front: Frames from the base: the frame before each joint, up to the closure joint.
@@ -79,7 +79,7 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """Index of the passive joint that is not the closure."""
+        """Index of the passive joint in the joint tree."""
         return JOINTS - self.actuated - self.closed
 
     @property

@@ -65,7 +65,7 @@ class Case:
 
     @cached_property
     def screws(self) -> Screws:
-        """Screws of the main chain."""
+        """Screws of the main-chain joints."""
         return screws(self.name)
 
     @property

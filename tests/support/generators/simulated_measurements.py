@@ -48,7 +48,7 @@ class Simulated:
         q: (N, n) reported coordinates.
         measurements: The measurements.
         vary: Identified parameters.
-        parameter_std: Standard deviations of the parameters, or None.
+        parameter_std: Standard deviations of the parameters, or None if they are unknown.
         noise: Factor that scales the device's noise: 0 or 1.
         p: The true geometry.
     """
@@ -62,7 +62,7 @@ class Simulated:
     p: np.ndarray
 
     def __str__(self) -> str:
-        """Returns a description for test messages."""
+        """Returns a description for error messages of tests."""
         how = "exact" if self.noise == 0 else "noisy"
         known = " with tolerances" if self.parameter_std else ""
         return f"{len(self.q)} {how} rows, {self.device}, vary {'+'.join(self.vary)}{known}"
@@ -74,7 +74,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
     Args:
         robot: A robot with parametric functions.
         seed: The seed.
-        device: One of `DEVICES`; random by default.
+        device: One of the devices in `DEVICES`; random by default.
         another: Whether a link has the error `ANOTHER`, as on a different robot.
     """
     rng = np.random.default_rng(seed)

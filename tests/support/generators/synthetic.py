@@ -2,14 +2,13 @@
 
 A text describes the axes and the relations between adjacent axes, from the base to the last axis:
 
-    R  a revolute joint          r  revolute, meets both adjacent axes in one point
-    P  a prismatic joint         p  prismatic, without a rotation behind it
-    =  parallel                  x  intersecting            +  intersecting at right angles
-    /  skew                      L  skew at right angles
+    R a revolute joint r revolute, meets both adjacent axes in one point P a prismatic joint p
+    prismatic, without a later rotation = parallel x intersecting + intersecting at right angles /
+    skew L skew at right angles
 
-A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values not
-determined by the text are random. Test poses are computed from the screws with NumPy, independently
-of the compiler.
+A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values that
+the text does not determine are random. Test poses are computed from the screws with NumPy,
+independently of the compiler.
 """
 
 from dataclasses import dataclass
@@ -198,7 +197,7 @@ class Arm(Case):
 
     @cached_property
     def robot(self) -> SimpleNamespace:
-        """Robot interface required by the benchmarks."""
+        """The robot interface that the benchmarks require."""
         kinds = self.name[::2].upper()
         unlimited = np.full(len(kinds), np.inf)
         return SimpleNamespace(

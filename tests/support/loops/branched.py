@@ -45,7 +45,7 @@ def arm(name="ik"):
     let, T = terms.let, pose()
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
     shoulder, wrist, elbow = signs = sp.symbols("shoulder wrist elbow", real=True)
-    # Angle 1 places the wrist center at the distance D4 from the arm plane.
+    # Angle 1 moves the wrist center to the distance D4 from the arm plane.
     x, y = (let(p[i] - D6 * a[i]) for i in range(2))
     reach = let(x**2 + y**2)
     open_1 = let(reach - D4**2)

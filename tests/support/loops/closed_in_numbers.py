@@ -6,7 +6,7 @@ from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
 # Loops are closed up to rounding error. The closed joint values must be within NEAR (radian or
-# metre) of the stated reference.
+# metre) of the reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
 # Minimum singular value of well-conditioned loop equations.
@@ -130,7 +130,8 @@ class Model:
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):
-        """Returns the unknown joints on the reference branch, and the minimum of ``held``."""
+        """Returns the unknown joints on the reference branch, and the minimum of the monitored
+        values."""
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):
             at = self.q + part * (np.asarray(q) - self.q)

@@ -78,7 +78,7 @@ def leg(rng, k, kind, foot, heading):
         else:
             text += joint(name, parent, "revolute", xyz, rpy, local)
         if letter == "U":
-            # The frame of the second axis is beside the center of the universal joint.
+            # The frame of the second axis is next to the center of the universal joint.
             aside, at = np.array([0.05, 0, 0]), at + R @ [0.05, 0, 0]
             text += joint(f"fork{place}_{k}", name, "revolute", aside, np.zeros(3), (1, 0, 0))
             name = f"fork{place}_{k}"

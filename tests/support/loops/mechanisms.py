@@ -166,7 +166,8 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """Bar on equal cranks. Two cranks determine its motion; every further crank is redundant."""
+    """Mechanism with a bar on equal cranks. Two cranks determine the motion of the bar; every
+    further crank is redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -182,7 +183,8 @@ def parallelogram(cranks=3):
 
 
 def trammel():
-    """Two perpendicular sliders with a rod between them; the tree has no revolute joint."""
+    """Mechanism with two perpendicular sliders and a rod between them; the tree has no revolute
+    joint."""
     return Mechanism(
         "trammel",
         (
@@ -218,7 +220,7 @@ def slotted_rocker():
 
 
 def welded():
-    """Four pins in series with the last body welded to the base."""
+    """Linkage with four pins in series, whose last body is welded to the base."""
     return Mechanism(
         "welded",
         (
@@ -295,7 +297,7 @@ def bennett(kind="pin"):
 
 
 def free(name, parent, link, joints="x y z yaw pitch roll"):
-    """Returns the virtual joints of a platform."""
+    """Returns the virtual joints that carry a platform."""
     x, y, z, yaw, pitch, roll = joints.split()
     back = lambda *turns: tuple(Rotation(axis, angle) for axis, angle in turns)  # noqa: E731
     right = sp.pi / 2
@@ -441,7 +443,7 @@ def sarrus():
 
 
 def rail(kind="slider", *turn):
-    """Free body on a tilted rail, or welded to a frame on the rail."""
+    """Mechanism with a free body on a tilted rail, or welded to a frame on the rail."""
     across = at("1/2", "1/3", "1/5", ("z", sp.pi / 5), ("x", sp.pi / 7))
     return Mechanism(
         "rail",

@@ -1,4 +1,4 @@
-"""Compiles C and C++ for tests and benchmarks into build/native; file names contain a digest."""
+"""Compiles C and C++ for tests and benchmarks into build/native; file names contain a hash."""
 
 import hashlib
 import os
@@ -25,7 +25,7 @@ FLAGS_OF_ALL = (
 )
 """Compiler flags of chasles and of every peer: -O3 -march=native, no errno.
 
-NDEBUG is for peers, because assertions of Eigen take as long as the kinematics.
+NDEBUG is set for peers, because assertions of Eigen take as long as the kinematics.
 """
 
 

@@ -250,7 +250,7 @@ static int check_inverse(const char *mode)
     return 5 * POSES;
 }
 
-/* ------------------------------------------------------------------ within a box */
+/* ------------------------------------------------------------ damped steps within bounds */
 
 static int check_box(void)
 {

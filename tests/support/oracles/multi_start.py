@@ -16,7 +16,8 @@ from chasles.derive.model.placements import Placement, Translation
 from chasles.derive.model.robot import Joint
 
 STARTS = 48
-"""Number of start configurations per round. The last round is the first without a new mode."""
+"""Number of start configurations in one round of the search. The last round is the first without a
+new mode."""
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
@@ -100,7 +101,7 @@ class Multistart:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Evaluates the numbers of the description."""
+        """Evaluates all numbers of the description."""
         self.mechanism = mechanism
         self.given = {p.symbol: p.value for p in mechanism.parameters}
         placements = [p for j in mechanism.joints for p in (j.before, j.after)]
@@ -310,7 +311,7 @@ class Multistart:
         both = [loop.residual(values, unknown, len(x)) for loop in loops]
         return tuple(np.concatenate(part, axis=1) for part in zip(*both, strict=True))
 
-    # --- tests of other configurations ---
+    # --- tests of further configurations ---
 
     def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Returns closure errors (n,) relative to the size, at values (n,) of all joints.
@@ -329,7 +330,7 @@ class Multistart:
         """Returns the minimum closure error with some values fixed.
 
         Args:
-            mode: A configuration (radian or metre) near a closed one.
+            mode: A configuration (radian or metre) near a closed configuration.
             held: Names of the fixed values.
         """
         given = {name: np.array([mode[name]]) for name in held}

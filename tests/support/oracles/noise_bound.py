@@ -2,9 +2,9 @@
 
 Let J be the derivative of all measured values with respect to the variables, at the true values and
 in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
-estimator with this covariance has the error K dx at validation configurations. Here K is their
-derivative, and dx is sampled from C. Outlier rows are counted as valid rows, so the true bound is
-higher.
+estimator with this covariance has the error K dx at validation configurations. The matrix K is the
+derivative of the validation errors, and dx is sampled from C. Outlier rows are counted as valid
+rows, so the true bound is higher.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
@@ -40,7 +40,7 @@ def least_error(
         chance: Probability that the error exceeds the second returned value.
 
     Returns:
-        The mean error, and the error that is exceeded with the given probability at most.
+        The mean error, and a bound that the error exceeds at most with this probability.
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, held = drawn.targets.ravel(), np.zeros((len(drawn.held), len(drawn.targets), 3))

@@ -14,11 +14,12 @@ ALONE = (
     *("iiwa14", "photo_robot", "lynxmotion", "jaco2"),
     *("well_manipulator", "board_installer", "stewart_gough"),
 )
-"""Robots that no peer solves."""
+"""Robots that no peer can solve."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 """Weights for five joints: position and direction of the tool's z axis, any rotation about it."""
 WEIGHTS = {"lynxmotion": DIRECTION}
-"""The position determines the yaw of an arm on a turntable. The target also includes the pitch."""
+"""The position determines the yaw of an arm on a turntable. The target also includes the pitch of
+the tool."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
 """Difference between single and batch computation of the same pose [m or rad]."""
@@ -31,7 +32,8 @@ class NumericTask:
     Attributes:
         robot: The robot.
         T: (m, 4, 4) poses.
-        weights: Weights of the components of the pose error; None if all count equally.
+        weights: Weights of the components of the pose error; None if all components have equal
+            weights.
     """
 
     robot: chasles.Robot
@@ -58,7 +60,8 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Returns pose errors (m,) [m or rad]; NaN if no success is claimed or a limit is violated."""
+    """Returns pose errors (m,) [m or rad]; The error is NaN if no success is claimed or a limit is
+    violated."""
     robot = task.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.valid) for result in results])
@@ -71,8 +74,8 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
-    # A small rotation displaces two axes by its angle. If only one axis is compared, it counts
-    # once.
+    # A small rotation displaces two axes by its angle. If only one axis is compared, its
+    # displacement counts once.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Task:
-    """A task of the tool.
+    """A task of the tool, such as its position or its pose.
 
     Attributes:
         target: Function from poses (..., 4, 4) to targets.

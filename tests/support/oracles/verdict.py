@@ -17,7 +17,7 @@ ROUNDING = 1e-14
 SAME = 1e-6
 """Largest joint difference at which two solutions count as the same [rad or m]."""
 REGULAR = 1e-3
-"""Smallest singular value at which coordinates count as away from singularities."""
+"""Smallest singular value at which coordinates are considered to be away from singularities."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60

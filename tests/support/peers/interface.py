@@ -18,7 +18,7 @@ PARALLEL = 1e-9
 
 
 class Unsolved(Exception):
-    """The error that a peer has no solver for an arm."""
+    """The error for an arm that no solver of the peer supports."""
 
 
 @dataclass(frozen=True)
@@ -124,12 +124,12 @@ def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
 
 
 def meet(chain: Screws, joints: Sequence[int]) -> bool:
-    """Whether all these axes pass through one point."""
+    """Whether all listed axes pass through one point."""
     return meeting(chain.axes[list(joints)], chain.points[list(joints)])[1] < MEET
 
 
 def parallel(chain: Screws, joints: Sequence[int]) -> bool:
-    """Whether all these axes are parallel."""
+    """Whether all listed axes are parallel."""
     first, *others = chain.axes[list(joints)]
     return all(np.linalg.norm(np.cross(first, other)) < PARALLEL for other in others)
 

@@ -13,7 +13,7 @@ NOISE = 2e-5
 
 
 def turned(robot, seed):
-    """Returns nine configurations on each of two circles per revolute joint."""
+    """Returns nine configurations on each of two circles for every revolute joint."""
     random = np.random.default_rng(seed)
     q, circle = [], []
     turning = [k for k, c in enumerate(robot.coordinates) if c.unit == "rad"]

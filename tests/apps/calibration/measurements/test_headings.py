@@ -80,7 +80,8 @@ def written(path, header, values, separator=",", decimal=".", before=()):
 
 
 PAIRS = [(JOINTS[k % 26], PLACES[(k + k // 26) % 17]) for k in range(52)]
-"""Each joint name with two target names, and each target name with three joint names."""
+"""The table has each joint name with two target names, and each target name with three joint
+names."""
 
 
 @pytest.mark.parametrize(("joints", "places"), PAIRS)
@@ -146,7 +147,8 @@ def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, 
 
 
 def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
-    """Commanded joint values may replace missing ones; computed values are not measurements."""
+    """Commanded joint values may replace missing measured values; computed values are not
+    measurements."""
     aims, fk = [f"target_q_{k}" for k in range(6)], [f"{a}_nominal" for a in "xyz"]
     errors = ["error_x [mm]", "std x"]
     off = 7 + NUMBERS[:, :9]

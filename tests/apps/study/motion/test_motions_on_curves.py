@@ -126,7 +126,7 @@ def test_time_optimal_motion_saturates_but_respects_limits(arm):
         )
         speed = np.linalg.norm(found.V[:, :3], axis=1)
         assert speed.max() <= 0.3 * 1.000001
-        # At each time some limit is active, so no faster time scaling exists.
+        # At each time at least one limit is active, so no faster time scaling exists.
         used = np.maximum(np.abs(found.qd) / rates, np.abs(found.qdd) / accelerations).max(1)
         assert np.quantile(np.maximum(used, speed / 0.3), 0.1) > 0.95
         checked += 1

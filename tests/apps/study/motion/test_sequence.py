@@ -31,8 +31,8 @@ def robot():
 def process(robot):
     """Returns the process in section 5 of the paper.
 
-    In the last stage four joints satisfy three conditions. The paper does not state how these
-    conditions determine the joints. Minimum-norm steps from the configuration at 37 s reproduce the
+    In the last stage four joints satisfy three conditions. The paper does not state which further
+    condition determines the joints. Minimum-norm steps from the configuration at 37 s reproduce the
     printed amplitudes.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
@@ -97,8 +97,8 @@ def test_process_amplitudes_match_paper(robot, process):
     np.testing.assert_allclose(np.ptp(theta, axis=0)[[0, 1, 2, 4, 6]], printed, atol=0.5)
     lengths = 1000 * np.ptp(found.q, axis=0)[[1, 2, 4, 6]]
     np.testing.assert_allclose(lengths, [348.9, 302.7, 318.9, 123.2], atol=0.05)
-    # The paper prints 345, 302, 319 and 123 mm. In its first length, two coordinates of B are
-    # swapped, as in equation (64).
+    # The paper prints the amplitudes 345, 302, 319 and 123 mm. The first printed amplitude was
+    # computed with two swapped coordinates of B, as in equation (64).
     np.testing.assert_allclose(lengths[1:], [302, 319, 123], atol=1)
 
 

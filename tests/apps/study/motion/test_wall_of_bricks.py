@@ -15,7 +15,8 @@ ABOVE = 0.15
 
 
 def running_bond(courses, bricks):
-    """Returns the brick centers; each course is shifted by half a brick from the course below."""
+    """Returns the brick centers; each row of bricks is shifted by half a brick relative to the row
+    below."""
     for course in range(courses):
         for k in range(bricks - course % 2):
             aside = BRICK[0] * (k + course % 2 / 2)
@@ -55,7 +56,7 @@ def test_every_brick_is_released_at_its_position(laying):
     assert len(places) == 8
     released = [found.T[found.stage == 4 * k + 2][0, :3, 3] for k in range(len(places))]
     np.testing.assert_allclose(released, places, atol=1e-12)
-    # Each brick is supported, and no vertical mortar joint continues through two courses.
+    # Each brick is supported, and no vertical joint continues through two rows of bricks.
     for k, place in enumerate(places):
         if place[2] > places[0][2]:
             below = [other for other in places[:k] if abs(place[2] - other[2] - BRICK[2]) < 1e-9]

@@ -129,7 +129,7 @@ def body_of(chain, offset, turn):
 def test_revolved_workspace_volume_matches_monte_carlo():
     """The section planes are offset to either side of the axis.
 
-    Some of the regions rotate by more than a full turn.
+    Some of the sampled regions rotate by more than a full turn.
     """
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(3, seed=5)):
@@ -176,7 +176,8 @@ def test_swept_disc_volume_matches_pappus_theorem():
         for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
             made = swept_volume(disc, offset, turn)
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
-    # The disc surrounds the point nearest to the axis, so both of its sides sweep the same circles.
+    # The disc contains the point nearest to the axis, so both halves of the disc sweep the same
+    # circles.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
     near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
     assert near.tolist() == [False, True, False]
@@ -279,7 +280,7 @@ def test_workspace_plot_shows_closed_border():
     curves = [line.get_xydata() for line in of_wrist.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
-    # The boundary is closed by straight lines where the plane is nearest to the axis.
+    # The boundary is closed by straight lines at the smallest distance of the plane from the axis.
     assert sum(len(curve) == 2 for curve in curves) >= 2
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))

@@ -32,10 +32,11 @@ def test_constant_orientation_area_matches_reference(name, degrees, square_milli
 
 
 def by_chords(centers, inner, outer):
-    """Integrates over y the chord lengths common to annuli of equal radii.
+    """Integrates over y the lengths of the chords that lie in annuli of equal radii.
 
-    The ends of the chords are smooth functions between the heights at which circles begin, end or
-    intersect. At these heights they behave like a square root, so the Gauss points follow a sine.
+    The ends of the chords are smooth functions of y between the heights at which circles begin, end
+    or intersect. At these heights, the ends behave like a square root, so the Gauss points follow a
+    sine.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
@@ -179,7 +180,8 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 150 < inside.sum() < 1350
-    # Points inside the orbit of the hole belong to the region; points that the hole sweeps do not.
+    # Points inside the orbit of the unreachable disc belong to the region; points that the disc
+    # sweeps do not.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).any() or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

@@ -70,8 +70,8 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
         known = np.isfinite(values[1:]) & np.isfinite(values[:-1])
         for k in np.flatnonzero(known & ((values[1:] > 0) != (values[:-1] > 0))):
             distance = min(np.hypot(*(curve - row[k]).T).min() for curve in found.type_2)
-            # A curve ends where a leg reaches its limit. A grid cell at such an end may have no
-            # complete edge.
+            # A singularity curve ends where a leg reaches its limit. A grid cell at the end of a
+            # curve may have no complete edge.
             near = np.minimum(
                 abs(reaches(posed(row[k])) - LONG), abs(reaches(posed(row[k])) - SHORT)
             )
@@ -85,7 +85,7 @@ def test_non_ascending_bounds_are_rejected(robot):
         singularity_curves(robot, 0.0, (0, 1), (1, 1))
 
 
-# --- curves of zeros ---
+# --- curves on which a function is zero ---
 
 
 def test_zero_curve_of_circle_is_single_closed_curve():

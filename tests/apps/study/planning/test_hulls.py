@@ -27,7 +27,7 @@ def closed(robot, rng, count):
 
 
 def to_segment(p, a, b):
-    """Returns the distance of a point from the line segment between two others."""
+    """Returns the distance of a point from the line segment between two other points."""
     way = b - a
     part = np.clip((p - a) @ way / max(way @ way, 1e-300), 0, 1)
     return np.linalg.norm(p - a - part * way)

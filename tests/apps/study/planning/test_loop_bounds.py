@@ -59,7 +59,7 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # If a bound exists, the loops can be closed along the whole segment.
+        # If a bound exists, the loops can be closed along the entire segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -129,7 +129,7 @@ class Changed:
 
 
 def on_another_branch(robot, q):
-    """Returns joint values on a wrong branch at the end of the segment."""
+    """Returns joint values whose branch is wrong at the end of the segment."""
     z = robot.configuration(q)
     z[-1, 1] += 0.5
     return z
@@ -178,7 +178,8 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """Everywhere in a bounded box the equations determine the joints, so det keeps its sign."""
+    """In the box of bounded joints, the equations determine the joints everywhere, so det does not
+    change its sign."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)

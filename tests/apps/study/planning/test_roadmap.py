@@ -41,7 +41,7 @@ def test_free_segment_check_agrees_with_fine_sampling():
         points = a + np.linspace(0, 1, 5001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
-        # The sampled check may miss the corner of an obstacle, but never reports a free cell as
+        # The sampled test may miss the corner of an obstacle, but never reports a free cell as
         # blocked.
         assert sampled or not found
         free += found

@@ -1,4 +1,5 @@
-"""Crafted files of each kind: no command runs, no other file is read, nothing is written.
+"""Crafted (malicious) files of each kind: no command runs, no other file is read, nothing is
+written.
 
 ``@MARK@`` is a file that no command may create, ``@OUT@`` a folder with files that contain
 ``CANARY``, ``@PIPE@`` a named pipe without a writer, and ``@URL@`` an address. Archives are
@@ -22,8 +23,7 @@ from tests.support.counting import stopped_after
 FOLDER = Path(__file__).parent / "crafted"
 CANARY = "73917391"
 MAX_CALLS = 5_000_000
-"""A reader that needs more calls counts as hanging; descriptions in XML have limits of their
-own."""
+"""A reader that needs more calls counts as hanging; descriptions in XML have separate limits."""
 OUTSIDE = {
     "secret.txt": CANARY,
     "secret.yaml": f"key: {CANARY}",

@@ -1,4 +1,4 @@
-"""Crafted files end with an error that names the file."""
+"""Crafted (malicious) files end with an error that names the file."""
 
 import sys
 

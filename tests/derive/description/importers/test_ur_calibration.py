@@ -27,7 +27,7 @@ FORUM = {
     "alpha": "-0.00032142399895862539, -0.00565024518540147101, -0.00378922621833689211, "
     "-0.00106533274011644252, 0.000999586303470856308, 0",
 }
-"""A controller's calibration file, published by its owner at
+"""A calibration file of a controller, published by its owner at
 https://forum.universal-robots.com/t/calibrated-kinamatics-info/18921.
 """
 DRIVER = {

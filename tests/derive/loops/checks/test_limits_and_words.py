@@ -79,7 +79,7 @@ def test_explanation_of_underactuated_mechanism_raises_error():
         str(explain(replace(robot, actuated=("left",))))
 
 
-# --- given counts ---
+# --- counts that the test specifies ---
 
 
 def test_kutzbach_matches_textbook_counts():

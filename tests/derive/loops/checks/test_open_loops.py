@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Returns the error of a robot's loops and actuators; None if there is none."""
+    """Returns the error of a robot's loops and actuators; None if no value is required."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -73,7 +73,7 @@ def spoilt_error(name, parameter, value):
     return error_of(with_parameter(mechanism(name), parameter, value))
 
 
-# --- gaps and remedies ---
+# --- gaps of open loops and remedies ---
 
 OFFER = re.compile(
     r"^    (\w+).*, now \S+ (?:mm|deg): (\S+)(?: to (\S+))? (mm|deg)( or more)?$", re.M
@@ -284,13 +284,14 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
     assert message(read_text(good)) == ""
 
 
-# --- degrees of freedom and actuators ---
+# --- degrees of freedom and actuators of a mechanism ---
 
 
 def spoilt_actuation(name):
-    """Yields robots without an actuator, with a different actuated joint, or without a member.
+    """Yields robots without an actuator, with a different actuated joint, or without a joint or
+    strut.
 
-    The words of the expected error accompany each robot.
+    Each robot comes with words of the expected error.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
@@ -437,7 +438,8 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The gap directions are (1, -2), since the rod's lever arm is twice the third crank's.
+    # The gap directions are (1, -2), because the lever arm of the rod is twice the lever arm of the
+    # third crank.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = solved(with_a_third_crank("least squares")).mechanism.notes

@@ -65,8 +65,8 @@ def test_the_table_has_forty_different_poses():
 
 
 COUNTS = {"6-6": 40, "flat": 40, "6-3": 16, "3-3": 16}
-"""Number of poses of generic platforms of each kind: Raghavan 1993 (6-6), Nanua, Waldron and Murthy
-1990 (3-3).
+"""Number of complex poses of generic platforms of each kind: Raghavan 1993 (6-6), Nanua, Waldron
+and Murthy 1990 (3-3).
 """
 
 

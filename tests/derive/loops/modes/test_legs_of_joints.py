@@ -23,7 +23,7 @@ POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "RUS", "C", "C", "C")}
 """Platform seeds and leg types: planar legs, then spatial legs and three cylinders."""
 SLOTS = 4
-"""Number of branches: two for a prismatic joint, times two for an arm.
+"""Number of branches: two for a prismatic joint, times two for a revolute arm.
 
 Lengths keep their sign, and no coordinate depends on the branch of a universal joint.
 """

@@ -155,7 +155,7 @@ def test_assembly_modes_of_3prr_platform_match_newton(tmp_path):
 
 
 MAX_QUERIES = 5_000
-"""Bound on SymPy's sign queries; a platform needs 300 to 1,000."""
+"""Bound on the number of SymPy's sign queries; a platform needs 300 to 1,000 queries."""
 
 
 @pytest.fixture

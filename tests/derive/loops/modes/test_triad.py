@@ -12,7 +12,7 @@ from chasles.derive.terms.terms import Terms
 C, S = sp.symbols("c s", real=True)
 NAMES = sp.symbols("x1 y1 x2 y2 x3 y3", real=True)
 POINTS = tuple(zip(NAMES[::2], NAMES[1::2], strict=True))
-# Asymmetric pins and three unequal rods.
+# A platform with asymmetric pins and three unequal rods.
 PINS = ((sp.Rational(1, 10), sp.Rational(-1, 5)), (sp.Rational(1, 3), 0), (0, sp.Rational(2, 7)))
 RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 

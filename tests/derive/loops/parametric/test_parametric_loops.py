@@ -1,4 +1,4 @@
-"""Loops with variable geometry: equations against derived robots, derivatives by CasADi."""
+"""Loops with variable geometry: equations compared with derived robots, derivatives with CasADi."""
 
 from dataclasses import replace
 

@@ -1,5 +1,6 @@
 /* Loops with geometry p as input, closed by Newton's iteration from the nominal configuration, and
- * tool derivatives through these loops. Part of chasles; the same for every robot.
+ * tool derivatives through these loops. This file is part of chasles and is the same for every
+ * robot.
  *
  * Included once for each robot, which defines
  *

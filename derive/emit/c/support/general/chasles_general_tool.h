@@ -1,6 +1,6 @@
 /* Inverse kinematics of an arm with general geometry and five unknown joints; all other joints are
- * fixed. A sixth joint is added that rotates the tool and must be 0. Part of chasles; the same for
- * every robot.
+ * fixed. A sixth joint is added that rotates the tool and must be 0. This file is part of chasles
+ * and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
@@ -96,9 +96,9 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Iterates from patternless starts, multiples of square roots, towards a pose. If a prismatic joint
- * moves in the plane of other joints, solutions with the added joint form a continuum, and the
- * determinant misses them. */
+/* Iterates towards a pose from quasi-random starts, which are multiples of square roots. If a
+ * prismatic joint moves in the plane of other joints, solutions with the added joint form a
+ * continuum, and the determinant misses them. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
@@ -111,7 +111,7 @@ static void chasles_general_tool_restart(const chasles_general_six *six, const d
     }
 }
 
-/* Whether some residual is small enough for a valid solution. */
+/* Whether a residual is small enough for a valid solution. */
 static int chasles_general_tool_is_solved(const double *left)
 {
     for (int k = 0; k < CHASLES_SLOTS; k++) {

@@ -1,5 +1,5 @@
 /* Inverse kinematics of a nearly structured arm: Newton's iteration refines every branch of the
- * nominal arm to the true arm. Part of chasles; the same for every robot.
+ * nominal arm to the true arm. This file is part of chasles and is the same for every robot.
  *
  * Included once for each robot, which defines
  *

@@ -1,5 +1,5 @@
-/* Tests whether the known roots are all real roots of the determinant. Part of chasles; the same
- * for every robot.
+/* Tests whether the known roots are all real roots of the determinant. This file is part of chasles
+ * and is the same for every robot.
  *
  * Divided by sin((s - r) / 2) for an even number n of roots r, the determinant is a trigonometric
  * polynomial in s with a degree lower by n / 2. If this quotient has no real root, the known roots
@@ -96,7 +96,7 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Completeness of the known solutions, according to a split. */
+/* Completeness of the known solutions, according to one elimination order (split). */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
 /* The solutions are complete if the polynomial has no real or nearly real root, and incomplete if
@@ -151,7 +151,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Whether these angles can be tested as all real roots: an even number, none near another. */
+/* Whether the test applies to these angles: their number is even, and no two are close together. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)

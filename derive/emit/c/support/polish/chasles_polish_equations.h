@@ -1,5 +1,5 @@
-/* Linear equations of a damped step, one configuration per lane. Part of chasles; the same for
- * every robot. Included by chasles_polish.h, once for each robot.
+/* Linear equations of a damped step, one configuration per lane. This file is part of chasles and
+ * is the same for every robot. Included by chasles_polish.h, once for each robot.
  */
 /* Near dead points of loops, block inverses lose small entries next to very large ones. */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED

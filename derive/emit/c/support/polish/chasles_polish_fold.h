@@ -1,5 +1,5 @@
-/* Folds, where two branches meet. Part of chasles; the same for every robot. Included by
- * chasles_polish.h, once for each robot.
+/* Folds, where two branches meet. This file is part of chasles and is the same for every robot.
+ * Included by chasles_polish.h, once for each robot.
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints reach worst. At q + s v, the twist to the pose along u is
@@ -62,7 +62,8 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Steps orthogonally to v and finds v and u there; measures the bend at a displaced point. */
+/* Steps orthogonally to v, finds v and u there, and measures the curvature (bend) at a displaced
+ * point. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
     POLISH_NAME(configurations) shifted;
@@ -100,9 +101,9 @@ static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, 
     return 0;
 }
 
-/* Whether a branch without a solution may be one of two meeting branches. In the first case, the
- * iteration found nothing new; in the second case, the nominal arm misses a pose that the true arm
- * may reach. The miss may be large near a second singularity. */
+/* Whether a branch without a solution may be one of two meeting branches. Either the iteration
+ * found no new solution, or the nominal arm misses a pose that the true arm may reach. The miss may
+ * be large near a second singularity. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)

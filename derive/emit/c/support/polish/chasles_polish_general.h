@@ -1,6 +1,6 @@
-/* Solutions from the general solver, in the slots of their nearest branches. Part of chasles; the
- * same for every robot. Included by chasles_polish.h, once for each robot that the general solver
- * supports.
+/* Solutions from the general solver, in the slots of their nearest branches. This file is part of
+ * chasles and is the same for every robot. Included by chasles_polish.h, once for each robot that
+ * the general solver supports.
  */
 /* Stores a further solution: in the slot with a less exact copy, else in the free slot of the
  * nearest nominal branch, else in an extra slot. */
@@ -53,9 +53,9 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Whether the known solutions match the real roots of a split one to one, with no two roots near
- * each other: then the solutions are complete. Complex double roots that are certain do not count
- * as solutions. */
+/* Whether the known solutions match the real roots of an elimination order (split) one to one, with
+ * no two roots near each other: then the solutions are complete. Complex double roots that are
+ * certain do not count as solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
@@ -84,7 +84,8 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* Converts the known solutions to root angles of a split. Returns their number. */
+/* Converts the known solutions to values of the suppressed joint of an elimination order (split).
+ * Returns their number. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_split *split, double *root)
 {
@@ -98,10 +99,10 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Whether the known solutions are complete, according to the first split that decides. A split
- * decides only if no two roots are near each other; an elbow, for example, has the same angle on
- * several branches. `system` receives the equations of the split that was evaluated last, or
- * remains null. */
+/* Whether the known solutions are complete, according to the first elimination order (split) that
+ * decides. An elimination order decides only if no two of its roots are near each other; an elbow,
+ * for example, has the same angle on several branches. `system` receives the equations of the order
+ * that was evaluated last, or remains null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int splits,
                                                    chasles_general_system *system,
@@ -133,7 +134,7 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     chasles_circle_roots roots;
     const chasles_general_split *asked;
     found->count = 0;
-    /* If solutions are missing, no further split can prove completeness. */
+    /* If solutions are missing, no further elimination order can prove completeness. */
     const int splits = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->splits;
     if (POLISH_NAME(verdict)(s, six, splits, &system, &asked) == CHASLES_COMPLETE)
         return 1;

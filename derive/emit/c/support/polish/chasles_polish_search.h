@@ -1,5 +1,6 @@
-/* Searches for solutions that Newton's iteration from the nominal solutions misses. Part of
- * chasles; the same for every robot. Included by chasles_polish.h, once for each robot.
+/* Searches for solutions that Newton's iteration from the nominal solutions misses. This file is
+ * part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
+ * robot.
  *
  * Near a singularity, even a small deviation of the arms moves solutions far away. The search uses
  * poses on a straight line through the target: T displaced by -mu u, with a constant twist u. At

@@ -1,5 +1,5 @@
-/* Steps of Newton's iteration, one configuration per lane. Part of chasles; the same for every
- * robot. Included by chasles_polish.h, once for each robot.
+/* Steps of Newton's iteration, one configuration per lane. This file is part of chasles and is the
+ * same for every robot. Included by chasles_polish.h, once for each robot.
  */
 /* Configurations on lanes: coordinates; their pose and Jacobian; the twist to the target, with
  * lengths relative to the arm length; the squared twist and residual; the start of iterated loops.
@@ -248,7 +248,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         }
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* a search needs first pivots */
+        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* the fold search uses the pivots of
+        the first step */
         if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;

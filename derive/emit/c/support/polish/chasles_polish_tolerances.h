@@ -1,6 +1,6 @@
-/* Tolerances for the inverse of nearly structured arms: name, value, unit and reason. Part of
- * chasles; the same for every robot. The difference of two poses is the larger of a distance (m)
- * and an angle (rad).
+/* Tolerances for the inverse of nearly structured arms: name, value, unit and reason. This file is
+ * part of chasles and is the same for every robot. The difference of two poses is the larger of a
+ * distance (m) and an angle (rad).
  */
 #ifndef CHASLES_POLISH_TOLERANCES_H
 #define CHASLES_POLISH_TOLERANCES_H
@@ -26,11 +26,12 @@
 /* m, rad: largest coordinate change per step; a larger change may reach another branch. */
 #define POLISH_STEP 0.3
 /* m, rad: maximum length of a step whose equations are reused, and number of steps that reuse them.
- * Each such step reduces the error by about this factor. */
+ * Each step with reused equations reduces the error by about this factor. */
 #define POLISH_SHORT 1e-3
 #define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
- * squared step (radian, or relative to the arm length). Two revolute joints have at most 1. */
+ * squared step (radian, or relative to the arm length). For two revolute joints, this curvature is
+ * at most 1. */
 #define POLISH_BEND 8.0
 /* Smallest ratio of pivot to damping at which damping hardly shortens the step. */
 #define POLISH_UNDAMPED 100.0
@@ -70,13 +71,14 @@
  * solution (six arms, errors of 1 to 5 mm and mrad), none was below. If no three axes nearly
  * intersect, the limit is larger: 3 of 300,000 poses of six arms were below it. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
-/* Displacement of surrounding poses, in deviations: larger than the difference of the arms. */
+/* Displacement of surrounding poses, as a multiple of the axis deviation: larger than the
+ * difference of the arms. */
 #define POLISH_AROUND 2.5
-/* Half length of a line of poses, in deviations: at its ends, the nominal arm is far enough from
- * its singularity. */
+/* Half length of a line of poses, as a multiple of the axis deviation: at its ends, the nominal arm
+ * is far enough from its singularity. */
 #define POLISH_LINE 8.0
-/* Largest stride along a curve: in coordinates (radian), and as a fraction of half the line. Closer
- * solutions are found from near touches. */
+/* Largest stride along a curve: in coordinates (radian), and as a fraction of half the line.
+ * Solutions that are closer together are found where the curve nearly touches the target. */
 #define POLISH_STRIDE 0.12
 #define POLISH_SHARE 0.3
 /* Fraction of half the line up to which an extremum may hide two solutions. */
@@ -93,13 +95,14 @@
 #define POLISH_WAYS 6
 #define POLISH_FEW_WAYS 2
 
-/* rad: offset from a fold at which its bend is measured. */
+/* rad: offset from a fold at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03
-/* Bend at a fold (1/rad), in deviations, that the deviation alone may cause: for a self-motion, the
- * nominal bend is zero. */
+/* Curvature at a fold (1/rad), as a multiple of the axis deviation, that the deviation alone may
+ * cause: for a self-motion, the nominal curvature is zero. */
 #define POLISH_FLAT 8.0
-/* Bend limit (1/rad), in deviations, at folds without a solution. If the squared slope is above
- * POLISH_TILTED, the nearest point is far from the fold, and the bend may differ. */
+/* Curvature limit (1/rad), as a multiple of the axis deviation, at folds without a solution. If the
+ * squared slope is above POLISH_TILTED, the nearest point is far from the fold, and the curvature
+ * may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
 /* rad: largest distance from a fold to its solutions, and largest step orthogonal to the fold
