@@ -1,8 +1,9 @@
-/* Batches on vector lanes, with one pose per row. Part of chasles; the same for every robot.
+/* Evaluates a batch of poses on vector lanes; each row of the batch is one pose. This file is part
+ * of chasles and is the same for every robot.
  *
- * Included after chasles_lanes.h for each instruction set. Defines `lanes_run`, which processes
- * rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a kernel and
- * transposes back.
+ * The file is included for each instruction set, after chasles_lanes.h. Defines `lanes_run`, which
+ * processes rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a kernel
+ * and transposes back.
  */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
@@ -14,7 +15,7 @@
 #define LANES_MAX_OUTPUTS 512 /* number of doubles in all outputs of a kernel */
 #define LANES_MAX_ARGUMENTS 8 /* maximum numbers of inputs and of outputs */
 #define LANES_LINE 8          /* number of doubles in a cache line */
-/* Work lanes: inputs, outputs, and staged outputs with one extra line each. */
+/* The work memory: inputs, outputs, and collected outputs with one extra cache line each. */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) bypass the caches, which could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
@@ -24,9 +25,10 @@ typedef struct {
     const int *sizes; /* number of doubles of each input, then of each output */
 } lanes_shape;
 
-/* A result that is written to memory in whole cache lines. Rows are staged after the first line of
- * `stage`. At the end of this first line, `held` doubles of earlier rows wait until the line at
- * `to` is complete; the first `skipped` doubles of that line are not part of the result. */
+/* A result that is written to memory in whole cache lines. Rows of a result are collected after the
+ * first cache line of `stage`. At the end of this first line, `held` doubles of earlier rows wait
+ * until the line at `to` is complete; the first `skipped` doubles of that line are not part of the
+ * result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -38,7 +40,8 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- results that bypass the caches ---- */
 
-/* Writes the complete lines of the staged doubles; the rest waits for the next tile. */
+/* Writes all complete cache lines of collected doubles; the remaining doubles wait for the next
+ * tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
     const double *from = stream->stage + LANES_LINE - stream->held;
@@ -69,7 +72,7 @@ static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t add
     stream->held = total - whole;
 }
 
-/* ---- a batch ---- */
+/* ---- evaluation of a batch ---- */
 
 static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const lanes_shape *shape, size_t n,
@@ -77,12 +80,13 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* Aligned to a page: at other addresses, storing and reloading sometimes took twice as long.
+    /* The memory is aligned to a page: at other addresses, storing and reloading sometimes took
+     * twice as long.
      */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* Contiguous: page-aligned arrays would compete for few cache lines. */
+    /* The arrays are contiguous: page-aligned arrays would compete for few cache lines. */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

@@ -1,5 +1,5 @@
-/* The real roots of a trigonometric polynomial of degree at most 8. Part of chasles; the same for
- * every robot.
+/* The real roots of a trigonometric polynomial of degree at most 8. This file is part of chasles
+ * and is the same for every robot.
  *
  * The circle is divided into 96 cells with one Taylor series each. A cell is halved until its terms
  * prove that the polynomial has no root there, is monotonic, or is convex.
@@ -24,7 +24,7 @@
 /* Maximum number of intervals to examine; a pose typically needs fifty, a degenerate pose far more.
  */
 #define CHASLES_MAX_PARTS 400
-/* Halvings of a cell, to 1e-6 rad; closer roots count as one. */
+/* Maximum number of halvings of a cell, down to 1e-6 rad; closer roots are treated as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
@@ -153,7 +153,7 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* A root with a larger error than this (rad) may be several roots. */
+/* Root error (rad) above which a root may represent several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
@@ -263,7 +263,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
         chasles_circle_doubt(roots, sqrt(over * part->noise));
 }
 
-/* The roots in an interval. */
+/* Finds the roots in an interval. */
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
@@ -306,7 +306,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
  * cell. */
 typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
 
-/* The roots in a cell. */
+/* Finds the roots in a cell. */
 static void chasles_circle_cell(chasles_circle_sampler sampler, const void *source, double noise,
                                 chasles_circle_part *part, chasles_circle_roots *roots)
 {
@@ -322,8 +322,8 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }
 
-/* The real roots, and the positions of nearly double pairs. If the polynomial has no source, the
- * sampler is 0. */
+/* Finds the real roots, and the positions of pairs that are nearly double roots. The sampler is
+ * NULL if the polynomial cannot be evaluated again. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

@@ -1,5 +1,5 @@
-/* Tolerances for roots of trigonometric polynomials: name, value, unit and reason. Part of chasles;
- * the same for every robot.
+/* Tolerances for roots of trigonometric polynomials: name, value, unit and reason. This file is
+ * part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_CIRCLE_TOLERANCES_H
 #define CHASLES_CIRCLE_TOLERANCES_H

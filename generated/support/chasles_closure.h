@@ -1,5 +1,5 @@
-/* Loops without a closed form: Newton's iteration along a path from a known configuration. Part of
- * chasles; the same for every robot.
+/* Loops without a closed form: Newton's iteration along a path from a known configuration. This
+ * file is part of chasles and is the same for every robot.
  *
  * A function through the loops first calls `at` or `seeded` for the variables w, then `factored`,
  * and then functions of chasles_closure_rates.h for derivatives.

@@ -1,7 +1,9 @@
-/* Assembly modes of an inverse through iterated loops. Part of chasles; the same for every robot.
+/* Assembly modes of an inverse through iterated loops. This file is part of chasles and is the same
+ * for every robot.
  *
  * The legs of a platform reach a pose with coordinates q; fk(q) is the pose on the reference branch
- * of the loops. The two poses are equal, or belong to two assembly modes. */
+ * of the loops. The pose of the legs and the fk pose are equal, or they belong to two assembly
+ * modes. */
 #ifndef CHASLES_CLOSURE_MODES_H
 #define CHASLES_CLOSURE_MODES_H
 

@@ -1,5 +1,5 @@
-/* Rates and derivatives of closed loops by the implicit function theorem. Part of chasles; the same
- * for every robot. Included by chasles_closure.h.
+/* Rates and derivatives of closed loops by the implicit function theorem. This file is part of
+ * chasles and is the same for every robot. Included by chasles_closure.h.
  *
  *     c_w w_q = 0,   c_w wd = 0,   c_w wdd = -(c_w)' wd,   c_w (w_q)' = -(c_w)' w_q
  *

@@ -1,5 +1,5 @@
 /* Tolerances for Newton's iteration on loops: lengths relative to the robot size, angles in
- * radians. Part of chasles; the same for every robot. */
+ * radians. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CLOSURE_TOLERANCES_H
 #define CHASLES_CLOSURE_TOLERANCES_H
 
@@ -16,7 +16,8 @@
 #define CLOSURE_CAREFUL 0.05
 /* First step size above which a start counts as too far away in any case. */
 #define CLOSURE_FARTHEST 0.5
-/* Minimum stride as a fraction of the path, 12 halvings: a singularity is this near. */
+/* Minimum stride as a fraction of the path, after 12 halvings; a smaller stride means that a
+ * singularity is near. */
 #define CLOSURE_SHORTEST 0.000244140625
 /* Maximum steps of one iteration: with quadratic contraction, 6 are enough. */
 #define CLOSURE_STEPS 8

@@ -1,4 +1,5 @@
-/* Cosines and sines of all angles of a pose at once. Part of chasles; the same for every robot.
+/* Cosines and sines of all angles of a pose at once. This file is part of chasles and is the same
+ * for every robot.
  *
  * Uses libmvec, the vector library of glibc, with four or eight angles per call, if the compiler
  * flags allow AVX2 or AVX-512. Otherwise uses plain C and libm. The results differ by at most one

@@ -1,5 +1,5 @@
-/* Distance of a configuration from a seed, for choosing the nearest solution. Part of chasles; the
- * same for the generated C of every robot and for the runtime.
+/* Distance of a configuration from a seed, for choosing the nearest solution. This header of
+ * chasles is the same for the generated C of every robot and for the runtime.
  *
  * The distance is the largest weighted displacement of a coordinate. If the distances of several
  * solutions differ only by rounding, the lowest slot counts as nearest. Among copies of one
@@ -14,7 +14,7 @@
 #include <string.h>
 
 #define CHASLES_FULL_TURN 6.283185307179586
-#define CHASLES_ROUNDING 63 /* low bits of a distance that count as rounding */
+#define CHASLES_ROUNDING 63 /* number of low bits of a distance that rounding may change */
 
 /* Returns a number of turns, rounded to an integer. Without a rounding instruction, rint is a
  * function call. Adding and subtracting 1.5 * 2^52 rounds values below 2^51 in the same way. */
@@ -58,8 +58,8 @@ static inline double chasles_sum_of_moves(int n, const double *q_seed, const dou
     return sum;
 }
 
-/* Returns the bits of a distance without its rounding bits. As integers, they sort like the
- * distances, which are not negative; NaN is last. */
+/* Returns the bits of a distance; the low bits, which rounding may change, are zero. As integers,
+ * these bits have the order of the distances, which are not negative; NaN is last. */
 static inline uint64_t chasles_rounded(double distance)
 {
     uint64_t bits;

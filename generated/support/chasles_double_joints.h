@@ -1,5 +1,5 @@
-/* All poses of a platform with six rods that end in three double joints. Part of chasles; the same
- * for every robot.
+/* All poses of a platform with six rods that end in three double joints. This file is part of
+ * chasles and is the same for every robot.
  *
  * Two rods that share a joint constrain it to a circle about the line through their other ends, P_i
  * = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are known:
@@ -120,7 +120,7 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Solutions of both joints next to the first joint, at its angle. */
+/* The solutions for the two other joints at an angle of the first joint. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -143,7 +143,7 @@ static double chasles_joint_form(const double *x, const double (*Q)[3], const do
     return sum;
 }
 
-/* U, V, W and X of the last distance. */
+/* The coefficients U, V, W and X of the last distance equation. */
 static void chasles_joint_last(const chasles_double_joints *joints, const chasles_joint_pair *pairs,
                                double *parts)
 {

@@ -1,5 +1,5 @@
 /* Inverse kinematics of an arm with general geometry: six joints are solved for, all other joints
- * are fixed. Part of chasles; the same for every robot.
+ * are fixed. This file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_H
 #define CHASLES_GENERAL_H
@@ -11,7 +11,8 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* Number of nearby poses with certainly complete solutions that make the result of a pose complete.
+/* Number of nearby poses with certainly complete solutions that is enough to call the solutions of
+ * a pose complete.
  */
 #define CHASLES_AGREED 4
 
@@ -201,8 +202,8 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
     return places;
 }
 
-/* Finds the solutions at the roots of a split. Returns whether the number of solutions is certainly
- * complete. */
+/* Finds the solutions at the roots of the determinant, for one elimination order (split). Returns
+ * whether the number of solutions is certainly complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     const chasles_general_system *system,
@@ -220,12 +221,14 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     sure = sure && found->open == 0;
     for (int k = 0; k < count; k++)
         sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
-    /* Solutions come in pairs. A split that misses a solution of another split is unreliable. */
+    /* Solutions come in pairs. An elimination order (split) that misses a known solution is
+     * unreliable. */
     const int own = chasles_general_bits(places);
     return sure && own == found->count && own % 2 == 0;
 }
 
-/* Finds the solutions of a split. Returns whether the solutions are certainly complete. */
+/* Finds the solutions by one elimination order (split). Returns whether the solutions are certainly
+ * complete. */
 static int chasles_general_by_split(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     chasles_general_found *found)
@@ -241,8 +244,8 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* A slightly rotated and shifted pose, in a different direction for each `way`. Offsets come in
- * opposite pairs, because the pose may be at the boundary of the reach. */
+/* Returns a slightly rotated and shifted pose; the direction of the change differs for each `way`.
+ * Offsets come in opposite pairs, because the pose may be at the boundary of the reach. */
 static void chasles_general_nudged(const double *T, double length, double size, int way,
                                    double *near)
 {
@@ -271,8 +274,9 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries the splits until one certainly finds all solutions. Returns whether one of the splits did.
- * Two splits without solutions count as proof that the pose has none. */
+/* Tries elimination orders (splits) until one certainly finds all solutions. Returns whether one
+ * order found all solutions. If two elimination orders find no solution, the pose is considered to
+ * have none. */
 static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -324,8 +328,8 @@ typedef struct {
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* Multiples of square roots are evenly distributed without a pattern. Prismatic joints start
-     * within pi arm lengths. */
+    /* The starts are multiples of square roots modulo 1, which are evenly distributed. Prismatic
+     * joints start within pi arm lengths. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
     chasles_general_way way;
@@ -402,8 +406,8 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
 }
 
 /* Writes every solution of a pose into sixteen slots. Solutions come first, sorted by the
- * suppressed joint of the first split. Without solutions, the slots contain the nearest answers;
- * otherwise the remaining slots contain a configuration that is not a solution. */
+ * suppressed joint of the first elimination order. Without solutions, the slots contain the nearest
+ * answers; otherwise the remaining slots contain a configuration that is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)

@@ -1,6 +1,6 @@
-/* Back-substitution: the other joints at each root of the suppressed joint. Part of chasles; the
- * same for every robot. For a prismatic joint, c and s are its displacement and the squared
- * displacement.
+/* Back-substitution: the other joints at each root of the suppressed joint. This file is part of
+ * chasles and is the same for every robot. For a prismatic joint, c and s are its displacement and
+ * the squared displacement.
  */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H

@@ -1,12 +1,12 @@
-/* The equations of Raghavan and Roth for a six-joint arm at one pose. Part of chasles; the same for
- * every robot.
+/* The equations of Raghavan and Roth for a six-joint arm at one pose. This file is part of chasles
+ * and is the same for every robot.
  *
  * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
  * B(s) x. Here y contains the products of the cosines and sines of two joints (the pair), and x is
  * (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint, the
- * suppressed joint. The pose may be in any of the placements. Six row combinations are free of y.
- * With the half angle of v, they become twelve equations M(s) u = 0 in twelve unknowns. det M is a
- * trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
+ * suppressed joint. The pose may be part of any placement of the loop. Six row combinations are
+ * free of y. With the half angle of v, they become twelve equations M(s) u = 0 in twelve unknowns.
+ * det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
  * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
  * Newton's iteration on the pose refines them (chasles_general_newton.h). Such an order of the
  * joints is a split. If a split fails, other splits and nearby poses follow (chasles_general.h).
@@ -122,7 +122,8 @@ typedef struct {
     double factor[8][8];  /* triangular factor of the matrix A */
     double head[3][8][9]; /* the rows of B that correspond to A's factor */
     double rest[3][6][9]; /* equations without y: factors of 1, cos, sin of the suppressed angle */
-    double form[3][3][6][3]; /* the same for the half angle; indices (1, cos, sin), (A, B, C) */
+    double form[3][3][6][3]; /* equations without y: factors of 1, cos, sin of the half angle;
+    indices (1, cos, sin), (A, B, C) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -325,7 +326,7 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
 }
 
 /* The fourteen equations: the columns of A, then of B; the first column of B includes the constants
- * of the left side. `slides` states which joints of the split are prismatic. */
+ * of the left side. `slides` marks the prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];

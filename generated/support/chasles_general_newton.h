@@ -1,5 +1,5 @@
-/* Newton's iteration of a six-joint arm to a pose; steps without improvement are damped. Part of
- * chasles; the same for every robot.
+/* Newton's iteration of a six-joint arm to a pose; steps without improvement are damped. This file
+ * is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
@@ -21,7 +21,7 @@ typedef struct {
     double left;      /* residual of the eight equations that M does not contain */
 } chasles_general_start;
 
-/* An iterate of a configuration towards a pose. */
+/* A configuration during Newton's iteration towards a pose. */
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
@@ -322,14 +322,15 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
     }
 }
 
-/* rad, or relative to the length: distance between points of a walk. */
+/* rad, or relative to the length: distance between successive points on a self-motion curve. */
 #define CHASLES_WALK_STEP 0.1
-/* Points of a walk in one direction: about one revolution of two joints. */
+/* Maximum number of points on a self-motion curve in one direction: about one revolution of two
+ * joints. */
 #define CHASLES_WALK_POINTS 100
 /* Maximum number of corrector steps onto the curve. */
 #define CHASLES_WALK_CORRECTIONS 8
 
-/* A point of a walk along a self-motion curve. */
+/* A point on a self-motion curve. */
 typedef struct {
     chasles_general_way way;
     double v[6], u[6];
@@ -412,7 +413,7 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Walks along the curve in one sense and stores starts for Newton's iteration: points where the
+/* Follows the curve in one direction and stores starts for Newton's iteration: points where the
  * remaining error changes its sign or has a minimum. Returns their number. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,

@@ -1,5 +1,5 @@
 /* The determinant of M for many suppressed angles at once (one per lane), its real roots, and the
- * null vector of M. Part of chasles; the same for every robot.
+ * null vector of M. This file is part of chasles and is the same for every robot.
  *
  * With sine s and cosine c of the half angle, each of the six equations without y is (A s^2 + B s c
  * + C c^2) x = 0. Multiplied by s and by c, these equations are
@@ -123,7 +123,7 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* Interleaved, because each waits for its square roots and quotients. */
+    /* Both factorizations are interleaved, as each waits for its square roots and quotients. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);

@@ -1,4 +1,5 @@
-/* Every assembly mode of a platform on six rods. Part of chasles; the same for every robot.
+/* Every assembly mode of a platform on six rods. This file is part of chasles and is the same for
+ * every robot.
  *
  * All complex poses are known for the start rods in the table. Path tracking leads from these poses
  * to the complex poses for the current rods; the real poses are the modes. If the rods end in three
@@ -96,7 +97,7 @@ static int chasles_hexapod_ended(const chasles_hexapod_end *end)
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Paths to follow again, more carefully: lost paths, and paths with equal ends. */
+/* Marks the paths to repeat with smaller corrections: lost paths and paths with equal ends. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -263,7 +264,8 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* Ends without a conjugate end. The polynomials are real, so conjugates should occur in pairs. */
+/* The path ends without a conjugate path end. The polynomials are real, so conjugates should occur
+ * in pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {
     int unpaired = 0;
@@ -320,7 +322,7 @@ static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
     way->moves = platform->moves;
 }
 
-/* Every path end for the current rods. Returns the number of doubtful ends. */
+/* Finds every path end for the current rods. Returns the number of doubtful ends. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {

@@ -1,5 +1,5 @@
 /* The equations of a platform on six rods in Study coordinates, for many poses at once, one per
- * lane. Part of chasles; the same for every robot.
+ * lane. This file is part of chasles and is the same for every robot.
  *
  * Quaternions e and g = p e, with e.g = 0, represent the rotation b -> e b / e and the position p.
  * A rod of length l from a to b satisfies

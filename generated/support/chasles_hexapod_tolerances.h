@@ -1,6 +1,6 @@
-/* Tolerances for platforms on six rods: name, value, unit and reason. Part of chasles; the same for
- * every robot. Pose coordinates are normalized; lengths without a unit are relative to the platform
- * size.
+/* Tolerances for platforms on six rods: name, value, unit and reason. This file is part of chasles
+ * and is the same for every robot. Pose coordinates are normalized; lengths without a unit are
+ * relative to the platform size.
  */
 #ifndef CHASLES_HEXAPOD_TOLERANCES_H
 #define CHASLES_HEXAPOD_TOLERANCES_H
@@ -20,7 +20,7 @@
 /* Minimum step: on a path to a double solution, the rest of the path then moves the pose by less
  * than 1e-5. */
 #define CHASLES_PATH_SHORTEST 1e-11
-/* Largest rest of a lost path that counts as a singular or infinite end. */
+/* Largest remaining length of a lost path that is treated as a singular or infinite end. */
 #define CHASLES_PATH_ALMOST 1e-6
 /* Largest 1 - |<x, y>|^2 of equal ends: ends have errors of 1e-13. */
 #define CHASLES_ENDS_ARE_ONE 1e-16

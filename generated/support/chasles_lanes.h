@@ -1,12 +1,12 @@
-/* Vector lanes: LANES values at once, one per pose or branch. Part of chasles; the same for every
- * robot.
+/* Vector lanes: LANES values at once, one per pose or branch. This file is part of chasles and is
+ * the same for every robot.
  *
- * Included once or more for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2
- * (AVX-512). Defines the type `lanes` with its functions, and conversions between rows and lanes.
- * Each lane has the result of scalar C, including NaN and infinities, except for the last digits of
- * transcendental functions. Angles of points have errors of at most 2 units in the last place;
- * cosine and sine with FMA, 1.5 units. Other functions come from libmvec, the vector library of
- * glibc, with at most 4 units.
+ * The file is included at least once for each instruction set, with CHASLES_ISA 0 (baseline), 1
+ * (AVX2) or 2 (AVX-512). Defines the type `lanes` with its functions, and conversions between rows
+ * and lanes. Each lane has the result of scalar C, including NaN and infinities, except for the
+ * last digits of transcendental functions. Angles of points have errors of at most 2 units in the
+ * last place; cosine and sine with FMA, 1.5 units. Other functions come from libmvec, the vector
+ * library of glibc, with at most 4 units.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
@@ -55,8 +55,8 @@ static const double lanes_arctangent[] = {
 
 /* Subtracts +0, which preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions have the type `lanes_where`. They select by bits, so a NaN in an unselected value has
- * no effect. */
+/* Conditions have the type `lanes_where`. A condition selects bits, so a NaN in an unselected value
+ * has no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))
@@ -76,7 +76,7 @@ static const double lanes_arctangent[] = {
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
 /* Functions have lane arguments by address, because the baseline ABI cannot pass wider vectors by
- * value. They call libmvec once per register of the instruction set. */
+ * value. Each function calls libmvec once per register of the instruction set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                       \
@@ -220,8 +220,8 @@ LANES_BY_PARTS(sqrt, LANES_SQRT)
 
 /* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result is NaN if
  * x is negative or NaN. AVX-512 refines a 14-bit estimate by the series of (1 - e)^(-1/2), with e
- * at most 2^-13 and truncation error 35/128 e^4. Other sets compute square root and quotient
- * independently. */
+ * at most 2^-13 and truncation error 35/128 e^4. Other instruction sets compute the square root and
+ * the quotient independently. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -308,7 +308,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* True if both are infinite (then the quotient is 0), false if both are 0. */
+    /* The condition is true if both are infinite (the quotient is then 0), false if both are 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -324,7 +324,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis; backwards if exactly one of these is true: steep, or x negative. */
+     * axis. It is measured backwards if exactly one is true: steep, or x negative. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

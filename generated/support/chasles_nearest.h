@@ -1,5 +1,5 @@
-/* The solution of an inverse nearest to a seed within limits. Part of chasles; the same for every
- * robot.
+/* The solution of an inverse nearest to a seed within limits. This file is part of chasles and is
+ * the same for every robot.
  *
  * A periodic joint is shifted by full turns to the value nearest to the seed within its limits.
  */
@@ -139,8 +139,8 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* chasles_nearest from distances without limits: tries the slots by distance until one is as near
- * with limits. Changes the distances. */
+/* Computes chasles_nearest from the distances without limits: tries the slots in the order of these
+ * distances, until no later slot can be nearer with limits. Changes the distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -163,9 +163,10 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
     }
 }
 
-/* Writes the solution nearest to the seed, its residual and margin. Returns its slot, the lowest of
- * several at the same distance. Without a solution, returns the reason, and writes NaN and the
- * residual and margin of the slot with the smallest residual. q may be q_seed. */
+/* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
+ * solution; among slots at the same distance, the lowest. Without a solution, returns the reason,
+ * and writes NaN and the residual and margin of the slot with the smallest residual. q may be
+ * q_seed. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
@@ -182,8 +183,9 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
 }
 
-/* chasles_nearest for dense rows of slots: `rows` poses, k slots each, n coordinates. The moves are
- * the arrays of chasles_moves, the outputs dense rows of q, residual and margin. */
+/* Applies chasles_nearest to dense rows of slots: The batch has `rows` poses, each with k slots of
+ * n coordinates. The limits and weights are the arrays of chasles_moves; the outputs are dense rows
+ * of q, residual and margin. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

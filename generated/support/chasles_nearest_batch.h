@@ -1,5 +1,5 @@
 /* The solutions nearest to seeds for batches of poses on vector lanes, before the lanes become
- * rows. Part of chasles; the same for every robot.
+ * rows. This file is part of chasles and is the same for every robot.
  *
  * Included after chasles_batch.h for each instruction set.
  */

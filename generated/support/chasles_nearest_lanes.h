@@ -1,10 +1,10 @@
 /* chasles_nearest for an inverse with one branch per vector lane: the distances are computed before
- * the lanes become rows. Part of chasles; the same for every robot. */
+ * the lanes become rows. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Returns the distance of each branch from the seed without limits, as chasles_distances does. The
- * lanes of a vector are branches: their n coordinates and residual. */
+/* Returns the distance of each branch from the seed without limits, as chasles_distances does. Each
+ * lane of a vector contains one branch: its n coordinates and its residual. */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,
                                                       const double *q_seed)

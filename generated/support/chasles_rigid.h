@@ -1,4 +1,4 @@
-/* The rigid pose nearest to a matrix. Part of chasles; the same for every robot.
+/* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
  *
  * An inverse does not correct T: the residual is never smaller than the distance of T from a rigid
  * pose. Project poses in single precision or from text first:

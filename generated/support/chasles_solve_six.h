@@ -1,4 +1,5 @@
-/* Six linear equations and their determinant. Part of chasles; the same for every robot. */
+/* Six linear equations and their determinant. This file is part of chasles and is the same for
+ * every robot. */
 #ifndef CHASLES_SOLVE_SIX_H
 #define CHASLES_SOLVE_SIX_H
 

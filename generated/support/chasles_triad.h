@@ -1,5 +1,5 @@
-/* Every assembly mode of a planar platform on three rods. Part of chasles; the same for every
- * robot.
+/* Every assembly mode of a planar platform on three rods. This file is part of chasles and is the
+ * same for every robot.
  *
  * The platform angles are the real roots of a trigonometric polynomial of degree 3. Each angle
  * gives a position, which Newton's iteration on the rod lengths refines.

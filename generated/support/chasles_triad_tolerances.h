@@ -1,5 +1,5 @@
-/* Tolerances for planar platforms on three rods: name, value, unit and reason. Part of chasles; the
- * same for every robot.
+/* Tolerances for planar platforms on three rods: name, value, unit and reason. This file is part of
+ * chasles and is the same for every robot.
  */
 #ifndef CHASLES_TRIAD_TOLERANCES_H
 #define CHASLES_TRIAD_TOLERANCES_H

@@ -1,4 +1,5 @@
-/* Vectors with one sample or solution per lane. Part of chasles; the same for every robot.
+/* Vectors with one sample or solution per lane. This file is part of chasles and is the same for
+ * every robot.
  */
 #ifndef CHASLES_VECTORS_H
 #define CHASLES_VECTORS_H
