@@ -28,12 +28,13 @@ from .manifest import (
     LoopFacts,
     Manifest,
     Parameter,
+    Redundancy,
     Reference,
     Variable,
 )
 from .output_files import make_folder, output_file, write_files
 from .reading import manifest_entries, read_manifest
-from .roles import KINDS, ROLES, TASK_COMPONENTS, VECTORS, Role, TaskComponent
+from .roles import KINDS, ROLES, TASK_COMPONENTS, TASKS, VECTORS, Role, TaskComponent, TaskName
 from .temporary_folders import temporary_folder
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "PACKAGE_FILE",
     "ROLES",
     "SUPPORT",
+    "TASKS",
     "TASK_COMPONENTS",
     "VECTORS",
     "ActuatedVariable",
@@ -65,12 +67,14 @@ __all__ = [
     "MismatchError",
     "Parameter",
     "PlacedTip",
+    "Redundancy",
     "Reference",
     "Role",
     "Shape",
     "SkeletonFacts",
     "Span",
     "TaskComponent",
+    "TaskName",
     "UnknownRobotError",
     "Variable",
     "as_path",

@@ -9,12 +9,12 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from .bodies import SkeletonFacts
 from .errors import MismatchError
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
-from .roles import Kind, Role
+from .roles import TASKS, Kind, Role, TaskName
 
 SUPPORT = "support"
 """Name of the folder of C headers that robots in the same parent folder share."""
@@ -49,6 +49,22 @@ class Variable:
 
     name: str
     unit: str
+
+
+class Redundancy(NamedTuple):
+    """A redundancy parameter, which selects one of infinitely many inverses.
+
+    Attributes:
+        name: Parameter name, the key in `fixed=`.
+        index: Index in q of the coordinate; None for a swivel angle.
+        unit: Unit of the parameter.
+        meaning: Description of the parameter.
+    """
+
+    name: str
+    index: int | None  # type: ignore[assignment]
+    unit: str
+    meaning: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,6 +340,30 @@ class Manifest:
         """
         wanted = (role, domain, codomain)
         return next((f for f in self.functions if f.role.key == wanted), None)
+
+    @property
+    def redundancy(self) -> tuple[Redundancy, ...]:
+        """The redundancy parameters; () without `ik` or without redundancy."""
+        own = self.with_role("inverse", "pose")
+        found = []
+        for k, item in enumerate(own.inputs[1:] if own else ()):
+            index = own.role.given[k] if own and own.role.given else None
+            of_joint = index is not None and not self.loops.chain
+            name = self.coordinates[index].name if index is not None and of_joint else item.name
+            found.append(Redundancy(name, index, item.unit, item.meaning))
+        return tuple(found)
+
+    @property
+    def inverses(self) -> dict[TaskName, FunctionInfo]:
+        """The inverses by task."""
+        found: dict[TaskName, FunctionInfo] = {}
+        for task, components in TASKS.items():
+            for info in self.functions:
+                role = info.role
+                is_of_task = role.is_inverse and role.components == components
+                if is_of_task and (components or role.domain == "pose"):
+                    found.setdefault(task, info)
+        return found
 
     @property
     def batch_file(self) -> str:

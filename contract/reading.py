@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -142,7 +143,7 @@ def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
         if any(index >= n for index in indices):
             place[name].fail(list(indices), f"indices below {n}, the number of coordinates")
     entries = sum(TASK_COMPONENTS[component] for component in role.components)
-    if role.components and (entries,) != function.inputs[0].shape:
+    if role.components and entries != math.prod(function.inputs[0].shape):
         place["components"].fail(
             list(role.components), f"components of {function.inputs[0].shape} entries"
         )

@@ -6,8 +6,9 @@ from the function's name.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from .records import Check, one_of
 
@@ -83,10 +84,32 @@ INTERMEDIATE = {
 }
 """Roles of functions that only methods call; the functions are not attributes of a robot."""
 
-TASK_COMPONENTS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
+TASK_COMPONENTS = {
+    "position": 3,
+    "plane": 2,
+    "orientation": 9,
+    "direction": 3,
+    "pitch": 1,
+    "heading": 1,
+}
 """The components of a task with their number of entries. "position" is the tool position, "plane"
-its first two coordinates, and "direction" the tool's third axis. "pitch" is the elevation of this
-axis above the base's x-y plane. "heading" is the angle of the tool's first axis in this plane."""
+its first two coordinates, "orientation" its rotation matrix, and "direction" the tool's third axis.
+"pitch" is the elevation of this axis above the base's x-y plane. "heading" is the angle of the
+tool's first axis in this plane."""
+
+
+TaskName = Literal[
+    "pose", "position", "position_pitch", "position_direction", "orientation", "planar"
+]
+TASKS: Mapping[TaskName, tuple[str, ...]] = {
+    "pose": (),
+    "position": ("position",),
+    "position_pitch": ("position", "pitch"),
+    "position_direction": ("position", "direction"),
+    "orientation": ("orientation",),
+    "planar": ("plane", "heading"),
+}
+"""The tasks of `ik_path` and `ik_nearest` with their components; () for a complete pose."""
 
 
 Kind = Annotated[str, one_of(KINDS)]

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,37 +49,6 @@ class Fact(Generic[T]):
 def _read_only(array: FloatArray) -> FloatArray:
     array.flags.writeable = False
     return array
-
-
-class Redundancy(NamedTuple):
-    """A redundancy parameter, which selects one of infinitely many inverses.
-
-    Attributes:
-        name: Parameter name, the key in `fixed=`.
-        index: Index in q of the coordinate; None for a swivel angle.
-        unit: Unit of the parameter.
-        meaning: Description of the parameter.
-    """
-
-    name: str
-    index: int | None  # type: ignore[assignment]
-    unit: str
-    meaning: str
-
-
-def redundancy_of(manifest: Manifest) -> tuple[Redundancy, ...]:
-    """Return the redundancy parameters of a robot; () without `ik` or without redundancy."""
-    own = manifest.with_role("inverse", "pose")
-    if own is None:
-        return ()
-    found = []
-    for k, item in enumerate(own.inputs[1:]):
-        index = own.role.given[k] if own.role.given else None
-        name = item.name
-        if index is not None and not manifest.loops.chain:
-            name = manifest.coordinates[index].name
-        found.append(Redundancy(name, index, item.unit, item.meaning))
-    return tuple(found)
 
 
 def _pairs(coordinates: Sequence[Coordinate]) -> FloatArray:
@@ -142,7 +111,7 @@ class RobotFacts(GeneratedFunctions):
     cleaning = Fact(lambda manifest: manifest.cleaning)
     labels = Fact(_labels)
     free_coordinates = Fact(_free_coordinates)
-    redundancy = Fact(redundancy_of)
+    redundancy = Fact(lambda manifest: manifest.redundancy)
     loops = Fact(lambda manifest: manifest.loops.names)
     loop_solution = Fact(lambda manifest: manifest.loops.solution)
     chain_joints = Fact(lambda manifest: manifest.loops.chain or manifest.coordinates)

@@ -13,7 +13,6 @@ from .closed_form.fixed_joints import FixedJoints, direct_parameters
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract import Argument, FunctionInfo, Manifest
-from .facts import redundancy_of
 from .library.cache import open_library
 from .size import unit_length
 from .tolerances import SOLVED
@@ -140,7 +139,7 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
 
 def _about_fixed(manifest: Manifest) -> list[str]:
     joints = ", ".join(joint.name for joint in manifest.loops.chain or manifest.coordinates)
-    own = ", ".join(f"{item.name} [{item.unit}]" for item in redundancy_of(manifest))
+    own = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.redundancy)
     return [
         '    fixed: {"name": value (...)}, the values of fixed joints [rad or m].',
         *([f"{_IN}Mandatory: {own}, or as many other joints."] if own else []),

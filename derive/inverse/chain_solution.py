@@ -6,14 +6,13 @@ import sympy as sp
 
 from ..chain.kinematics import arguments_of
 from ..model.robot import SerialRobot
-from ..terms.symbolic_function import Argument
 from .classify import Attempt
 from .given_joints import without
 from .steps.least_squares import with_all_conditions
 from .steps.target import Target, of_pose
 from .steps.work import Work
 from .structure.lines import Lines, home_of
-from .tasks.slots import POSE_SYMBOLS, of_pose_task
+from .tasks.slots import POSE_SYMBOLS, given_argument, of_pose_task
 from .tasks.task import Solved
 
 
@@ -46,16 +45,3 @@ def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
     solve_chain(work, lines, found, target, given)
     with_all_conditions(work, *without(lines, target, given))
     return of_pose_task(robot, work, arguments, given, found.family.inputs)
-
-
-def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
-    """Returns the input argument for the value of a fixed joint.
-
-    Args:
-        robot: The description.
-        joint: Index of the joint among the moving joints.
-        symbol: Symbol of the joint coordinate.
-    """
-    moving = robot.moving[joint]
-    meaning = f"the value of {moving.name}, which is given"
-    return Argument(symbol.name.lstrip("_"), (symbol,), (), moving.unit, meaning)

@@ -1,6 +1,7 @@
 """Inverses with chosen joints fixed, and the error if no closed-form inverse is left."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from ..loops.iterated.closure_equations import LoopClosure
@@ -8,12 +9,14 @@ from ..loops.solve.solved_loops import SolvedLoops
 from ..model.errors import InputValueError
 from ..model.robot import SerialRobot
 from ..terms.terms import Terms
-from .classify import classify
+from .classify import classify, unfit
 from .families.family import Family
 from .general.general_inverse import general_tables
 from .mechanisms.hybrid_inverse import hybrid_inverses
 from .serial_inverse import MAX_FREE, Inverses, inverses
 from .structure import rank
+from .structure.lines import Lines, axes_of
+from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
 """Maximum number of joint sets tested for an error message (1 to 2 seconds)."""
@@ -38,6 +41,10 @@ def inverses_for_fixed(
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
+    lines = Lines(terms, axes_of(robot, terms))
+    if not unfit(robot) and orients(lines, chosen):
+        task = orientation_task(robot, lines, chosen)
+        found = replace(found, solved=found.solved | {NAME: task})
     if chosen and not (found.solved or found.written):
         raise _nothing_left(robot, families, chosen, found)
     return found

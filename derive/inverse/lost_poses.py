@@ -31,6 +31,7 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
     "position": lambda T: T[:, :3, 3],
     "plane": lambda T: T[:, :2, 3],
     "direction": lambda T: T[:, :3, 2],
+    "orientation": lambda T: T[:, :3, :3].reshape(len(T), 9),
     "pitch": lambda T: np.arctan2(T[:, 2:3, 2], np.hypot(T[:, 0:1, 2], T[:, 1:2, 2])),
     "heading": lambda T: np.arctan2(T[:, 1:2, 0], T[:, 0:1, 0]),
 }

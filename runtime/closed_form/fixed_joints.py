@@ -19,7 +19,6 @@ from ..arrays import real_array
 from ..call._call import Function
 from ..contract import FunctionInfo, Manifest, read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
-from ..facts import redundancy_of
 from ..fixed import following
 from ..library.derived import derived_folder, description_of, options_for_fixed
 from .complete_inverse import CompleteInverse
@@ -94,7 +93,7 @@ class FixedJoints:
 
     @functools.cached_property
     def _parameters(self) -> tuple[str, ...]:
-        return tuple(item.name for item in redundancy_of(self.manifest))
+        return tuple(item.name for item in self.manifest.redundancy)
 
     def _with_role(self, *role: str) -> Function[Any] | None:
         info = self.manifest.with_role(*role)
@@ -165,18 +164,7 @@ class FixedJoints:
                 f"chain{own}; ik_numeric(T, q_seed, fixed=...) can fix some of "
                 f"{', '.join(coordinates)}"
             )
-        origin = description_of(self.manifest.folder)
-        if origin is None:
-            chosen = ",".join(names)
-            raise DerivationError(
-                f"{self._label}: the description file of a robot loaded from a folder is unknown; "
-                f"run chasles derive FILE --fixed {chosen} --to FOLDER"
-            )
-        digest = _description_digest(self.manifest.folder)
-        description, options = origin
-        return _inverse_of(
-            self.robot_of, description, digest, (*options, *options_for_fixed(names))
-        )
+        return derived_inverse(self.manifest, self.robot_of, names, self._info.name)
 
 
 def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
@@ -184,23 +172,42 @@ def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
 
     With fixed joints between other joints, the inverse may degenerate; see `CompleteInverse`.
     """
-    fixed = {item.index for item in redundancy_of(manifest)}
+    fixed = {item.index for item in manifest.redundancy}
     free = [k for k in range(len(manifest.coordinates)) if k not in fixed]
     is_outer = None in fixed or len(free) == free[-1] - free[0] + 1
-    names = tuple(item.name for item in redundancy_of(manifest))
+    names = tuple(item.name for item in manifest.redundancy)
     return names if is_outer or manifest.loops.chain else ()
+
+
+def derived_inverse(
+    manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
+) -> Function[Solutions]:
+    """Return an inverse for fixed joints, after derivation if the cache has none."""
+    origin = description_of(manifest.folder)
+    if origin is None:
+        raise DerivationError(
+            f"{manifest.name}.{function}: the description file of a robot loaded from a folder is "
+            f"unknown; run chasles derive FILE --fixed {','.join(names)} --to FOLDER"
+        )
+    options = *origin[1], *options_for_fixed(names, function)
+    digest = _description_digest(manifest.folder)
+    return _inverse_of(robot_of, origin[0], digest, options, function)
 
 
 @functools.lru_cache(maxsize=_MAX_KEPT)
 def _inverse_of(
-    robot_of: Callable[[Manifest], Any], description: Path, digest: str, options: tuple[str, ...]
+    robot_of: Callable[[Manifest], Any],
+    description: Path,
+    digest: str,
+    options: tuple[str, ...],
+    function: str,
 ) -> Function[Solutions]:
     folder = derived_folder(description, options)
     if _description_digest(folder) != digest:
         raise DerivationError(
             f"{description}: has changed since the derivation of the robot; load it again"
         )
-    inverse: Function[Solutions] = robot_of(read_manifest(folder)).ik
+    inverse: Function[Solutions] = getattr(robot_of(read_manifest(folder)), function)
     return inverse
 
 

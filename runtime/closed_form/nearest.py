@@ -19,9 +19,9 @@ from ..arrays import FloatArray, real_array
 from ..call import threads as splitting
 from ..call._call import Function, Nearest, nearest_of_slots, nearest_rows
 from ..call.capabilities import needs
-from ..contract import FunctionInfo
+from ..contract import FunctionInfo, Redundancy, TaskName
 from ..errors import InputTypeError, InputValueError, ShapeError
-from ..facts import Redundancy, RobotFacts
+from ..facts import RobotFacts
 from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project, refuse
 from .nearest_solution import Moves, NearestSolution, limited_type, nearest_type
@@ -30,7 +30,7 @@ from .refinement import Refinement
 from .self_motion import NearestRedundancy, Objective, best_parameters, check_redundancy
 from .slot_facts import facts_of, read_limits, read_weights
 from .solutions import LeastSquares, Solutions
-from .task_components import Task, TaskName, inverse_for
+from .task_components import Task, inverse_for
 
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
@@ -191,7 +191,8 @@ class NearestMethods(RobotFacts):
             is_pose = bool((given[..., 3, :] == np.eye(4)[3]).all())
         shape = _POSE if is_pose or task == "pose" else core
         if given.shape[given.ndim - len(shape) :] != shape:
-            own = "" if task == "pose" else f", or (..., {core[0]}) as for ik_{task}"
+            part = ", ".join(map(str, core))
+            own = "" if task == "pose" else f", or (..., {part}) as for ik_{task}"
             raise ShapeError(
                 f"{label}: T must have shape (..., 4, 4){own}, got shape {given.shape}"
             )

@@ -12,22 +12,25 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
-from ..contract import FunctionInfo
-from ..errors import InputValueError, ShapeError
+from ..contract import FunctionInfo, TaskName
+from ..errors import InputTypeError, InputValueError, ShapeError
 from ..facts import RobotFacts
 from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project
 from ..size import within
 from ..tolerances import JUMP
+from .fixed_joints import derived_inverse
 from .nearest_solution import NearestSolution
 from .refinement import Refinement
 from .self_motion import NearestRedundancy, check_redundancy
 from .slot_facts import facts_of
 from .solutions import Solutions
-from .task_components import Task, TaskName, inverse_for, inverses_of
+from .task_components import Task, inverse_for
 
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN = 2 * math.pi
+_TURNS = 3
+"""Number of revolute joints that determine an orientation."""
 _BLOCK = 8
 """Poses per block after a change of the slot; the number doubles after each complete block."""
 
@@ -86,13 +89,46 @@ class _Step:
 
 def has_inverse(robot: RobotFacts) -> bool:
     """Test whether a robot has an inverse of complete or partial poses."""
-    return bool(inverses_of(robot.manifest))
+    return bool(robot.manifest.inverses)
 
 
 class InverseMethods(RobotFacts):
     """Methods of robots with a closed-form inverse."""
 
     _best_step: Callable[..., NearestSolution]
+
+    @needs("fk", when=lambda robot: not robot.loops and robot.n > _TURNS)
+    def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
+        """All configurations with a tool orientation, for three free revolute joints.
+
+        Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
+        inverse is derived on first use, in seconds.
+
+        Args:
+            R: (..., 3, 3) orientation of the tool.
+            fixed: Values (...) of all revolute joints except three, by name.
+
+        Returns:
+            The solutions, as from `ik`.
+
+        Raises:
+            InputTypeError: If `fixed` is not a mapping.
+            InputValueError: If a name is unknown, or other than three revolute joints are free.
+            DerivationError: If neighbors among these three joints are parallel, or if the robot has
+                mimic or helical joints.
+        """
+        label = f"{self.name}.ik_orientation"
+        if not isinstance(fixed, Mapping):
+            raise InputTypeError(f"{label}: expected values of joints by name, got {fixed!r}")
+        if unknown := fixed.keys() - {*self.coordinate_names}:
+            raise InputValueError(f"{label}: there is no joint {min(unknown)!r} to fix")
+        free = [c.name for c in self.coordinates if c.unit == "rad" and c.name not in fixed]
+        if len(free) != _TURNS:
+            raise InputValueError(f"{label}: expected 3 free revolute joints, got {free}")
+        names = tuple(name for name in self.coordinate_names if name in fixed)
+        solve: Any = derived_inverse(self.manifest, type(self), names, "ik_orientation")
+        found: Solutions = solve(R, *(fixed[name] for name in names))
+        return found
 
     @needs(when=has_inverse)
     def ik_path(
@@ -164,9 +200,9 @@ class InverseMethods(RobotFacts):
 
     def _target(self, label: str, part: Task, poses: FloatArray, start: FloatArray) -> FloatArray:
         """Return the inputs (m, ...) of the inverse for poses or partial poses."""
-        is_part = bool(part.components) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
+        is_part = bool(part.components) and poses.shape[1:] == part.shape
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
-            also = f" or (m, {part.shape[0]})" if part.components else ""
+            also = f" or (m, {str(part.shape)[1:-1].rstrip(',')})" if part.components else ""
             raise ShapeError(
                 f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..contract import TASK_COMPONENTS, FunctionInfo, Manifest
+from ..contract import TASK_COMPONENTS, FunctionInfo, Manifest, TaskName
 from ..errors import InputValueError
 from .polish import Measured, of_pose
 
@@ -43,11 +42,10 @@ class Task:
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the task input."""
-        return (
-            (sum(TASK_COMPONENTS[component] for component in self.components),)
-            if self.components
-            else (4, 4)
-        )
+        if "orientation" in self.components:
+            return (3, 3)
+        size = sum(TASK_COMPONENTS[component] for component in self.components)
+        return (size,) if self.components else (4, 4)
 
     def __call__(self, pose: FloatArray, J: FloatArray, target: FloatArray) -> Measured:
         """Return Jacobian rows (N, m, n), errors (N, m) and the largest component errors (N,)."""
@@ -109,6 +107,13 @@ def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
     return own @ J[:, 3:], error, np.sqrt(((z - u) ** 2).sum(-1))
 
 
+def _orientation(pose: FloatArray, J: FloatArray, R: FloatArray) -> Measured:
+    there = pose.copy()
+    there[:, :3, :3] = R
+    rows, error, residual = of_pose(pose, J, there)
+    return rows[:, 3:], error[:, 3:], residual
+
+
 def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
     """Measure the elevation of the third tool axis; beyond pi / 2 the axis leans backwards."""
     x, y, rise = pose[:, :3, 2].T
@@ -139,41 +144,17 @@ def _pitch_of(T: FloatArray) -> FloatArray:
 PARTS: Mapping[str, Part] = {
     "position": Part(True, lambda T: T[:, :3, 3], _position),
     "plane": Part(True, lambda T: T[:, :2, 3], _position),
+    "orientation": Part(False, lambda T: T[:, :3, :3], _orientation),
     "direction": Part(False, lambda T: T[:, :3, 2], _direction),
     "pitch": Part(False, _pitch_of, _pitch),
     "heading": Part(False, lambda T: np.arctan2(T[:, 1, :1], T[:, 0, :1]), _heading),
 }
 """The components of a pose that a task can prescribe, by their names in the manifest."""
 
-TaskName = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
-TASKS: Mapping[TaskName, tuple[str, ...]] = {
-    "pose": (),
-    "position": ("position",),
-    "position_pitch": ("position", "pitch"),
-    "position_direction": ("position", "direction"),
-    "planar": ("plane", "heading"),
-}
-"""The tasks of `ik_path` and `ik_nearest` with their components; () for a complete pose."""
-
-
-def inverses_of(manifest: Manifest) -> dict[TaskName, FunctionInfo]:
-    """Return the inverses of a robot by task."""
-    found: dict[TaskName, FunctionInfo] = {}
-    for task, components in TASKS.items():
-        for info in manifest.functions:
-            role = info.role
-            if (
-                role.is_inverse
-                and role.components == components
-                and (components or role.domain == "pose")
-            ):
-                found.setdefault(task, info)
-    return found
-
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
     """Return the inverse of a task; raise an InputValueError if the robot has none."""
-    inverses = inverses_of(manifest)
+    inverses = manifest.inverses
     if task not in inverses:
         raise InputValueError(
             f"{manifest.name}.{method}: the robot has no inverse for task {task!r}; it has "

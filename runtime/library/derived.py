@@ -68,9 +68,9 @@ def options_of(exact: bool, parametric: bool, **named: str | None) -> tuple[str,
     return (*words, *["--exact"] * exact, *[PARAMETRIC] * parametric)
 
 
-def options_for_fixed(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the compiler options for `ik` with fixed joints."""
-    return (_FIXED, ",".join(names), "--functions", "fk,fk_jacobian_mixed,ik")
+def options_for_fixed(names: Sequence[str], inverse: str) -> tuple[str, ...]:
+    """Return the compiler options for an inverse with fixed joints."""
+    return (_FIXED, ",".join(names), "--functions", f"fk,fk_jacobian_mixed,{inverse}")
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:

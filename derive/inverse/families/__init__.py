@@ -5,6 +5,7 @@ from .crane import CRANE
 from .family import Family
 from .inner_centre import INNER_CENTRE
 from .machine_tool import MACHINE_TOOL
+from .orientation import ORIENTATION
 from .parallel_forearm import PARALLEL_FOREARM
 from .planar import PLANAR
 from .position import POSITION
@@ -16,6 +17,7 @@ from .turntable import TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
     PLANAR,
+    ORIENTATION,
     POSITION,
     TURNTABLE,
     CRANE,

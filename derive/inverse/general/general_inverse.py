@@ -12,10 +12,9 @@ from ...chain.kinematics import arguments_of, common_unit
 from ...model.robot import SerialRobot
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
-from ..chain_solution import given_argument
 from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
-from ..tasks.slots import pose_argument
+from ..tasks.slots import given_argument, pose_argument
 from .line_quantities import Array
 from .raghavan_roth import JOINTS, is_fit, numbers
 from .split_choice import MAX_JOINTS, Choice, choice_at, choose, length, slides_of

@@ -21,7 +21,7 @@ from ...model.errors import DescriptionError
 from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
 from ...terms.symbolic_function import Argument, WrittenFunction
 from ...terms.vectors import Basis, Vector
-from ..chain_solution import given_argument, solve_chain
+from ..chain_solution import solve_chain
 from ..classify import Attempt, Classification, classify, of_lines, unfit
 from ..families import FAMILIES
 from ..families.family import Family
@@ -36,6 +36,7 @@ from ..structure.requirement import Requirement
 from ..tasks.slots import (
     POSE_SYMBOLS,
     function_of,
+    given_argument,
     pose_argument,
     pose_residual,
     tool_of,

@@ -34,6 +34,19 @@ def pose_argument(robot: SerialRobot) -> Argument:
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
+def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
+    """Returns the input argument for the value of a fixed joint.
+
+    Args:
+        robot: The description.
+        joint: Index of the joint among the moving joints.
+        symbol: Symbol of the joint coordinate.
+    """
+    moving = robot.moving[joint]
+    meaning = f"the value of {moving.name}, which is given"
+    return Argument(symbol.name.lstrip("_"), (symbol,), (), moving.unit, meaning)
+
+
 def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """Returns the value of every moving joint; angles are atan2 expressions."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]

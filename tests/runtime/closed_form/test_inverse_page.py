@@ -15,7 +15,7 @@ def test_inverse_page_examples_run_as_documented():
     for block in examples(PAGE):
         exec(compile(block, PAGE, "exec"), names)
         seen.append(dict(names))
-    first, rounded, chosen, far = seen
+    first, rounded, chosen, far, oriented = seen
     arm, q_now = first["arm"], first["q_now"]
     assert first["solutions"].valid_q().shape == (8, 6)
     np.testing.assert_allclose(first["solutions"].nearest(q_now), q_now, atol=1e-12)
@@ -25,6 +25,8 @@ def test_inverse_page_examples_run_as_documented():
     np.testing.assert_allclose(chosen["solutions"].valid_q()[0], q_now, atol=1e-12)
     assert not arm.ik(far["far"]).valid.any()
     assert far["best"].residual > 0.5
+    assert oriented["found"].q.shape == (2, 6)
+    np.testing.assert_allclose(oriented["found"].q[0], q_now, atol=1e-9)
 
 
 def test_one_solution_page_examples_run_as_documented(capsys):

@@ -95,6 +95,12 @@ TASKS = {
         lambda T, p: p - T[..., :3, 3],
         lambda _, J: J[..., :3, :],
     ),
+    "ik_orientation": Task(
+        lambda T: T[..., :3, :3],
+        lambda T, R: turned(T[..., :3, :3], R),
+        _turn,
+        lambda _, J: J[..., 3:, :],
+    ),
     "ik_position_pitch": Task(
         lambda T: np.concatenate([T[..., :3, 3], _pitch(T)[..., None]], axis=-1),
         lambda T, x: np.maximum(_far(T, x[..., :3]), np.abs(_pitch(T) - x[..., 3])),

@@ -1,0 +1,32 @@
+"""Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
+
+The orientation of the tool determines the joints, although their axes need not meet. The residual
+includes the position error. Maximum number of solutions: 2.
+"""
+
+from ..steps.rotations import three_turns
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, askew, revolute
+from ..tasks.partial_poses import POSITION_TASK
+from .family import Family
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    return [revolute(lines, range(3)), askew(lines, 0, 1), askew(lines, 1, 2)]
+
+
+def _solve(work: Work, lines: Lines, target: Target) -> None:
+    first, second, third = lines.axes
+    three_turns(work, (first, second, third), lambda v: target.turned(work.terms, v))
+
+
+ORIENTATION = Family(
+    "three joints that orient the tool",
+    (3,),
+    _requires,
+    _solve,
+    readings=("base",),
+    tasks=(POSITION_TASK,),
+)
