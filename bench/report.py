@@ -53,7 +53,7 @@ class Ratio:
         peer: Minimum time of the peer [ns].
         median: Median ratio of all rounds; above 1, chasles is faster.
         least: Minimum ratio of all rounds.
-        bar: Required value of the median; None if no value is required.
+        bar: Required value of the median, or None if no value is required.
     """
 
     key: str
@@ -76,7 +76,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value and its upper limit; None if no value is required."""
+    """A value and its upper limit, or None if no value is required."""
 
     key: str
     value: float

@@ -110,11 +110,11 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries this body's joint; None for the ground and for bodies
-            of struts.
+        parent: Index of the body that carries this body's joint, or None for the ground and for
+            bodies of struts.
         placement: The first three rows of the pose in the parent, at joint value 0.
-        joint: The joint that carries the body; None for the ground and for bodies of struts.
-        span: The end points of a strut; None for other bodies.
+        joint: The joint that carries the body, or None for the ground and for bodies of struts.
+        span: The end points of a strut, or None for other bodies.
         shapes: The shapes in the body's own frame. If several bodies are fixed to each other, the
             first body has all shapes.
     """

@@ -28,7 +28,7 @@ class DescriptionError(ChaslesError, ValueError):
 
     Attributes:
         file: Name of the file as passed by the caller; empty if there is no file.
-        line: Line number, starting at 1; None if no line is known.
+        line: Line number, starting at 1, or None if no line is known.
         field: Dotted path of the field; empty for the description as a whole.
         value: The value found; The value is None if no value was found.
         expected: Description of a valid value; empty if only the message contains it.
@@ -55,7 +55,7 @@ class LoopError(DescriptionError):
 
     Attributes:
         gap: Smallest distance between the frames of the open loop, or between the length of a strut
-            and the distance of its ends (metre); None if no distance was found.
+            and the distance of its ends (metre), or None if no distance was found.
         remedies: The lengths, angles and coordinates of which each alone can close the loop, with
             the interval of suitable values; smallest change first.
     """

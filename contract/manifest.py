@@ -30,8 +30,8 @@ class Coordinate:
         name: Name in the robot's description.
         kind: "revolute" or "prismatic".
         unit: "rad" or "m".
-        lower: Lower limit in that unit; None if unlimited.
-        upper: Upper limit in that unit; None if unlimited.
+        lower: Lower limit in that unit, or None if unlimited.
+        upper: Upper limit in that unit, or None if unlimited.
         assumed: Whether the limits are assumed rather than published.
     """
 
@@ -239,7 +239,7 @@ class LoopFacts:
         passive: The joints that are neither actuated nor in the main chain.
         configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
-        reference: The reference configuration; None if the manifest states no reference.
+        reference: The reference configuration, or None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
     """
@@ -336,7 +336,7 @@ class Manifest:
             codomain: Name of the coordinate vector that maps and branches return.
 
         Returns:
-            The first match in the manifest; None if no value is required.
+            The first match in the manifest, or None if no value is required.
         """
         wanted = (role, domain, codomain)
         return next((f for f in self.functions if f.role.key == wanted), None)

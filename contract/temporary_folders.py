@@ -71,7 +71,7 @@ def _remove_unless_in_use(folder: Path) -> None:
 
 
 def _lock(folder: Path) -> int | None:
-    """Returns an open and locked folder; None if the system or its file system has no locks.
+    """Returns an open and locked folder, or None if the system or its file system has no locks.
 
     Raises:
         BlockingIOError: Another process has the lock.

@@ -48,12 +48,12 @@ class Derivation:
         terms: The terms and constants that all functions share.
         groups: The chain reduced to groups of axes.
         functions: The derived functions, in output order.
-        hybrid: The loops and their solution; None for a serial robot.
-        inverse: The inverse kinematics; None if none of its functions was requested.
+        hybrid: The loops and their solution, or None for a serial robot.
+        inverse: The inverse kinematics, or None if none of its functions was requested.
         written: Functions with handwritten C that reads tables of the robot.
         families: The families of inverses that were tried.
-        closure: The equations of loops without a closed form; None for other robots.
-        geometry: The functions with geometry as input; None if no parametric function was
+        closure: The equations of loops without a closed form, or None for other robots.
+        geometry: The functions with geometry as input, or None if no parametric function was
             requested.
         parametric_loops: The closure equations with geometry as input; None likewise.
     """

@@ -81,7 +81,7 @@ class Robot(
             coordinates.
         passive_joints: The joints that are neither actuated nor in the main chain.
         configuration_variables: All loop variables, in the order of `z`.
-        reference: The configuration that selects the branch; None without loops.
+        reference: The configuration that selects the branch, or None without loops.
         manifest: The complete manifest, with the bodies of the robot.
         folder: The folder of the generated files.
         digest: SHA-256 of the manifest, which covers all equations.

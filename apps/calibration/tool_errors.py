@@ -149,7 +149,7 @@ def monte_carlo(
         q: (n,) coordinates of all arms, or (samples, n) coordinates of each arm [rad or m].
         parameter_std: As in :func:`first_order_errors`.
         samples: Number of random arms.
-        rng: A seed or a random generator; None for fresh random numbers.
+        rng: A seed or a random generator, or None for fresh random numbers.
 
     Raises:
         InputValueError: A key is neither a parameter, a group nor a unit.

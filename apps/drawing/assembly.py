@@ -72,7 +72,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
 
 
 def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
-    """Solve the loop closure for the passive leg joints; None without convergence."""
+    """Solve the loop closure for the passive leg joints, or None without convergence."""
     turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
     reach = np.where(turns, 2 * np.pi, robot.unit_length)
     for part in low_discrepancy(0, _STARTS, len(legs), np.zeros(len(legs))):

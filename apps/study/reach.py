@@ -47,7 +47,7 @@ class Reach(StudyResult):
         limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
             the smallest excess; -1 if the pose is reached, -2 if it is out of reach even without
             limits.
-        grid: The grid whose cell centers are the positions; None if the targets are not a grid.
+        grid: The grid whose cell centers are the positions, or None if the targets are not a grid.
     """
 
     _parts = (Grid,)

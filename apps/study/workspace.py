@@ -49,12 +49,12 @@ class Workspace(StudyResult):
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
         manipulability: (nx, ny, nz) maximum over the configurations in each cell of the minimum
             singular value of the Jacobian (`Manipulability.min_singular_value`); 0 in cells without
-            hits; None if not requested.
+            hits, or None if not requested.
         limit_margin: (nx, ny, nz) maximum over the configurations in each cell of the distance to
             the nearest limit, relative to the range of that coordinate (at most 1/2); 0 in cells
-            without hits; None if not requested.
+            without hits, or None if not requested.
         directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
-            tool points into; None if not requested.
+            tool points into, or None if not requested.
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.
         samples: Number of configurations.
         n_open: Number of configurations at which loops do not close.

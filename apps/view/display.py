@@ -60,7 +60,7 @@ class Displayed:
         closes: Whether the loops close at the requested coordinates; if not, this is the previous
             configuration.
         reached: Whether the tool is at the requested pose.
-        branches: The branches of the inverse for the requested pose; None without such a pose.
+        branches: The branches of the inverse for the requested pose, or None without such a pose.
     """
 
     q: FloatArray
@@ -276,7 +276,7 @@ class Display:
         return self._configuration(way[k], found.z[k], closes=reached == len(way))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
-        """Return configurations (k, n_z) at coordinates (k, n); NaN if the loops do not close."""
+        """Return configurations (k, n_z) at coordinates (k, n), NaN for open loops."""
         if not self.robot.configuration_variables:
             return q
         if self.robot.loop_solution == "newton":

@@ -11,7 +11,7 @@ class Motion:
     Attributes:
         kind: "turn" (rotation) or "shift" (translation).
         axis: 0, 1, 2 for x, y, z.
-        value: Angle [deg] or length [m]; None if the row describes a joint.
+        value: Angle [deg] or length [m], or None if the row describes a joint.
     """
 
     kind: str

@@ -28,11 +28,11 @@ class Motion(Protocol):
         ...
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix | None:
-        """Returns the time derivative of ``D_q``; None if ``D_q`` is constant."""
+        """Returns the time derivative of ``D_q``, or None if ``D_q`` is constant."""
         ...
 
     def D_q_q(self) -> Sequence[Matrix] | None:
-        """Returns the derivative of ``D_q`` with respect to each coordinate; None if constant."""
+        """Returns the derivative of ``D_q`` with respect to each coordinate, or None."""
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:

@@ -64,8 +64,8 @@ class Station:
     """One angle of a group, and the prismatic joints and frames that rotate by this angle.
 
     Attributes:
-        joint: Index of the revolute joint that defines the station; None for the angle at the start
-            of a group.
+        joint: Index of the revolute joint that defines the station, or None for the angle at the
+            start of a group.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
         angle: Angle of the station axes in the group frame.

@@ -69,7 +69,7 @@ class Parametric:
         values: The value of each motion of the extended chain, as a function of q, p and torques.
         forward: Forward kinematics of the extended chain.
         pose: Name of the tool pose.
-        torques: The gravity torques; None without compliance.
+        torques: The gravity torques, or None without compliance.
     """
 
     geometry: Geometry

@@ -38,7 +38,7 @@ class CarryingJoint:
         ratio: Value of the joint per unit of the coordinate.
         offset: Value of the joint at coordinate 0.
         advance: Advance of a helical joint along its axis (metre per radian).
-        limits: Minimum and maximum of the coordinate; None if unbounded.
+        limits: Minimum and maximum of the coordinate, or None if unbounded.
     """
 
     name: str
@@ -80,8 +80,8 @@ class TreeBody:
         name: Unique name of the body.
         parent: Index of the body that carries the joint; -1 for the ground and strut sections.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
-        joint: The joint; None for the ground and strut sections.
-        span: The end points of the strut; None for bodies that are not sections of a strut.
+        joint: The joint, or None for the ground and strut sections.
+        span: The end points of the strut, or None for bodies that are not sections of a strut.
     """
 
     name: str

@@ -79,8 +79,8 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
 
     Args:
         robot: The description, with the numbers as written in the file.
-        base: A link, the base frame or the tool frame; None for the base frame.
-        tip: A link, the base frame or the tool frame; None for the tool frame.
+        base: A link, the base frame or the tool frame, or None for the base frame.
+        tip: A link, the base frame or the tool frame, or None for the tool frame.
         file: File name in error messages.
 
     Returns:

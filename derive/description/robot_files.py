@@ -51,7 +51,7 @@ __all__ = ["DescriptionError", "read", "read_text"]
 
 SUFFIX = ".toml"
 Ends = tuple[str | None, str | None]
-"""Base and tip; None for the base frame or the tool frame of the file."""
+"""Base and tip, or None for the base frame or the tool frame of the file."""
 
 
 def read(

@@ -22,7 +22,7 @@ def robot_names(folder: Path) -> list[str]:
 
 
 def shipped_file(name: str) -> Path | None:
-    """Returns the file of a robot installed with chasles; None if the name is unknown."""
+    """Returns the file of a robot installed with chasles, or None if the name is unknown."""
     for folder in (ROBOTS, SHELF):
         if name in robot_names(folder):
             return folder / f"{name}.toml"

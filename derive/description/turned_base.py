@@ -67,7 +67,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
         noise: Minimum difference that counts as rounding (metre).
 
     Returns:
-        The axes; None if no rotated axes give more exact angles than the base frame.
+        The axes, or None if no rotated axes give more exact angles than the base frame.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]

@@ -62,8 +62,8 @@ def hybrid_inverses_for_fixed(
         hybrid: The robot.
         families: The families to try, in order.
         fixed: Names of the fixed joints; () to select suitable main-chain joints automatically.
-        closure: Closure equations of loops without a closed form; None if all loops have a closed
-            form.
+        closure: Closure equations of loops without a closed form, or None if all loops have a
+            closed form.
 
     Raises:
         InputValueError: A main-chain joint name is unknown, or the other joints have no closed-form

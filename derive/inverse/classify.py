@@ -71,7 +71,7 @@ class Classification:
 
     Attributes:
         lines: The axes of the chain.
-        found: The family that fits; None if no family fits.
+        found: The family that fits, or None if no family fits.
         attempts: All tested families, up to the matching family.
         missing: The reason why no closed form exists; empty if one exists.
         near: Structures that the axes fit approximately, likeliest first. Each defines a nominal

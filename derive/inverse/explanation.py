@@ -43,10 +43,10 @@ class Explanation:
     Attributes:
         robot: The robot's title.
         chain: The explained chain.
-        inverses: The structure of the chain and the solved tasks; None if the loops allow several
-            tool poses, as in a parallel platform.
+        inverses: The structure of the chain and the solved tasks, or None if the loops allow
+            several tool poses, as in a parallel platform.
         loops: A sentence about the inverse of the loops; empty for a serial robot.
-        hybrid: The loops and their solution; None for a serial robot.
+        hybrid: The loops and their solution, or None for a serial robot.
     """
 
     robot: str
@@ -166,8 +166,8 @@ def explanation(
 
     Args:
         robot: The robot.
-        inverses: The robot's inverse; None if the loops allow several tool poses.
-        hybrid: The robot's loops; None for a serial robot.
+        inverses: The robot's inverse, or None if the loops allow several tool poses.
+        hybrid: The robot's loops, or None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
     loops = _of_loops(hybrid) if hybrid is not None else ""

@@ -209,8 +209,8 @@ def convergence_of(
         nominal: The task ``ik`` of the nominal robot.
         length: Characteristic length (metre) that converts distances to angles.
         given: Indices of the chain's fixed joints, whose values are inputs after the pose.
-        closure: Closure equations of loops without a closed form; None if all loops have a closed
-            form.
+        closure: Closure equations of loops without a closed form, or None if all loops have a
+            closed form.
         is_position: Whether the task is a position, so that orientation errors are ignored.
     """
     fk, theta = _numbers(hybrid, closure)

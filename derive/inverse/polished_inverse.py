@@ -89,8 +89,8 @@ class RefinedTables(Tables):
         turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
         length: Robot length (metre), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
-        general: Numeric data of the robot for the general solver; None if the general solver does
-            not apply.
+        general: Numeric data of the robot for the general solver, or None if the general solver
+            does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
     """

@@ -37,7 +37,7 @@ class Field:
         name: Name in robot files.
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings; a scalar uses its name.
-        default: Value if a file omits the field; None for zero.
+        default: Value if a file omits the field, or None for zero.
         needed_to: Meaning of a required field of moving joints, for the error message; empty for
             optional fields.
         is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore such

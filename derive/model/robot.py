@@ -98,11 +98,12 @@ class Joint:
         link: Name of the link's frame.
         parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
             robot.
-        limits: Lowest and highest value of the coordinate (radian or metre); None if unbounded.
+        limits: Lowest and highest value of the coordinate (radian or metre), or None if unbounded.
         pitch: Translation of a helical joint per radian (metre).
         direction: 1, or -1 if the joint moves against its coordinate.
-        mimic: The mimic equation; None if the joint has its own coordinate.
-        convention: The convention of the description; None if the description has plain placements.
+        mimic: The mimic equation, or None if the joint has its own coordinate.
+        convention: The convention of the description, or None if the description has plain
+            placements.
         given: Values of the convention's fields in the description, vectors by component, for the
             printed table.
         assumed: Names of the fields that the source of the description does not state.
@@ -274,9 +275,9 @@ class SerialRobot:
         notes: Changes and assumptions made when the description was read, such as snapped angles.
         cleaning: The values that were replaced by exact values; they do not affect equality of
             robots.
-        load: The masses whose weight deflects the joints; None for rigid joints.
+        load: The masses whose weight deflects the joints, or None for rigid joints.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        springs: The springs between controller readings and true coordinates; None for rigid
+        springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
 
     Raises:

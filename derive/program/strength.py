@@ -158,7 +158,7 @@ class _Rewriting:
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """Returns a product without a factor; None if the product does not contain the factor."""
+        """Returns a product without one of its factors, or None for other products."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None

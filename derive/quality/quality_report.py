@@ -24,7 +24,7 @@ class ConventionQuality:
         determinant: det(D^T D) of the convention's own parameters.
         completed: det(D^T D) of the full-pose parameters, with rotations about and translations
             along the adjacent axes. The determinant is zero at discontinuities of the model.
-        value: Value of ``completed`` for the dimensions of the robot (metres); None if the
+        value: Value of ``completed`` for the dimensions of the robot (metres), or None if the
             convention cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1; lengths are relative to the
             arm's size.

@@ -199,7 +199,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Returns the value for the first true condition; NaN in other values has no effect."""
+        """Returns the value for the first true condition, or NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value where no condition holds: {expression}")

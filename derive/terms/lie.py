@@ -205,7 +205,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is exactly zero; False for symbols about which SymPy cannot decide."""
+    """Whether a number is exactly zero, or False for symbols about which SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:

@@ -68,7 +68,7 @@ class Printed:
 
     Attributes:
         item: Name of the item.
-        value: The printed number or words, or rows of them; None if the paper does not print the
+        value: The printed number or words, or rows of them, or None if the paper does not print the
             value, or if it is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.

@@ -22,7 +22,7 @@ class Capability:
     """A descriptor of an attribute that a robot may lack; instance attributes have priority.
 
     Attributes:
-        item: The method or cached property; None if the attribute is a generated function.
+        item: The method or cached property, or None if the attribute is a generated function.
         functions: Names of the generated functions that the attribute needs.
         when: A further condition on the robot, or None.
     """

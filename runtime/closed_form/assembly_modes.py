@@ -17,7 +17,7 @@ class PlanarAssemblyModes(NamedTuple):
     """The assembly modes of a planar platform, sorted by phi; unused slots are last.
 
     Attributes:
-        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform; NaN if unused.
+        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform, or NaN if unused.
         valid: (..., 6) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.
     """
@@ -30,7 +30,7 @@ class AssemblyModes(NamedTuple):
     """The assembly modes of a parallel platform, in k slots; unused slots are last.
 
     Attributes:
-        T: (..., k, 4, 4) poses of the tool; NaN in unused slots.
+        T: (..., k, 4, 4) poses of the tool, or NaN in unused slots.
         theta: (..., k, n_theta) joints of the main chain [rad or m].
         valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
             platform size.

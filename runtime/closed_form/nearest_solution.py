@@ -17,7 +17,7 @@ class NearestSolution(Fields):
     """One solution for each pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
-        q: (..., n) coordinates [rad or m]; NaN without a solution.
+        q: (..., n) coordinates [rad or m], or NaN without a solution.
         residual: (...,) tool error [m], as in `Solutions`; without a solution, the smallest
             residual of all branches.
         margin: (...,) margin of this branch: 0 at the workspace boundary, negative outside.

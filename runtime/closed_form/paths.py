@@ -49,7 +49,7 @@ class JointPath:
         coordinate: The coordinate with the jump or limit violation, else "".
         next_value: The next value of this coordinate, else NaN.
         min_margin: The smallest margin on the path: 0 at the workspace boundary (a stretched elbow,
-            not an aligned wrist); NaN if no pose was reached.
+            not an aligned wrist), or NaN if no pose was reached.
         min_margin_index: The index of this pose, -1 if no pose was reached.
         max_step: (n,) the largest displacement of each coordinate between successive poses.
     """
@@ -336,7 +336,7 @@ class InverseMethods(RobotFacts):
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
-        """Return a solution near the previous pose; None for partial poses and redundancy."""
+        """Return a solution near the previous pose, or None for partial poses and redundancy."""
         has_jacobian = ("pose and jacobian", "actuators", "") in self._roles
         if pose is None or not has_jacobian or self.redundancy:
             return None

@@ -57,7 +57,7 @@ class Solutions(Fields):
 
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
-            result on that branch; NaN if an input is NaN.
+            result on that branch, or NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
             (projected) pose and the angle times `unit_length`. Infinite in a different assembly
             mode, see `other_mode`.
@@ -250,7 +250,7 @@ class Solutions(Fields):
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
 
         Returns:
-            (..., n) coordinates [rad or m]; NaN for a pose of a batch without a valid slot.
+            (..., n) coordinates [rad or m], or NaN for a pose of a batch without a valid slot.
 
         Raises:
             OutOfReachError: If a single pose has no valid slot.

@@ -44,7 +44,7 @@ class NumericSolution(NamedTuple):
     """The results of iterative inverse kinematics.
 
     Attributes:
-        q: (..., n) coordinates [rad or m], within the limits; NaN if a pose is not finite.
+        q: (..., n) coordinates [rad or m], within the limits, or NaN if a pose is not finite.
         residual: (...,) the larger of the distance [m] and the angle times `unit_length`, over
             components with a weight.
         valid: (...,) whether the residual is at most the tolerance. For rounded poses, a minimum

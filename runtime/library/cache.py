@@ -57,7 +57,7 @@ class Recipe:
         name: The robot name.
         folder: The folder of the generated files.
         sources: The content of each file that the compiler reads, by name.
-        compiler: The compiler with its flags; None if the library already exists.
+        compiler: The compiler with its flags, or None if the library already exists.
         key: The SHA-256 of sources and processor features, which the library contains.
         path: The library file. In the cache, the file name also has a hash of compiler and flags.
     """

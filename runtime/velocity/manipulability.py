@@ -93,7 +93,7 @@ class ManipulabilityMethods(LengthMethods):
                 of 1 selects the unscaled Jacobian in metre and radian.
 
         Returns:
-            The measures; NaN if q is not finite or a loop is open.
+            The measures, or NaN if q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).
@@ -142,7 +142,7 @@ class ManipulabilityMethods(LengthMethods):
                 `robot.characteristic_length` if None.
 
         Returns:
-            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN if q is not finite.
+            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`, or NaN if q is not finite.
 
         Raises:
             ShapeError: If q is not (..., n).

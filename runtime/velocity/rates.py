@@ -142,8 +142,8 @@ class VelocityMethods(ManipulabilityMethods):
                 `robot.characteristic_length` if None.
 
         Returns:
-            Joint rates, the resulting twist, the damping and the active limits; NaN if an input is
-            not finite or a loop is open.
+            Joint rates, the resulting twist, the damping and the active limits, or NaN if an input
+            is not finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
@@ -203,8 +203,8 @@ class VelocityMethods(ManipulabilityMethods):
             characteristic_length: See `joint_rates`.
 
         Returns:
-            Joint accelerations, the resulting derivative of the twist, damping and limits; NaN if
-            an input is not finite or a loop is open.
+            Joint accelerations, the resulting derivative of the twist, damping and limits, or NaN
+            if an input is not finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.

@@ -50,7 +50,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
     def determinants(
         self, theta: ArrayLike, q: ArrayLike, *, characteristic_length: float | None = None
     ) -> Determinants:
-        """Return the determinants `J_x (...,)` and `J_q (...,)`; NaN if a loop is open.
+        """Return the determinants `J_x (...,)` and `J_q (...,)`, or NaN if a loop is open.
 
         The Jacobians, the arguments and the errors are those of `singularity`.
         """
@@ -75,7 +75,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
         Returns:
             `type_1 (...,)` and `type_2 (...,)`: the smallest s, inf without a singularity up to
-            s = 1; NaN if the start is out of reach.
+            s = 1, or NaN if the start is out of reach.
         """
         method, n = "distance_to_singularity", len(self.chain_joints)
         start = self._reals(method, "theta", theta, (n,))
@@ -135,7 +135,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
 
 def _determinant(J: FloatArray) -> FloatArray:
-    """Return det(J), or sqrt(det(J^T J)) for more rows than columns; NaN if J is not finite."""
+    """Return det(J), or sqrt(det(J^T J)) for more rows than columns, or NaN if J is not finite."""
     sound = np.asarray(np.isfinite(J).all((-2, -1)))
     J = np.where(sound[..., None, None], J, 0.0)
     if J.shape[-2] == J.shape[-1]:

@@ -54,7 +54,7 @@ class SingularityMethods(LengthMethods):
             characteristic_length: The length [m]; `robot.characteristic_length` if None.
 
         Returns:
-            `type_1`, `type_2`, `type_3`, each (...,), dimensionless; NaN if a loop is open.
+            `type_1`, `type_2`, `type_3`, each (...,), dimensionless, or NaN if a loop is open.
 
         Raises:
             InputValueError: If the length is not positive.

@@ -230,7 +230,7 @@ def _joints(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _joint(heading: _Heading) -> int | None:
-    """Return the number in a joint heading; None for other headings."""
+    """Return the number in a joint heading, or None for other headings."""
     core = _core(heading)
     if heading.planned:
         core = tuple(word for word in core if word != TARGET)
@@ -339,7 +339,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """Return the axis and the number ("" if none) of a position; None for other headings."""
+    """Return the axis and the number ("" if none) of a position, or None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdigit()]

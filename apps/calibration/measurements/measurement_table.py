@@ -157,7 +157,7 @@ class _Table(NamedTuple):
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
     def positions(self, names: Sequence[str]) -> FloatArray:
-        """Return positions (rows, 3) [m]; NaN if all three cells are empty."""
+        """Return positions (rows, 3) [m], or NaN if all three cells are empty."""
         points = np.stack([self.numbers(name, "m", may_be_empty=True) for name in names], -1)
         unseen = np.isnan(points)
         for k in np.flatnonzero(unseen.any(1) & ~unseen.all(1)).tolist():

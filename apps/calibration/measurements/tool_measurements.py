@@ -58,7 +58,7 @@ class Measurements(ABC):
     _fixes_tool: ClassVar[bool]
     """Whether the tool orientation is measured; then tool corrections replace the targets."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
-    """Shapes of the measured arrays, keyed by field; None for any size."""
+    """Shapes of the measured arrays, keyed by field, or None for any size."""
 
     def __post_init__(self) -> None:
         """Check the measured arrays.

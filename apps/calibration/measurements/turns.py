@@ -56,7 +56,7 @@ def unit_by_size(values: FloatArray) -> str:
 
 
 def form_of(names: Collection[str]) -> Form | None:
-    """Return the format of the orientation columns; None without orientation columns."""
+    """Return the format of the orientation columns, or None without orientation columns."""
     return next((form for form in FORMS if set(form.names) <= set(names)), None)
 
 

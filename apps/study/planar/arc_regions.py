@@ -297,7 +297,7 @@ def _ends(arc: BorderArc) -> FloatArray:
 
 
 def _covers(arc: BorderArc, angle: Any) -> Any:
-    """Return whether an arc includes an angle [rad]; False for NaN."""
+    """Return whether an arc includes an angle [rad], False for NaN."""
     start, end = min(arc.start, arc.end), max(arc.start, arc.end)
     return (angle - start) % _TURN <= end - start
 

@@ -49,7 +49,7 @@ class ExactWorkspace(StudyResult):
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0
             for a planar workspace.
-        turn: (2,) limits of the first joint [rad]; None for a planar workspace.
+        turn: (2,) limits of the first joint [rad], or None for a planar workspace.
         height: (2,) limits of the prismatic motion normal to the plane [m].
     """
 

@@ -61,7 +61,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Test whether two values have different signs; False for NaN."""
+    """Test whether two values have different signs, False for NaN."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 

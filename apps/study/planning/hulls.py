@@ -81,7 +81,7 @@ class Hulls:
         return tuple(dict.fromkeys(hull.part for hull in self.hulls))
 
     def configuration(self, q: FloatArray) -> FloatArray:
-        """Return all joints (m, n_z) at coordinates (m, n); NaN if loops are open."""
+        """Return all joints (m, n_z) at coordinates (m, n), or NaN if loops are open."""
         return np.asarray(self.robot.configuration(q)) if self.robot.loops else q
 
     def corners(self, z: FloatArray) -> list[FloatArray]:
@@ -89,7 +89,7 @@ class Hulls:
         return np.split(self._corners(self.skeleton.poses_from_configuration(z)), self._ends[:-1])
 
     def shapes(self, radii: FloatArray) -> list[Any]:
-        """Return the coal shape of each hull with radii (hulls,); None for struts."""
+        """Return the coal shape of each hull with radii (hulls,), or None for struts."""
         with requires("chasles[planning]"):
             import coal  # noqa: PLC0415
 

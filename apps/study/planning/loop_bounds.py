@@ -98,7 +98,7 @@ class LoopBounds:
             b: (n,) actuated coordinates at the end of the segment [rad or m].
 
         Returns:
-            (z,) bounds [rad or m]; None if loops are open or near a dead point.
+            (z,) bounds [rad or m], or None if loops are open or near a dead point.
         """
         z = self.robot.configuration(np.array([a, (a + b) / 2, b]))
         if not np.isfinite(z).all():

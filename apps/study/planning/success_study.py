@@ -33,7 +33,7 @@ class Trial:
         rate: Fraction of the roadmaps that found a path.
         lower: Lower end of the 95 % Wilson interval of the rate.
         upper: Upper end of the 95 % Wilson interval of the rate.
-        length: Median length of the paths; NaN without a path.
+        length: Median length of the paths, or NaN without a path.
         seconds: Median time of a run [s].
     """
 

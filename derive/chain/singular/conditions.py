@@ -58,7 +58,7 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
 
 
 def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
-    """Returns a product simplified for ``factor`` = 0; None if the result is 0."""
+    """Returns a product simplified for ``factor`` = 0, or None if the result is 0."""
     if factor in product:
         return None
     if not isinstance(factor, sp.cos | sp.sin):

@@ -33,7 +33,7 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """Returns the factors; None if the polynomial is zero, too long or cannot be converted."""
+    """Returns the factors, or None if the polynomial is zero, too long or cannot be converted."""
     if polynomial == 0 or len(polynomial) > MAX_TERMS:
         return None
     parts = _Tangents(ring, polynomial).parts()

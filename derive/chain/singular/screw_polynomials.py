@@ -69,7 +69,7 @@ class ScrewRing:
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """Returns Jacobian columns in one frame; None if an entry exceeds ``longest`` terms."""
+        """Returns Jacobian columns in one frame, or None if an entry exceeds ``longest`` terms."""
         point = self.vector(view.point)
         columns = []
         for i, screw in enumerate(self.S):

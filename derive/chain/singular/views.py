@@ -189,7 +189,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple[Block, ...] | None:
-    """Returns the blocks of a square submatrix; None if the submatrix is structurally singular."""
+    """Returns the blocks of a square submatrix, or None if it is always singular."""
     row_of: dict[int, int] = {}
     for column in columns:
         if not _matched(filled, rows, column, row_of, set()):

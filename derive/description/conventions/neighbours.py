@@ -28,7 +28,7 @@ class Neighbours:
 
     Attributes:
         joint: The joint.
-        before: The preceding moving joint; None for the z axis of the base frame.
+        before: The preceding moving joint, or None for the z axis of the base frame.
         line: The axis in the frame of the preceding joint.
         frame: (4, 4) high-precision pose of the joint frame in the frame of the preceding joint.
         size: Arm length: the sum of the distances between consecutive revolute axes (metre), or 1

@@ -115,7 +115,7 @@ def _end_part(
     way: Way,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
-    """Returns the kind of end part that starts at a joint; None for an arm joint."""
+    """Returns the kind of end part that starts at a joint, or None for an arm joint."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
     if _is_wheel(joint) or (not freedom(way) and _steers_wheels(tree, joint)):

@@ -63,7 +63,7 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def way(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant; None if ``tip`` is not a descendant."""
+        """Returns the joints from a link to a descendant, or None for other links."""
         joints: list[TreeJoint] = []
         link = tip
         while link != base:

@@ -30,7 +30,7 @@ class NoChain(DescriptionError):
 
     Attributes:
         field: The wrong argument: ``base``, ``tip`` or ``link``.
-        value: The value found; None if there is no value.
+        value: The value found, or None if there is no value.
         expected: Description of a valid value.
     """
 

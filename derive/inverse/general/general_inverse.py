@@ -170,7 +170,7 @@ class GeneralTables:
     """Tables with which the C solver finds all solutions of an arm as a general arm.
 
     Attributes:
-        arm: The numbers of the arm for the general solver; None if the solver does not apply.
+        arm: The numbers of the arm for the general solver, or None if the solver does not apply.
         separation: How well the best elimination order separates the solutions; see
             :attr:`.Choice.separation`.
     """

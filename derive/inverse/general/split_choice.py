@@ -58,7 +58,7 @@ class Rating:
     Attributes:
         split: The split.
         separations: Second smallest singular value of M divided by the largest, for each
-            configuration; NaN if the degree of det M is not 8.
+            configuration, or NaN if the degree of det M is not 8.
         pairs: Smallest singular value of A divided by the largest, for each configuration. The
             angles of the pair of joints are solved with the matrix A.
     """

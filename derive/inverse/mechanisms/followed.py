@@ -65,7 +65,7 @@ class Followed:
 
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns least-squares solutions of many systems; NaN if the matrix is not finite."""
+    """Returns least-squares solutions of many systems, or NaN if the matrix is not finite."""
     found = np.full((len(A), A.shape[-1], b.shape[-1]), np.nan)
     sound = np.isfinite(A).all((-2, -1)) & np.isfinite(b).all((-2, -1))
     found[sound] = np.linalg.pinv(A[sound]) @ b[sound]

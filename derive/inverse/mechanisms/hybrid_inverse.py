@@ -80,7 +80,7 @@ def hybrid_inverses(
         hybrid: The robot.
         families: The families to try on the main chain, in order.
         give: Indices of the chain joints to fix; () to select suitable joints automatically.
-        closure: Closure equations of loops without a closed form, which require a nominal robot;
+        closure: Closure equations of loops without a closed form, which require a nominal robot, or
             None if all loops have a closed form.
     """
     if closure is not None:
@@ -193,7 +193,7 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Returns the inverse refined from a nominal robot; None if few poses converge."""
+    """Returns the inverse refined from a nominal robot, or None if few poses converge."""
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None

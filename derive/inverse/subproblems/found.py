@@ -15,7 +15,7 @@ class FoundTurn:
     Attributes:
         turn: Cosine and sine of the angle.
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions; None if the solution is unique.
+        sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
         margin: sin^2 of half the angle between the two solutions. 0 for a double solution; negative
             out of reach, where the angle is the least-squares solution. None if a solution always
             exists.
@@ -34,7 +34,7 @@ class FoundLength:
     Attributes:
         length: The displacement (metre).
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions; None if the solution is unique.
+        sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
         margin: 0 for a double solution, negative out of reach; relative to the squared input
             lengths. None if a solution always exists.
     """

@@ -188,7 +188,7 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
 
 
 def unit_direction(terms: Terms) -> Vector:
-    """Returns the target direction as a unit vector, in base axes; NaN for a zero vector."""
+    """Returns the target direction as a unit vector, in base axes, or NaN for a zero vector."""
     scale = terms.let(1 / terms.let(sp.sqrt(squares(terms, DIRECTION))))
     x, y, z = (terms.let(scale * component) for component in DIRECTION)
     return x, y, z

@@ -18,7 +18,7 @@ class InputLetter:
     Attributes:
         letters: LaTeX letters in order of preference; letters that denote robot parameters are
             avoided.
-        component: Component index (0 to 2) of a vector input; None for a scalar.
+        component: Component index (0 to 2) of a vector input, or None for a scalar.
     """
 
     letters: tuple[str, ...]

@@ -292,7 +292,7 @@ class Marks:
         )
 
     def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
-        """Returns the projected direction of a pin's axis; None if end-on."""
+        """Returns the projected direction of a pin's axis, or None if end-on."""
         if hinge.axis is None or hinge.kind != "pin":
             return None
         right, up, _ = self.paper.along(hinge.axis)

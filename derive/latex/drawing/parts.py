@@ -108,9 +108,9 @@ class Scene:
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
-        base: The base frame (4, 4); None if not drawn.
-        foot: Both ends of the line from the ground to the single base joint; None if this joint is
-            on the ground, or if the base has several joints.
+        base: The base frame (4, 4), or None if not drawn.
+        foot: Both ends of the line from the ground to the single base joint, or None if this joint
+            is on the ground, or if the base has several joints.
     """
 
     solids: Sequence[Solid]

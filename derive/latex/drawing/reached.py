@@ -64,7 +64,7 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (metre).
         upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
-            a point on this axis; None without such a coordinate.
+            a point on this axis, or None without such a coordinate.
     """
 
     at: Callable[[Array], Array]
@@ -89,7 +89,7 @@ class ToolPosition:
         return self._region(("r", "z"), seen, leaves_out=index)
 
     def _plane(self) -> ToolRegion | None:
-        """Returns the region in the tool's coordinate plane; None if the tool leaves the plane."""
+        """Returns the region in the tool's coordinate plane, or None if the tool leaves it."""
         p = self.at(_filling(self.lower, self.upper, _TRIED))
         p = p[np.isfinite(p).all(1)]
         if len(p) == 0:
@@ -144,8 +144,8 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region; None in other cases, for an empty area, for a prismatic joint without limits, or
-        if more than twelve coordinates move the tool.
+        The region, or None in other cases, for an empty area, for a prismatic joint without limits,
+        or if more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -165,7 +165,7 @@ def box(
         coordinates: Whether each coordinate is a length, and its limits (radian or metre).
 
     Returns:
-        The ends; None if a length has no limits, or for too many coordinates.
+        The ends, or None if a length has no limits, or for too many coordinates.
     """
     own = []
     for slides, low, high in coordinates:

@@ -93,7 +93,7 @@ def _are_parallel(directions: Sequence[Array]) -> bool:
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """Returns a direction's unit projection onto a plane; None for a normal direction."""
+    """Returns a direction's unit projection onto a plane, or None for a normal direction."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
     return inside / length if length > math.sqrt(SAME_POINT) else None

@@ -76,7 +76,7 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """Rewrites a twice rotated vector as one rotation by the angle sum; None for other terms."""
+    """Rewrites a twice rotated vector as one rotation by the angle sum, or None for other terms."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None

@@ -27,7 +27,7 @@ def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
     """Prints the table of p, the loop closure for any geometry, and the derivatives.
 
     Args:
-        geometry: The functions with geometry as input; None without parametric functions.
+        geometry: The functions with geometry as input, or None without parametric functions.
     """
     if geometry is None:
         return ""

@@ -35,9 +35,9 @@ class LoopPage:
             `members`.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
-        inverse: The inverse of the robot; None if not derived.
+        inverse: The inverse of the robot, or None if not derived.
         functions: The functions derived in closed form.
-        geometry: The functions with geometry as input; None without parametric functions.
+        geometry: The functions with geometry as input, or None without parametric functions.
     """
 
     mechanism: Mechanism

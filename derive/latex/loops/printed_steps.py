@@ -75,7 +75,7 @@ class PrintedLoopStep:
         vectors: Components and lengths of the known vectors.
         results: Intermediate results and displacements, each in terms of earlier results.
         angles: The resulting angles.
-        margin: The step's margin; None if the step always has a solution.
+        margin: The step's margin, or None if the step always has a solution.
         rates: The rate equations of the unknowns.
         positions: Components of each known vector that an equation uses as one symbol.
         points: Components of each vector that the results define as one symbol.

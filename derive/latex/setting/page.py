@@ -33,7 +33,7 @@ class Page:
         screws: Screw axes and home pose in short symbols.
         inverse: The inverse kinematics, expressed in the terms of the equations.
         singular: The singular configurations, in short symbols.
-        geometry: The functions with geometry as input; None without parametric functions.
+        geometry: The functions with geometry as input, or None without parametric functions.
     """
 
     robot: SerialRobot

@@ -40,7 +40,7 @@ class Printed:
     Attributes:
         definitions: Shared terms that no earlier function defines, each expressed in earlier terms.
         entries: The function's entries in row-major order.
-        names: The name of each entry; None for an entry without a name.
+        names: The name of each entry, or None for an entry without a name.
     """
 
     definitions: tuple[Definition, ...]

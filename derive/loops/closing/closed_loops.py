@@ -224,7 +224,7 @@ class ClosedLoops:
         return z
 
     def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
-        """Returns z after a Newton step, halved until the residual falls; None if it never does."""
+        """Returns z after a Newton step with a smaller residual, or None after many halvings."""
         residual, J, _ = self.evaluated(z)
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None

@@ -46,8 +46,8 @@ class Remedy:
     Attributes:
         name: Description of the length or angle.
         now: The current value (metre or radian).
-        low: The lowest value at which the loop closes; None if none was found.
-        high: The highest value at which the loop closes; None if none was found.
+        low: The lowest value at which the loop closes, or None if none was found.
+        high: The highest value at which the loop closes, or None if none was found.
         is_length: Whether the value is a length.
     """
 
@@ -70,7 +70,7 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
         mechanism: The description.
 
     Returns:
-        The error; None if all loops close at the actuated coordinates of the reference.
+        The error, or None if all loops close at the actuated coordinates of the reference.
     """
     bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
@@ -393,7 +393,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """Returns the closed configuration at a value; None if the loops stay open."""
+    """Returns the closed configuration at a value, or None if the loops stay open."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}

@@ -25,7 +25,7 @@ class LoopModel:
     Attributes:
         mechanism: The description. Pins whose tilt the file accepts are balls.
         terms: Names of all terms.
-        residual_gaps: The gaps of loops that close only in the least-squares sense; None if all
+        residual_gaps: The gaps of loops that close only in the least-squares sense, or None if all
             loops close.
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.

@@ -66,7 +66,7 @@ class LoopClosure:
         is_length: Mask of the variables that are lengths.
         arguments: The arguments w and wd.
         w: Symbols of the variables.
-        of_actuators: The same equations with the actuated coordinates as inputs; None if the
+        of_actuators: The same equations with the actuated coordinates as inputs, or None if the
             equations already use the actuated coordinates as inputs.
         ratios: Change of each input variable per unit change of the coordinate that drives it.
         given: Indices of the input variables.

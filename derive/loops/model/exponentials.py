@@ -46,7 +46,7 @@ def around(
     Args:
         terms: The shared terms.
         loop: The loop.
-        linkage: The planar linkage of the loop; None for a spatial loop.
+        linkage: The planar linkage of the loop, or None for a spatial loop.
     """
     out, T_a = _branch(terms, loop.to_a, "a")
     back, T_b = _branch(terms, loop.to_b, "b")

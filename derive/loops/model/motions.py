@@ -43,7 +43,7 @@ class ElementaryMotion:
     Attributes:
         value: The angle or length of the motion, as a function of q, u and p.
         axis: The direction of the motion in the base frame.
-        point: A point of the rotation axis in the base frame; None for a translation.
+        point: A point of the rotation axis in the base frame, or None for a translation.
     """
 
     value: sp.Expr

@@ -226,7 +226,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """Returns the numerical normal of a loop's plane in the base body's frame; None if spatial."""
+    """Returns the normal of a planar loop in the base body's frame, else None."""
     closer = loop.closer
     a = _Branch(mechanism, terms, closer.a, loop.to_a)
     b = _Branch(mechanism, terms, closer.b, loop.to_b)
@@ -275,7 +275,7 @@ def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matri
 
 
 def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
-    """Returns the unit normal of the plane of two sliders; None if all sliders are parallel.
+    """Returns the unit normal of the plane of two sliders, or None if all sliders are parallel.
 
     Args:
         sliding: Directions of the sliders.

@@ -112,7 +112,7 @@ def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> C
 
 
 def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
-    """Returns the axes of x and y; None if x, y, phi are not Cartesian planar coordinates."""
+    """Returns the axes of x and y, or None if x, y, phi are not Cartesian planar coordinates."""
     moving = _virtual(h)
     x, y, phi = h.theta
     clusters = _joined(h, linkage, {j.name: s for j, s in zip(moving, h.theta, strict=True)})

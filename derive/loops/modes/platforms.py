@@ -202,7 +202,7 @@ def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
 
 
 def triad_of(h: SolvedLoops) -> Triad | None:
-    """Returns the three legs of a planar platform; None for other robots."""
+    """Returns the three legs of a planar platform, or None for other robots."""
     return _rods_in_plane(h) if is_platform(h.mechanism) else planar_legs.legs_of(h)
 
 

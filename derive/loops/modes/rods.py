@@ -118,7 +118,7 @@ class FreePlatform:
 
 
 def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
-    """Returns the platform on a virtual chain of joints of some kinds; None for other chains.
+    """Returns the platform on a virtual chain of joints of some kinds, or None for other chains.
 
     Args:
         h: The robot.

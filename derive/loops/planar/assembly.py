@@ -70,7 +70,7 @@ def assemble(
         linkage: Bodies and joints.
         known: Values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        branch: The requested branch; None for the branch of the reference.
+        branch: The requested branch, or None for the branch of the reference.
 
     Raises:
         DescriptionError: A loop does not close at the reference, or the branch is ambiguous there.
@@ -114,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first clusters of bodies that can be joined; False if no clusters can be joined."""
+    """Joins the first clusters of bodies that can be joined, or returns False."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 

@@ -86,7 +86,7 @@ class Clusters:
         linkage: Bodies and joints.
         known: Known values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        branch: The requested branch; None for the branch of the reference.
+        branch: The requested branch, or None for the branch of the reference.
         all: The clusters.
         steps: The solution steps recorded so far.
         loops: Rates of the solved angles.
@@ -152,7 +152,7 @@ class Clusters:
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Returns the first ring that :meth:`rings` yields; None if no value is required."""
+        """Returns the first ring that :meth:`rings` yields, or None if no value is required."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -357,8 +357,8 @@ class Clusters:
             everywhere: The configurations.
 
         Returns:
-            The largest gap at each configuration (radian, or relative to the size); NaN if a loop
-            does not close.
+            The largest gap at each configuration (radian, or relative to the size), or NaN if a
+            loop does not close.
         """
         measured = [gap for edge in self.linkage.edges if (gap := self._gap(edge)) is not None]
         found = [[gap(at) for gap in measured] for at in everywhere]

@@ -69,7 +69,7 @@ class _Bodies:
         self._poses[edge.b] = _Pose(a.first, angle, origin)
 
     def value(self, edge: Edge) -> float | None:
-        """Returns the value of a joint; None if its bodies belong to different groups."""
+        """Returns the value of a joint, or None if its bodies belong to different groups."""
         a, b = self._poses[edge.a], self._poses[edge.b]
         if a.first != b.first or isinstance(edge, WeldEdge):
             return None

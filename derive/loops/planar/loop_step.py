@@ -102,7 +102,7 @@ class StepEquations:
         unknowns: Travels and position components that the step solves, as named terms.
         results: Definitions in order; each definition uses only earlier quantities.
         angles: The angles for which the step solves.
-        margin: The margin of the step; None if the loop of the step can always be closed.
+        margin: The margin of the step, or None if the loop of the step can always be closed.
         rates: Rate equations of the unknowns and the angles.
     """
 
@@ -126,8 +126,8 @@ class LoopStep(ABC):
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of this body to the axes of the vectors in the equations.
         solved: The angles for which the step solves, as named terms.
-        margin: The margin is zero at a dead point, and negative out of reach; None if the loop of
-            the step can always be closed.
+        margin: The margin is zero at a dead point, and negative out of reach, or None if the loop
+            of the step can always be closed.
         root: The term, up to its sign, that is NaN if the step cannot close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.

@@ -43,7 +43,7 @@ class Sides:
         first: The side that is parallel to V in the parallelogram.
         turns: The rotations of X and Y in the parallelogram.
         crossed: The exact rotations in the crossed mode of a rhombus, in which the two sides are
-            exchanged; None for unequal sides.
+            exchanged, or None for unequal sides.
         base: The sum of both sides.
     """
 

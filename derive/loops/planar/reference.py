@@ -167,7 +167,7 @@ class AtReference:
         return {}
 
     def of(self, expression: sp.Expr) -> float:
-        """Returns the value of an expression; NaN if a loop does not close."""
+        """Returns the value of an expression, or NaN if a loop does not close."""
         if expression not in self._values:
             self._values[expression] = self._evaluated(expression)
         return self._values[expression]

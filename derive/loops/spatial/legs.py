@@ -54,7 +54,7 @@ def assemble_in_space(
             bodies on guides.
         known: Table that receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The requested branch; None for the branch of the reference.
+        branch: The requested branch, or None for the branch of the reference.
 
     Raises:
         DescriptionError: A loop does not close at the reference.
@@ -79,7 +79,7 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """Returns the joints before the ball that closes a loop; None if no step applies."""
+    """Returns the joints before the ball that closes a loop, or None if no step applies."""
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 

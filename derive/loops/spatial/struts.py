@@ -83,7 +83,7 @@ class Legs:
         mechanism: The description.
         known: Table that receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The requested branch; None for the branch of the reference.
+        branch: The requested branch, or None for the branch of the reference.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Legs:
         return [*self.unknown(strut.a), *self.unknown(strut.b)]
 
     def length(self, strut: Strut) -> sp.Expr | None:
-        """Returns a strut's length; None for a cylinder with an unknown coordinate."""
+        """Returns a strut's length, or None for a cylinder with an unknown coordinate."""
         if not strut.is_cylinder:
             return strut.length
         value = self.known.values.get(strut.name)
@@ -174,8 +174,8 @@ class Legs:
 
         Args:
             reach: The strut and its joint.
-            value: Returns the value of the joint at the reference for a branch sign; NaN if the leg
-                does not close.
+            value: Returns the value of the joint at the reference for a branch sign, or NaN if the
+                leg does not close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -192,7 +192,7 @@ class Legs:
 
         Args:
             distances: Distance from the reference for each branch sign (radian, or relative to the
-                mechanism size); NaN if the loop does not close.
+                mechanism size), or NaN if the loop does not close.
             name: Name of the loop, for the error message.
             is_length: Whether the sign belongs to the length of a leg.
 

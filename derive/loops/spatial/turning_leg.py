@@ -107,7 +107,7 @@ def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """Returns the numerical angle of a leg's joint; NaN if the leg is out of reach."""
+    """Returns the numerical angle of a leg's joint, or NaN if the leg is out of reach."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

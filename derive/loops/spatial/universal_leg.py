@@ -87,7 +87,7 @@ class UniversalJoint:
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a second point on the pin axis; None if the axis misses the center."""
+    """Returns a second point on the pin axis, or None if the axis misses the center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None

@@ -10,7 +10,7 @@
 
 /* Addresses of the results for one pose, or for the first pose of a batch. */
 typedef struct {
-    double *q; /* (n,) coordinates; NaN if no start configuration could be evaluated at all */
+    double *q; /* (n,) coordinates, or NaN if no start configuration could be evaluated at all */
     double *residual;       /* [m] the distance, or the angle times the unit length */
     unsigned char *success; /* whether the search has converged */
     signed char *ending;    /* a value of Ending, see attempt.h */

@@ -32,7 +32,7 @@ class NumericTask:
     Attributes:
         robot: The robot.
         T: (m, 4, 4) poses.
-        weights: Weights of the components of the pose error; None if all components have equal
+        weights: Weights of the components of the pose error, or None if all components have equal
             weights.
     """
 

@@ -37,7 +37,7 @@ class Verdict:
         unfound: Number of targets without a correct answer, even among answers not claimed as
             solutions.
         wrong: Number of targets with an incorrect claimed solution.
-        lost: Number of targets whose regular generating coordinates are not among the solutions;
+        lost: Number of targets whose regular generating coordinates are not among the solutions, or
             None for singular sets.
         worst: Largest residual of a correct claimed solution [m or rad].
     """

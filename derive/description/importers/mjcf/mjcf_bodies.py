@@ -47,7 +47,7 @@ class BodyJoint:
         rpy: Roll, pitch, yaw of the origin (radian).
         axis: Direction of the motion in the origin frame.
         limits: Minimum and maximum coordinate (radian or metre).
-        mimic: Linear relation to a leader joint; None without a leader.
+        mimic: Linear relation to a leader joint, or None without a leader.
         leader: Name of the leader joint in the model.
         notes: Notes on angles snapped to multiples of pi/12.
     """

@@ -39,7 +39,7 @@ def test_linkage_in_any_plane_writes_latex_rates(path):
 def satisfied(model, crank):
     """Solves MuJoCo's equality constraints by Newton's method from the initial pose.
 
-    Returns MuJoCo's data; None if the loops do not close.
+    Returns MuJoCo's data, or None if the loops do not close.
     """
     data = mujoco.MjData(model)
     at = model.joint("crank").qposadr[0]

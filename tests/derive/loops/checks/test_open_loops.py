@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Returns the error of a robot's loops and actuators; None if no value is required."""
+    """Returns the error of a robot's loops and actuators, or None if no value is required."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None

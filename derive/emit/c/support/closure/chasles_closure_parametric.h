@@ -10,7 +10,7 @@
  *   CLOSURE_P                  parameters of the geometry
  *   CLOSURE_AT(s)              computes s->c and s->D at s->w and s->p
  *   CLOSURE_Z                  entries of the nominal configuration z
- *   CLOSURE_CONFIGURATION(q, z)      computes z at q; NaN if the nominal loops do not close
+ *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close
  *   tables actuated, ratio     the variable of each coordinate, and 1
  *          unknown, of_z       the unknown variables, and their indices in z
  *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
