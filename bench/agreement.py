@@ -20,8 +20,8 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
 
     Args:
         name: The peer, and the robot or function that it computes.
-        found: Result arrays of the peer; NaN is required in every entry in which chasles returns
-            NaN.
+        found: Result arrays of the peer library; NaN is required in every entry in which chasles
+            returns NaN.
         expected: Result arrays of chasles, with the same shapes.
     """
     for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):

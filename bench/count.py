@@ -123,7 +123,7 @@ def compare(
         exactly: Whether each difference or missing function is treated as a failure.
 
     Returns:
-        One line per failure.
+        One line per count that increased too much.
     """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]

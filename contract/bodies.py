@@ -141,7 +141,7 @@ class SkeletonFacts:
 
     Attributes:
         size: The diagonal of the robot's bounding box at the reference [m].
-        tip: The frame of the tip.
+        tip: The tip frame of the robot.
         bodies: The bodies.
         q_drawn: The default q of drawings of a serial robot; () with loops.
         closures: The joints that close loops, in addition to struts.
@@ -160,10 +160,10 @@ def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
     Args:
         found: The bodies.
         coordinates: The number of entries of z, or of q for a serial robot.
-        place: The field of the manifest.
+        place: The field of the manifest that contains the bodies.
 
     Raises:
-        ManifestError: If a condition is violated.
+        ManifestError: If an index or a reference between bodies is invalid.
     """
     bodies, at = found.bodies, place["bodies"]
     if not bodies or bodies[0].joint or bodies[0].span:

@@ -30,7 +30,7 @@ class DescriptionError(ChaslesError, ValueError):
         file: Name of the file as passed by the caller; empty if there is no file.
         line: Line number, starting at 1, or None if no line is known.
         field: Dotted path of the field; empty for the description as a whole.
-        value: The value found; The value is None if no value was found.
+        value: The value found, or None if no value was found.
         expected: Description of a valid value; empty if only the message contains it.
     """
 

@@ -270,7 +270,7 @@ class Manifest:
 
     Attributes:
         name: The robot's name, a C and Python identifier.
-        title: The robot's name in texts.
+        title: The name of the robot in sentences.
         kind: One of :data:`chasles.contract.KINDS`.
         source: The source of the description.
         coordinates: The actuated coordinates, in the order of `q`.
@@ -281,7 +281,7 @@ class Manifest:
         files: SHA-256 of each generated file.
         loops: Facts about the loops of the robot.
         format: The format version of the manifest.
-        notes: Remarks, such as snapped values.
+        notes: Remarks on the robot, such as snapped values.
         cleaning: The values of the description that were replaced by exact values, and their
             effect.
         geometry: The elements of the vector p of the parametric functions; () without such
@@ -291,7 +291,7 @@ class Manifest:
         inverse: The tier of the inverse, or the reason why there is none.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
-        languages: The generated files by language.
+        languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
         folder: The folder of the manifest; not stored in the manifest.
         digest: SHA-256 of the manifest, which covers the hashes of all files; not stored in the

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from .sympy_expressions import expressions as expressions
 
 # SymPy reads its cache size at import. SymPy's default of a thousand cached results is too small
-# for a robot with loops: With the default cache size, SymPy would rebuild the same expressions
+# for a robot with loops: with the default cache size, SymPy would rebuild the same expressions
 # repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 

@@ -20,7 +20,7 @@ Fixed = str | int | Iterable[str | int]
 
 
 def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
-    """Return the values of fixed joints by name or index; None keeps the value at `q_seed`.
+    """Return the values of fixed joints by name or index, where None keeps the value at `q_seed`.
 
     Raises an InputTypeError if `fixed` is neither a mapping nor names.
     """

@@ -52,7 +52,7 @@ class Design(StudyResult):
     Attributes:
         indices: Indices of the configurations among the candidates.
         q: (count, n) coordinates [rad or m].
-        names: The identifiable parameters and unknowns.
+        names: The identifiable parameters and unknowns of the measurements.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
         tool_error: Root mean square error of the tool position over all candidates [m] that

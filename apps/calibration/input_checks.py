@@ -67,7 +67,7 @@ class Mistake(NamedTuple):
         words: The mistake, as the end of the sentence "the measurements fit better if ...".
         q: (N, n) corrected coordinates.
         measurements: The corrected measurements.
-        factor: Factor that corrects the lengths.
+        factor: Factor that converts the lengths to the correct unit.
     """
 
     words: str

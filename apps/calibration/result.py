@@ -113,7 +113,7 @@ class Calibration(StudyResult):
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """Labels of the excluded rows."""
+        """Labels of the excluded measurement rows."""
         return tuple(np.array(self.measurements.labels)[~self.used].tolist())
 
     def poses(self, q: ArrayLike) -> FloatArray:
@@ -132,7 +132,7 @@ class Calibration(StudyResult):
 
     @property
     def std(self) -> FloatArray:
-        """Standard deviation of each value."""
+        """Standard deviation of each identified value."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
@@ -205,7 +205,7 @@ class Calibration(StudyResult):
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
-            name: Name of the calibrated robot in a .toml; None means the stem of the path.
+            name: Name of the calibrated robot in a .toml, where None means the stem of the path.
             source: Origin of the values in a .toml; "": the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml. The inverse of a robot with loops
                 refines the nominal solutions. With None, the compiler rounds lengths instead.

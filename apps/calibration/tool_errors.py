@@ -74,7 +74,7 @@ class FirstOrderErrors(StudyResult):
 
 @dataclass(frozen=True, eq=False)
 class MonteCarloErrors(StudyResult):
-    """Tool errors of random arms.
+    """Tool errors of arms with random manufacturing errors.
 
     Attributes:
         displacement: (samples, 3) tool displacement in the base frame [m].

@@ -43,7 +43,7 @@ def animate(
             configurations (k, n) [rad or m], one per frame.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: As for `draw`; None: the plane of a planar robot, else the axonometric view.
+        views: As for `draw`, or None for the plane of a planar robot, else the axonometric view.
         fps: Frames per second.
 
     Returns:

@@ -34,7 +34,7 @@ class Lettering:
 
     Attributes:
         ax: The axes.
-        scene: The scene on the axes.
+        scene: The scene that is drawn on the axes.
         size: Font size [pt].
         taken: The bounding boxes of all placed labels [pixels].
     """

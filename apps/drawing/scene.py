@@ -23,7 +23,7 @@ _MARGIN = 2.5
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame in a drawing.
+    """A coordinate frame in a drawing.
 
     Attributes:
         name: Name of the frame.
@@ -53,7 +53,7 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Scene:
-    """A view and its content.
+    """A view of the robot with everything that is drawn in it.
 
     Attributes:
         view: The projection.

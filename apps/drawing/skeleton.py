@@ -79,7 +79,7 @@ class Skeleton:
         Args:
             q: (..., n) actuated coordinates [rad or m].
             z_seed: (..., n_z) nearby configurations that select the branch of loops solved by
-                iteration; None selects the branch of the reference configuration.
+                iteration, where None selects the branch of the reference configuration.
 
         Returns:
             (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN if
@@ -180,7 +180,7 @@ class _Motions:
 
 
 class _Spans:
-    """The struts as arrays."""
+    """The struts of the robot as arrays."""
 
     def __init__(self, spans: list[Span]) -> None:
         self.a, self.b = np.array([span.bodies for span in spans]).T

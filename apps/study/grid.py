@@ -84,7 +84,7 @@ class Grid:
             resolution: Number of cells along the longest side, at least 2.
 
         Raises:
-            ShapeError: A corner is not (3,).
+            ShapeError: A corner does not have the shape (3,).
             InputValueError: The box has no extent, or the corners are not finite or not in order.
         """
         lower = finite("Grid.from_bounds: lower", lower, (3,))

@@ -134,13 +134,13 @@ def reach(
         robot: A robot with `ik`.
         targets: A grid, for its cell centers; (m, 3) positions of the tool origin [m]; or (m, 4, 4)
             poses.
-        orientations: (k, 3, 3) tool orientations at every position; None: for positions,
+        orientations: (k, 3, 3) tool orientations at every position; by default
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
             within its limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar; None shows it only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -179,7 +179,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar; None shows it only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

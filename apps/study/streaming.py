@@ -42,7 +42,7 @@ T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """The function to apply to each piece of a sample set. Cluster workers receive the function."""
+    """The function to apply to each piece of a sample set, on every worker of a cluster."""
 
     def empty(self) -> T:
         """Return an object with all counts at zero."""
@@ -68,7 +68,8 @@ def tallied(
         threads: Threads of this process, or of each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
             process.
-        progress: Whether to show a progress bar; None shows it if standard error is a terminal.
+        progress: Whether to show a progress bar, where None shows it if standard error is a
+            terminal.
         name: The name of the progress bar.
 
     Raises:
@@ -176,8 +177,8 @@ def progress_of(
     Args:
         name: Name of the task.
         total: Number of work items.
-        shown: Whether to show the bar; None shows it if standard error is a terminal and rich is
-            installed.
+        shown: Whether to show the bar, where None shows it if standard error is a terminal and rich
+            is installed.
 
     Yields:
         A function to call with the number of items completed since its last call.

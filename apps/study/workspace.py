@@ -25,7 +25,7 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound. There are only a few local optima."""
+"""Number of start configurations for each bound. The function has only a few local optima."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
@@ -131,8 +131,8 @@ class Workspace(StudyResult):
         """Plot the workspace from above and from the side; a planar workspace in its plane.
 
         Args:
-            ax: matplotlib axes for a single view along the thinnest direction; None: a new figure
-                with both views.
+            ax: matplotlib axes for a single view along the thinnest direction, or None for a new
+                figure with both views.
 
         Returns:
             The axes, or an array of axes.
@@ -168,7 +168,7 @@ def workspace(
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to show a progress bar; None shows it only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any

@@ -25,7 +25,7 @@ _STARTING = threading.Lock()
 
 @dataclass(frozen=True)
 class Access:
-    """The token of one view.
+    """The secret token of one view.
 
     Attributes:
         token: A random text, part of the address of the page.

@@ -74,7 +74,7 @@ class Displayed:
 
 @dataclass(frozen=True, eq=False)
 class Ghosts:
-    """Other configurations with the same tool pose, in a fixed number of slots.
+    """Other configurations with the same tool pose as ghosts, in a fixed number of slots.
 
     Attributes:
         positions: (g, bodies, 3) positions of the bodies [m].
@@ -90,7 +90,7 @@ class Ghosts:
 
     @staticmethod
     def joined(parts: Sequence[Ghosts]) -> Ghosts:
-        """Concatenate several kinds of ghosts."""
+        """Concatenate the ghosts of several kinds."""
         return Ghosts(
             np.concatenate([part.positions for part in parts]),
             np.concatenate([part.wxyzs for part in parts]),

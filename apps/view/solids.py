@@ -39,7 +39,7 @@ _FRAME = 9.0
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A solid on a body.
+    """A solid that is fixed to a body.
 
     Attributes:
         body: Index of the body in the skeleton.

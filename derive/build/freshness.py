@@ -44,7 +44,7 @@ class Job:
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
         languages: The languages to write; empty for the default languages.
-        name: The robot's name; None selects the name in the file.
+        name: The robot's name, where None selects the name in the file.
     """
 
     file: Path

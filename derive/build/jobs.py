@@ -58,10 +58,10 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
     """Returns the jobs for the robots of one file: one per tip, group or arm.
 
     Args:
-        job: The job for the file.
+        job: The job that all robots of the file share.
         tips: Tip links; if empty, the groups or the link tree of the file determine the tips.
         groups: Names of SRDF groups.
-        srdf: The SRDF file; None selects the SRDF file next to the robot file.
+        srdf: The SRDF file, where None selects the SRDF file next to the robot file.
 
     Raises:
         DescriptionError: The description is invalid.

@@ -36,7 +36,7 @@ class Skeleton:
 
     Attributes:
         bodies: The ground, one body per joint, then the bodies of struts.
-        shapes: The shapes of each body.
+        shapes: The drawn shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
         q_drawn: The default configuration q for drawing a serial robot; () with loops.

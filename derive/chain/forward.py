@@ -6,7 +6,8 @@ with Horner's scheme. In the axes of group g,
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
-Each lever is the tool position relative to one joint axis. The levers determine the Jacobian.
+Each lever is the tool position relative to one joint axis. The levers determine the columns of the
+Jacobian.
 """
 
 from collections.abc import Sequence

@@ -5,8 +5,8 @@ and (v_k; omega_k) the joint screw in the base frame. The gravity torque of join
 
     w_k = M_k v_k + omega_k x c_k,    tau_k = g . w_k,
 
-The derivative of tau_k with respect to a later joint j is (g x omega_k) . w_j. It is symmetric
-in j and k because the torques have a potential.
+The derivative of tau_k with respect to a later joint j is (g x omega_k) . w_j. The derivative is
+symmetric in j and k, because the torques have a potential.
 """
 
 from collections.abc import Sequence

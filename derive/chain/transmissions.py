@@ -1,8 +1,8 @@
 """Conversion between controller readings and true coordinates, in both directions.
 
 A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
-together with the geometry. All other functions use the true coordinates q. These two functions
-convert between q and the controller readings r, so that
+together with the geometry. All functions other than these two use the true coordinates q. These two
+functions convert between q and the controller readings r, so that
 
     T = fk(coordinates_from_readings(r))
     r = readings_from_coordinates(q), q one of ik(T).
@@ -38,7 +38,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
 
     Args:
         robot: The description.
-        terms: Receives the named terms.
+        terms: Table that receives the named terms.
         q: The true coordinates.
 
     Raises:

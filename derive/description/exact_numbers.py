@@ -26,7 +26,7 @@ class ExactNumbers:
     Attributes:
         tolerance: Length noise (metre).
         points: Exact points of arrangements, keyed by the noise-free points.
-        numbers: The numbers changed so far.
+        numbers: The numbers that were replaced so far.
     """
 
     tolerance: Fraction

@@ -159,7 +159,7 @@ def exact_direction(vector: Vector) -> Vector:
 
     A decimal vector of any length is replaced by a unit vector of :func:`exact_directions` if,
     after scaling, each component agrees within one unit of the last written place or within
-    ``NOISE`` of the length. Zeros must match exactly.
+    ``NOISE`` of the length. A zero component must be exactly zero in the file.
 
     Returns:
         A unit vector of exact roots, or the decimals as written in the file.
@@ -208,7 +208,7 @@ class _Turned:
 
 @dataclass(frozen=True)
 class _Diagonal:
-    """A diagonal of a cube."""
+    """A diagonal of a cube as a unit vector."""
 
     signs: tuple[int, ...]
 

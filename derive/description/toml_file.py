@@ -358,7 +358,7 @@ class TomlFile:
 
         Args:
             keys: The path to the value.
-            expected: Description of a valid value.
+            expected: Description of a valid value for the message.
             shown: The value to print, if it differs from the value at the path.
         """
         value = self.at(keys) if shown is ... else shown

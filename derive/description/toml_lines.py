@@ -1,4 +1,4 @@
-"""Finds the lines of values in a TOML text; Python's parser stores no positions."""
+"""Finds the lines of values in a TOML text; Python's TOML parser stores no positions."""
 
 import bisect
 import re

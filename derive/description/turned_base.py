@@ -42,7 +42,7 @@ class TurnedBase:
 
     Attributes:
         owner: The joint or closure whose frame defines the rotation.
-        turn: The rotation of the axes.
+        turn: The rotation of the base axes.
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding of relative angles (radian).
         length: Rounding of coordinates in the axes (metre).

@@ -61,7 +61,7 @@ class Attempt:
 
     @property
     def title(self) -> str:
-        """Description of the structure."""
+        """Description of the axis structure."""
         return self.family.title + (", read from the tool" if self.backwards else "")
 
 

@@ -35,8 +35,8 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
         count: Number of joints to fix.
 
     Returns:
-        Joint indices in ascending order. In a chain longer than ``LONG``, only end joints can be
-        fixed.
+        Joint indices of each set in ascending order. In a chain longer than ``LONG``, only end
+        joints can be fixed.
     """
     joints = range(len(lines.axes))
     ways = set()

@@ -108,7 +108,7 @@ class Convention:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
         place: Function that converts the joint's kind and all fields, by name, to the placements.
-        source: Publication that defines the convention.
+        source: Publication in which the convention is defined.
         words: The convention's name in a sentence of the article. A phrase for the fields of a
             convention without a ``transform``; "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
@@ -117,7 +117,7 @@ class Convention:
         sliding: Field to which a prismatic joint adds its variable; empty if there is none.
         second_part: First field of the second table, if a single table is too wide.
         numbers: Function that returns, for a joint's kind, the product of elementary motions in the
-            values that a calibration corrects; None selects the link transform.
+            values that a calibration corrects, where None selects the link transform.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The
             function returns None if the convention cannot represent the axis.
     """
@@ -206,7 +206,7 @@ def of_transform(
         name: Name in robot files.
         fields: The fields.
         transform: The product, with symbols that have the names of the fields.
-        source: Publication that defines the convention.
+        source: Publication in which the convention is defined.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
         sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint

@@ -121,7 +121,7 @@ def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
 
 
 class Parameters:
-    """The parameters created so far.
+    """The parameters that exist so far.
 
     Attributes:
         parameters: The parameters in order.

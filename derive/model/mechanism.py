@@ -179,7 +179,7 @@ class Mechanism:
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: The robot's name in texts.
+        title: The name of the robot in sentences.
         source: Source of the dimensions.
         base: The base body's frame in the base frame.
         tool: The tool frame in its body's frame.
@@ -267,7 +267,7 @@ class Mechanism:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """All bodies, the base first."""
+        """The names of all bodies, the base first."""
         return (self.base_frame, *(joint.link for joint in self.joints))
 
     @cached_property
@@ -326,7 +326,7 @@ class Mechanism:
 
     @property
     def passive(self) -> tuple[str, ...]:
-        """Names of the joints and swings that are neither actuated nor in the main chain.
+        """Names of the joints and swing angles that are neither actuated nor in the main chain.
 
         Drives that are not actuated are last.
         """
@@ -369,13 +369,14 @@ class Mechanism:
         return {strut.swing_name for strut in self.struts}
 
     def reference_of(self, name: str) -> sp.Expr:
-        """Returns the reference value of a coordinate, joint or swing."""
+        """Returns the reference value of a coordinate, joint or swing angle."""
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields default reference values at the middle of the limits.
 
-        Only cylinders, and joints whose limits exclude zero, have such a default.
+        Only cylinders, and joints whose limits exclude zero, have a default in the middle of the
+        limits.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}

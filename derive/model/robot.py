@@ -1,6 +1,6 @@
 """A robot as plain data: joints with constant placements, limits, frames and parameters.
 
-All conventions and file formats are converted to this form. The pose of link i in link i-1 is
+Every convention and file format is converted to this form. The pose of link i in link i-1 is
 
     T_prev_link = before * motion(q) * after
 
@@ -176,7 +176,7 @@ class Load:
 class Transmission:
     """The transmission error between a controller's reading and the true coordinate.
 
-    For a controller reading r,
+    For the reading r of a controller,
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 

@@ -12,8 +12,8 @@ EVALUATION_DIGITS = 40
 """Decimal digits of evaluated constants: more than twice the 16 digits of a double, so that
 rounding does not affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
-"""Decimal digits of intermediate results. Chains of named constants lose a few digits. With these
-additional digits, all 40 digits of a constant are correct."""
+"""Decimal digits of intermediate results in constant expressions. Chains of named constants lose a
+few digits. With these additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Correct decimal digits of a constant with many operations; rounding and cancellation may change
 the last eight."""

@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 
 class Operation(Enum):
-    """An operation on operands. A condition is 1 or 0 in scalar code, and a mask in vector code."""
+    """An operation; a condition is 1 or 0 in scalar code, and a mask in vector code."""
 
     ADD = auto()
     SUBTRACT = auto()
@@ -51,7 +51,7 @@ COMPARISONS = frozenset(
 )
 LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
-"""Operations with a Boolean result."""
+"""Operations whose result is Boolean."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
 """Operations that every machine computes by a call of the mathematical library."""
 

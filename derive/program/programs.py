@@ -43,7 +43,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
     """Translates functions to CasADi and reads the generated programs.
 
     Args:
-        functions: Functions over the same terms.
+        functions: Functions whose entries share terms.
         prefix: The robot's name, the prefix of the program names.
 
     Raises:

@@ -93,7 +93,7 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
 
 @dataclass(frozen=True)
 class _Signed:
-    """An operand or its negative."""
+    """An operand of the program, or the negative of an operand."""
 
     operand: Operand
     negative: bool

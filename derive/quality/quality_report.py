@@ -80,7 +80,7 @@ class JointQuality:
         distance: Distance between both axes (metre); 0 if one axis has only a direction.
         own: Names of the conventions that the robot's own description uses between both axes.
         misses: The axis displacements that the robot's own parameters cannot represent.
-        conventions: The quality of every convention.
+        conventions: The quality of every tested convention.
         suitable: The convention that suits the joint.
     """
 

@@ -54,8 +54,8 @@ class Signature:
         name: The function's name without the robot's prefix.
         summary: One line that states the computed quantity.
         identity: One line with the identity that the function satisfies.
-        inputs: The arguments in order.
-        outputs: The results in order.
+        inputs: The arguments of the function in order.
+        outputs: The results of the function in order.
         role: The role, for the runtime.
     """
 

@@ -90,7 +90,7 @@ class Terms:
         """Caches a result that is expressed in named terms and needed repeatedly, such as a pose.
 
         Args:
-            key: All values that determine the result.
+            key: All values that determine the result, as the key of the cache.
             made: Computes the result.
         """
         if key not in self._made:

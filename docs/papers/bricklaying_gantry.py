@@ -2,9 +2,9 @@
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`.
-In equations (3) to (6), a link of length r at the angle theta replaces the gantry:
-`robots/bricklaying_polar.toml` in this folder. The chain of section 2.3 is the robot
-`bricklaying_planar`.
+In equations (3) to (6), a link of length r at the angle theta replaces the gantry; the
+file `robots/bricklaying_polar.toml` in this folder describes this arm. The chain of section 2.3 is
+the robot `bricklaying_planar`.
 """
 
 from __future__ import annotations
@@ -414,7 +414,7 @@ class Wall:
     Attributes:
         places: (m, 3) planned guide positions at which bricks are released [m].
         released: (m, 3) guide positions from the motor angles [m].
-        sampled: The motion of the motors.
+        sampled: The planned motion of the motors.
     """
 
     places: FloatArray

@@ -72,10 +72,10 @@ class Printed:
             value, or if it is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.
-        about: The tolerance [unit] implied by the paper's words; None means half a unit of the
-            last printed digit.
+        about: The tolerance [unit] implied by the paper's words, where None means half a unit of
+            the last printed digit.
         text: The paper's words.
-        digits: Decimals of our value in the table; None means one decimal more than the paper
+        digits: Decimals of our value in the table, where None means one decimal more than the paper
             prints.
         is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
@@ -136,7 +136,7 @@ def evaluated(printed: Printed, **values: float) -> Any:
         values: Values of the symbols in metres and radians; cos, sin and so on are known.
 
     Returns:
-        A number or an array.
+        A value of an equation: a number or an array.
     """
 
     def value(text: Text | None) -> Any:

@@ -201,7 +201,7 @@ LAWS = {
     "minimum-norm joint rates": joint_norm,
     "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""Other assumptions for the last stage, integrated from 39 s."""
+"""Further assumptions for the last stage, integrated from 39 s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:

@@ -12,8 +12,9 @@
 #include "chasles_closure_tolerances.h"
 
 /* The residual of a slot: the larger of the leg error `legs` and the deviation of its fk pose
- * `reached` from T. The residual is infinite if the pose belongs to another assembly mode; NaN if
- * the forward kinematics fails. Modes are distinguished with lengths relative to the robot size. */
+ * `reached` from T. The residual is infinite if the pose belongs to another assembly mode, or NaN
+ * if the forward kinematics fails. Modes are distinguished with lengths relative to the robot size.
+ * */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {

@@ -53,7 +53,7 @@ class Described(Protocol):
 
     @property
     def functions(self) -> Mapping[str, Any]:
-        """The functions by name."""
+        """The generated functions by name."""
 
 
 def explain(robot: Described, name: str) -> tuple[str, str]:

@@ -34,8 +34,8 @@ class CompleteInverse:
     """An inverse for fixed joints, also if the structure of the other joints is degenerate.
 
     At some values of a fixed joint, its adjacent axes are parallel, at right angles or in a plane.
-    Then formulas for oblique axes miss solutions. Newton's method finds these solutions from the
-    slots at this value and at a slightly different value, and with random revolute joints.
+    In this case, formulas for oblique axes miss solutions. Newton's method finds these solutions
+    from the slots at this value and at a slightly different value, and with random revolute joints.
 
     Attributes:
         names: The fixed joints.

@@ -108,7 +108,7 @@ class Moves:
         return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
 
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
-        """Return the metric with fixed coordinates; `free` keeps their weights."""
+        """Return the metric with fixed coordinates; coordinates in `free` keep their weights."""
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0
         if not free:

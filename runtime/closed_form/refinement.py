@@ -1,7 +1,8 @@
 """Refinement of targets without a valid slot, but with a small residual.
 
 Near singularities of several solution steps, a closed form loses digits or misses its solution;
-Newton's iteration recovers it. Rounded poses get least-squares solutions (docs/explanation).
+Newton's iteration recovers this solution. Rounded poses get least-squares solutions
+(docs/explanation).
 """
 
 from __future__ import annotations

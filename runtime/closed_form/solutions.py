@@ -103,8 +103,9 @@ class Solutions(Fields):
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
         the mode of the reference configuration: its result is a different pose or a singularity.
-        Such a slot is not valid. `fk_all(q)` has all modes of some platforms. The result is False
-        for robots whose loops have a closed form. Filters do not change this field.
+        A slot in another assembly mode is not valid. `fk_all(q)` has all modes of some platforms.
+        The result is False for robots whose loops have a closed form. Filters do not change this
+        field.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -226,8 +227,8 @@ class Solutions(Fields):
     def within_tolerance(self, tolerance: float) -> Self:
         """Mark all slots with a residual of at most the tolerance [m] as valid.
 
-        Earlier filters are ignored. A tolerance is necessary for measured poses, which an arm with
-        fewer than six joints cannot reach exactly.
+        Earlier filters have no effect on the result. A tolerance is necessary for measured poses,
+        which an arm with fewer than six joints cannot reach exactly.
 
         Raises:
             InputValueError: If the tolerance is not positive.

@@ -64,10 +64,11 @@ class NewtonMethods(RobotFacts):
 
         Args:
             q: (k, n) actuated coordinates [rad or m], in order.
-            z_seed: (n_z,) a configuration near the first solution; None: see `solve_loops`.
+            z_seed: (n_z,) a configuration near the first solution, or None for see `solve_loops`.
 
         Returns:
-            The result of `solve_loops`. After a failed step, all further steps fail.
+            The configurations, as `solve_loops` returns them. After a failed step, all further
+            steps fail.
         """
         rows = np.asarray(q, dtype=np.float64)
         (size,) = self.configuration.outputs[0].shape

@@ -1,8 +1,8 @@
 """Compiled robot libraries: built once, cached, and checked when opened.
 
-The key is the SHA-256 of the C code, the glue code and the processor features. It is part of the
-file name, and a library contains it. A library ends with the SHA-256 of the preceding bytes, so
-that a damaged library is rejected before the system maps it.
+The key is the SHA-256 of the C code, the glue code and the processor features. The key is part of
+the file name, and the library contains the key. A library ends with the SHA-256 of the preceding
+bytes, so that a damaged library is rejected before the system maps it.
 
 A kernel is a library for all processors of a platform (`chasles build --portable`). Kernels are in
 the folders of generated robots, not in the cache.

@@ -47,8 +47,8 @@
 
 /* ------------------------------------------------------ singular values, linear solves */
 
-/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. Also the rounding error
- * relative to the norm of the matrix. */
+/* Maximum cosine between orthogonal rows; rounding adds 1e-16 per product. The value is also the
+ * rounding error relative to the norm of the matrix. */
 #define SVD_ORTHOGONAL 1e-15
 
 /* Minimum singular value relative to the largest. Singular vectors of smaller values are replaced

@@ -120,8 +120,8 @@ class ManipulabilityMethods(LengthMethods):
 
         dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values except the
         i-th; away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink,
-        like |x| at 0, and the gradient is one-sided. It is NaN if q is not finite or a loop is
-        open. Arguments and errors are those of `manipulability`.
+        like |x| at 0, and the gradient is one-sided. The gradient is NaN if q is not finite or a
+        loop is open. Arguments and errors are those of `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)

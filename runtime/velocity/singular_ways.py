@@ -23,8 +23,8 @@ class Determinants(NamedTuple):
 
     Attributes:
         J_x: (...,) determinant of J_x, which changes sign at a singularity of type 2.
-        J_q: (...,) determinant of J_q, or sqrt(det(J_q^T J_q)) for a rectangular J_q. It is 0 at a
-            singularity of type 1.
+        J_q: (...,) determinant of J_q, or sqrt(det(J_q^T J_q)) for a rectangular J_q. The
+            determinant is 0 at a singularity of type 1.
     """
 
     J_x: FloatArray

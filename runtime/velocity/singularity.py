@@ -46,7 +46,7 @@ class SingularityMethods(LengthMethods):
 
         A row of J_x is the line (n, r x n) of a rod, so that angular columns contain lever arms.
         These columns, and the columns of J_q for revolute actuators, are divided by the
-        characteristic length. All entries become dimensionless.
+        characteristic length. All matrix entries become dimensionless.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].

@@ -4,7 +4,7 @@ The trial derives one random arm. Each of its inverses solves poses at random co
 angles and near right angles. Every pose needs a solution, no solution may be wrong, and regular
 coordinates must be among the solutions. Nothing is compiled, because the equations run in CasADi.
 Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
-closed-form family need compiled C. The campaign ``general`` tests them.
+closed-form family need compiled C. The campaign ``general`` tests such arms.
 """
 
 from collections.abc import Iterator

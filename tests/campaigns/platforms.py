@@ -27,7 +27,7 @@ OF_EACH_KIND, STARTS = 2, 2_000
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
 """Maximum rod length error, maximum distance of equal modes, and minimum determinant of a regular
-mode. Platforms have size 1."""
+mode. The platforms have a size of 1 m."""
 NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """

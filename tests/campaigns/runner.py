@@ -50,13 +50,13 @@ def campaign(name: str) -> Campaign:
 
 @dataclass
 class Tally:
-    """Accumulated outcomes of a campaign.
+    """Outcomes of a campaign, summed over its trials.
 
     Attributes:
         trials: Number of finished trials.
         seconds: Total time of the finished trials.
         counts: Number of checked items by kind, summed over all robots.
-        largest: Maxima of the values.
+        largest: Maxima of the reported values.
         failures: Trial number and text of each failure.
     """
 
@@ -94,7 +94,7 @@ def run(
         seconds: Time after which no trial starts, except the first trial of each campaign.
         seed: Seed that determines the trial numbers, see ``TRIALS_OF_A_SEED``.
         workers: Number of parallel trials.
-        report: Called after each trial.
+        report: Function that is called after each trial.
 
     Returns:
         The outcomes, keyed by campaign.

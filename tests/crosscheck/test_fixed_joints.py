@@ -47,7 +47,8 @@ def reduced_jacobian(model, q, locked):
 
 
 def damped(J, V, unit, length, rank):
-    """Evaluates the equation in rates.py. Returns joint rates and the smallest singular value."""
+    """Evaluates the damped least-squares equation of rates.py. Returns joint rates and the smallest
+    singular value."""
     row = np.repeat([1 / length, 1.0], 3)
     U, sigma, W = np.linalg.svd(row[:, None] * J * unit, full_matrices=False)
     U, sigma, W = U[:, :rank], sigma[:rank], W[:rank]

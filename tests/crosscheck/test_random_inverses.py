@@ -16,7 +16,8 @@ from tests.support.oracles.verdict import judged
 FIVE_JOINTS = (389,)
 """Five-joint arm whose poses equal the poses of a six-joint arm with the last joint at 0."""
 OBLIQUE_WRISTS = (80,)
-"""Arm with an undetermined rotation. The wrist of this arm reaches only some orientations."""
+"""Arm whose pose does not determine a rotation. The wrist of this arm reaches only some
+orientations."""
 LOST_BEFORE = (53007, 50925)
 """Arms with poses that the closed form misses.
 

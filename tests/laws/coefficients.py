@@ -17,7 +17,7 @@ class _Coefficient:
     """An even function of the angle, as a closed form and as a Taylor series in the squared angle.
 
     Attributes:
-        closed: The function for nonzero angles.
+        closed: The function at nonzero angles.
         taylor: Its Taylor coefficient of theta^(2k), for k = 0, 1, ...
     """
 

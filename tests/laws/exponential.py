@@ -128,8 +128,8 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     `R = a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and
     `p = sin(theta) (v - h a) + (1 - cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I
     and `p = theta v`.
-    There is no degenerate angle. Structurally zero terms vanish, because constants are expanded
-    (never simplified).
+    The exponential of a joint screw has no degenerate angle. Structurally zero terms vanish,
+    because constants are expanded (never simplified).
 
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero

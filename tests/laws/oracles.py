@@ -85,7 +85,8 @@ def wide(M: Matrix) -> mpmath.matrix:
 
 
 def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf:
-    """Returns the largest difference of two numerical matrices; NaN counts as infinite."""
+    """Returns the largest difference of two numerical matrices; A NaN difference counts as
+    infinite."""
     with mpmath.workdps(DIGITS):
         A, B = (M if isinstance(M, mpmath.matrix) else wide(M) for M in (A, B))
         assert (A.rows, A.cols) == (B.rows, B.cols)

@@ -33,7 +33,8 @@ QUICK, FAST = "-O0", "-O1"
 compilation takes 5 s; tests with tens of thousands of poses use these flags.
 """
 COMPILER = shutil.which("clang") and "clang"
-"""Clang if available, which is three times faster at -O0 than GCC. GCC compiles shipped robots."""
+"""Clang if available, which is three times faster at -O0 than GCC. Shipped robots are compiled by
+GCC."""
 
 
 @contextmanager

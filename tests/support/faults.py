@@ -135,7 +135,7 @@ def check_writes(write: Callable[[], object], folder: Path, match: str | None = 
     first file has moved; then each file has its former or its new content.
 
     Args:
-        write: Writes files into a folder.
+        write: Writes several files into a folder.
         folder: The folder, with its former files.
         match: Pattern of the error message.
     """

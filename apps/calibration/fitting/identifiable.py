@@ -39,7 +39,7 @@ class Unidentifiable:
     combination: tuple[tuple[str, float], ...]
 
     def __str__(self) -> str:
-        """The reason, as a sentence."""
+        """The reason why the parameter is not identified, as a sentence."""
         if not self.combination:
             return f"{self.name} has no effect on the measurements"
         sum_ = " ".join(f"{c:+.3g} {name}" for name, c in self.combination)

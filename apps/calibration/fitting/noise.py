@@ -54,7 +54,7 @@ _ESTIMATED = 0.1
 _STRAY = math.log(10)
 """Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
-"""Search grid of log s."""
+"""Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
 """Relative diagonal entry of the triangular factor below which the variables are undetermined."""
 

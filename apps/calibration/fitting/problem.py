@@ -5,7 +5,7 @@ standard deviation. The Levenberg-Marquardt iteration uses the exact derivative 
 identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
 s is the noise relative to the stated standard deviations, t_k the standard deviation of parameter k
-about nominal. The most probable parameters minimize
+about nominal. The most probable parameters minimize the sum
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
@@ -100,7 +100,7 @@ def problem_at(
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        p: The geometry, also for unidentifiable parameters; None means nominal.
+        p: The geometry, also for unidentifiable parameters, where None means nominal.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
@@ -220,7 +220,7 @@ class Problem:
         q: (N, n) coordinates.
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
-        start_geometry: Geometry parameters before identification.
+        start_geometry: Geometry parameters before the identification.
         held_unknowns: Unknowns of the measurements before identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.

@@ -51,7 +51,7 @@ class Registration(NamedTuple):
     Attributes:
         T_W_base: (4, 4) the base frame in the device frame W.
         points: (m, 3) targets in the tool frame [m].
-        error: Root mean square distance [m].
+        error: Root mean square distance of the targets from their measured positions [m].
     """
 
     T_W_base: FloatArray

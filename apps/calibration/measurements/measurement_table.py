@@ -7,11 +7,12 @@
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
-Columns may have any order. `headings.py` lists the supported headings, `table_text.py` the
-separators. Units are in the headings or in a row below the header. If no angle or no position has a
-unit, the unit is inferred from the values; :attr:`MeasurementTable.assumptions` reports it. Without
-a header, columns are inferred from their count and values (`bare_table.py`). Empty position cells
-mean that the target was invisible. Other columns are ignored.
+The columns of the table may have any order. `headings.py` lists the supported headings,
+`table_text.py` the separators. Units are in the headings or in a row below the header. If no angle
+or no position has a unit, the unit is inferred from the values;
+:attr:`MeasurementTable.assumptions` reports it. Without a header, columns are inferred from their
+count and values (`bare_table.py`). Empty position cells mean that the target was invisible. All
+other columns of the table are ignored.
 """
 
 from __future__ import annotations

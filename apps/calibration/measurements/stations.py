@@ -61,7 +61,7 @@ class StationPositions(Measurements):
 
     @property
     def count(self) -> int:
-        """The number of stations."""
+        """The number of stations from which the targets were measured."""
         return max(int(np.max(self.station)) + 1, len(self.T_W_station))
 
     @property

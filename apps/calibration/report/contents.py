@@ -29,8 +29,8 @@ class Table:
 
     Attributes:
         title: Title of a table.
-        heading: Column names with units.
-        rows: Cells of each row.
+        heading: Column names of the table with units.
+        rows: Cells of each row in the table.
     """
 
     title: str
@@ -40,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Contents:
-    """All sentences and tables of a report.
+    """All sentences and tables of a calibration report.
 
     Attributes:
         title: Title of the page.

@@ -35,7 +35,7 @@ class LimitViolation:
     t: float
 
     def __str__(self) -> str:
-        """The violation as a sentence."""
+        """The violation of the limit as a sentence."""
         return (
             f"{self.coordinate} exceeds its {self.limit} limit by {self.amount:.3g} at "
             f"{self.t:.3f} s"
@@ -54,9 +54,9 @@ def limit_violations(
     Args:
         robot: The robot; its coordinate limits are always checked.
         trajectory: A trajectory of the robot.
-        rate_limits: () or (n,) maximum rates [rad/s or m/s]; None means no check.
-        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2]; None means no
-            check.
+        rate_limits: () or (n,) maximum rates [rad/s or m/s], where None means no check.
+        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2], where None means
+            no check.
 
     Raises:
         ShapeError: The limits do not have n values.

@@ -69,7 +69,7 @@ def time_optimal(
         motion: A motion on the curve; its time scaling is replaced.
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
-        tool_speed: The maximum speed of the tool's origin [m/s]; None means no limit.
+        tool_speed: The maximum speed of the tool's origin [m/s], where None means no limit.
         nodes: Number of grid nodes along the curve.
 
     Returns:

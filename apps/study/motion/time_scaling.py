@@ -136,7 +136,7 @@ def time_scaling(
     Args:
         profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
         length: The length, at least 0, in the unit of the path.
-        duration: The time [s]; None means the shortest duration within the limits.
+        duration: The time [s], where None means the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
         jerk: The maximum jerk, per second cubed; "cubic" and "trapezoidal" ignore it.

@@ -113,7 +113,7 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
     Args:
         region: The region.
         center: (2,) the point [m].
-        lower: The smallest angle [rad].
+        lower: The smallest angle of the rotation [rad].
         upper: The largest angle [rad]; for a full turn or more, all angles.
     """
     whole = not upper - lower < _TURN

@@ -43,8 +43,8 @@ class ExactWorkspace(StudyResult):
         robot: The robot's name.
         point: "tool" or "wrist".
         joints: The names of the joints that move the point.
-        section: The region in the plane. For a body of revolution, its coordinates are (u, z); u is
-            0 at the points nearest to the first axis and negative on the far side.
+        section: The reachable region in the plane. For a body of revolution, its coordinates are
+            (u, z); u is 0 at the points nearest to the first axis and negative on the far side.
         origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0

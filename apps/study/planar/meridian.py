@@ -132,7 +132,7 @@ def meridian(section: ArcRegion, offset: float) -> Meridian:
     """Return the meridian section of a planar region that rotates about an axis.
 
     Args:
-        section: The region in (u, v).
+        section: The region in the coordinates (u, v).
         offset: The distance of the plane from the axis [m], of either sign.
     """
     both = united(section, section.mirrored()) if section.solid else section
@@ -143,7 +143,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
     """Return the volume that a planar region sweeps by rotating about an axis.
 
     Args:
-        section: The region in (u, v).
+        section: The region in the coordinates (u, v).
         offset: The distance of the plane from the axis [m].
         turn: The angle of rotation [rad], at most a full turn.
 

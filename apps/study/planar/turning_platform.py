@@ -89,8 +89,8 @@ def orientation_range_workspace(
 
     Args:
         robot: As for `constant_orientation_workspace`.
-        phi_min: The smallest angle [rad].
-        phi_max: The largest angle [rad].
+        phi_min: The smallest angle of the rotation [rad].
+        phi_max: The largest angle of the range [rad].
         tolerance: Relative error of the inclusive area at which the subdivision stops.
 
     Raises:

@@ -49,7 +49,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class SuccessStudy(StudyResult):
-    """A table of trials.
+    """A table of the trials of a study.
 
     Attributes:
         rows: The trials, keyed by number of samples and maximum step.

@@ -11,7 +11,8 @@ from ...cases.arms import Arm
 from ...native.library import Loop, headers, loop
 from .formulas import fk_jacobian
 
-# The equations contain no division; SymForce requires this setting before its first import.
+# The equations of forward kinematics contain no division; SymForce requires this setting before its
+# first import.
 symforce.set_epsilon_to_number()
 
 import symforce.symbolic as sf  # noqa: E402

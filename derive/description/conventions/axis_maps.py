@@ -140,7 +140,7 @@ class Motions:
         """Returns twists (6, k) of the last frame in its own axes, and its orientation (3, 3).
 
         Args:
-            values: One value per symbol.
+            values: One value for each symbol.
         """
         arguments, rates = self._evaluated(values)
         of_motions = np.zeros((6, len(arguments)))

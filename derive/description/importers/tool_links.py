@@ -31,7 +31,7 @@ class NoChain(DescriptionError):
     Attributes:
         field: The wrong argument: ``base``, ``tip`` or ``link``.
         value: The value found, or None if there is no value.
-        expected: Description of a valid value.
+        expected: Description of a valid value for the message.
     """
 
     def __init__(self, field: str, value: str | None, expected: str) -> None:

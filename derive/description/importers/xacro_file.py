@@ -46,9 +46,10 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     """Expands a xacro file to XML, and lists the files that it includes.
 
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
-    ROS. A package is a folder whose package.xml has this name, or a folder with this name. Suffixes
-    of ``PACKAGE_ENDINGS`` are ignored. Included files and YAML files are read from the package of
-    the file (or its folder, without a package.xml) and from packages of ``$(find package)``.
+    ROS. A package is a folder whose package.xml has this name, or a folder with this name. The
+    suffixes of ``PACKAGE_ENDINGS`` are removed from package names. Included files and YAML files
+    are read from the package of the file (or its folder, without a package.xml) and from packages
+    of ``$(find package)``.
 
     Args:
         file: A xacro file.

@@ -161,7 +161,7 @@ def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]
     """Moves angles without a sign, and the statements that use them, to the end.
 
     Args:
-        program: The program of one branch.
+        program: The program of a single branch.
         sign: The sign that alternates between lanes.
 
     Returns:

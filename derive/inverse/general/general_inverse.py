@@ -98,7 +98,7 @@ class GeneralInverse:
 
     Attributes:
         title: Description of the arm, and the source of the method.
-        method: Description of the method.
+        method: Description of the solution method.
         choice: The elimination orders of the joints (splits), and the fixed joints.
         function: The function ``ik``, which solves for the roots of a determinant.
         steps: Descriptions of the numbered solution steps.

@@ -60,7 +60,7 @@ class Translating:
     Attributes:
         lines: The shortened chain; the indices of virtual joints follow all joint indices.
         home: The tool pose (axes and origin) with all joints at zero.
-        slides: The virtual prismatic joints.
+        slides: The virtual prismatic joints that replace the translating part.
     """
 
     lines: Lines

@@ -39,7 +39,7 @@ def three_turns(
     Args:
         work: Records the steps.
         axes: The three axes.
-        wanted: Rotates a direction by R.
+        wanted: Returns a direction after the rotation R.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -74,7 +74,7 @@ def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Ve
     Args:
         work: Records the steps.
         axes: The two axes.
-        wanted: Rotates a direction by R.
+        wanted: Returns a direction after the rotation R.
     """
     terms = work.terms
     a4, a5 = axes

@@ -53,8 +53,8 @@ class Axis:
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
         p: A point on the axis (metre); meaningless for a prismatic joint.
-        direction: Numeric value of h.
-        origin: Numeric value of p.
+        direction: Numeric value of the direction h.
+        origin: Numeric value of the point p.
         stays: Whether the joint is an added joint that stays at 0.
     """
 

@@ -139,7 +139,7 @@ class TwoEllipses(Equation):
     Subproblem 6 solves both angles together.
 
     Attributes:
-        first: A1, one row per equation.
+        first: The matrix A1, with one row per equation.
         second: A2.
         right: b.
     """

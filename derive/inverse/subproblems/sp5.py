@@ -104,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """Sum of a fixed and a rotated vector: The sum is ``still + cos across + sin turned``."""
+    """Sum of a fixed and a rotated vector: ``still + cos across + sin turned``."""
 
     still: Vector
     across: Vector

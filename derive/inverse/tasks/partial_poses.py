@@ -63,7 +63,7 @@ def partial_pose(
         name: Name of the generated function.
         robot: The description.
         work: Record of the solution with the solved joints.
-        task_input: The prescribed pose components.
+        task_input: The pose components that the task prescribes.
         residual: Returns the deviation of a tool pose from the prescribed pose components (metre or
             radian).
         identity: One-line identity satisfied by the function.

@@ -25,7 +25,7 @@ POSE_SYMBOLS = tuple(
 )
 """Symbols of the pose entries, row by row; names in robot files never start with "_"."""
 ROUNDING = sp.Rational(1, 2**52)
-"""Relative rounding of a double."""
+"""Relative rounding error of a double."""
 
 
 def pose_argument(robot: SerialRobot) -> Argument:

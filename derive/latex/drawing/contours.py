@@ -9,7 +9,7 @@ Point = tuple[float, float]
 Loop = list[Point]
 """Corners of a closed polygon."""
 _AROUND = ((0, 0), (1, 0), (1, 1), (0, 1))
-"""Corners of a square, counterclockwise."""
+"""Corners of a unit square, counterclockwise."""
 _Side = tuple[int, int, int, int]
 
 

@@ -109,7 +109,7 @@ class Obstacles:
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a line through corners."""
+        """Adds a line through several corners."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:

@@ -53,7 +53,7 @@ class Marks:
 
         Args:
             scene: The parts.
-            paper: The projection on paper.
+            paper: The projection of the drawing onto the paper.
             is_planar: Whether the mechanism moves in the picture's plane.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
@@ -310,7 +310,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Only the nearer half of the circle is drawn, beyond the hinge.
+        # Only the nearer half of the arrow's circle is drawn, beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)

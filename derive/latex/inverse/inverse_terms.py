@@ -1,7 +1,8 @@
 """Converts the terms of an inverse to printed symbols, with or without names.
 
-Products are written in full. A sum that occurs repeatedly, or is too long for a bracket, becomes a
-shared term. The printed cosine and sine of a solved angle are c and s with the index of the angle.
+Products of terms are written in full. A sum that occurs repeatedly, or is too long for a bracket,
+becomes a shared term. The printed cosine and sine of a solved angle are c and s with the index of
+the angle.
 """
 
 from collections import Counter

@@ -92,7 +92,7 @@ class PrintedTask:
         definitions: Components of vectors that do not depend on a solution step.
         steps: The steps.
         rest: Coordinates that are computed from an angle sum, with their values.
-        free: Undetermined coordinates, set to 0.
+        free: Coordinates that the task does not determine, which are set to 0.
         symbols: The printed symbol of each input and sign of the derivation.
     """
 

@@ -129,7 +129,7 @@ def printed_steps(
 
     Args:
         terms: The robot's terms in printed symbols; receives the unknowns.
-        letters: Free letters for the unknowns.
+        letters: Letters that are free for the unknowns.
         solution: The solution from actuators to main chain, or from main chain to actuators.
         first: Number of the first printed solution step.
         joints: Symbols of the joints, used for unknown joint values.
@@ -149,7 +149,7 @@ class _Writer:
         vectors: Definitions of the components and lengths of known vectors.
         results: Definitions of the intermediate results.
         positions: Components of the vectors that the equations use as one symbol.
-        found: Angles that this step determines.
+        found: Angles that this solution step determines.
     """
 
     def __init__(

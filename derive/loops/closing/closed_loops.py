@@ -45,8 +45,8 @@ def closed_configuration(
 
     Args:
         mechanism: The description.
-        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre); None keeps
-            the reference.
+        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre), where None
+            keeps the reference.
 
     Returns:
         Value of each entry of z (radian or metre); residuals are below ``CLOSED_LOOP``.
@@ -81,7 +81,7 @@ def swings_at(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]
         at: Values of joints and cylinders (radian or metre), by name.
 
     Returns:
-        The direction angle (radian) of each strut, by swing name.
+        The direction angle (radian) of each strut, by swing angle name.
     """
     names = mechanism.swings
     if not names:
@@ -162,8 +162,8 @@ class ClosedLoops:
     def reference(self) -> Vector:
         """The reference configuration of the description, with gear ratios applied.
 
-        The default of a swing is the direction of its strut at the reference. From a distant start,
-        Newton's method may end in a local minimum in which a loop is open.
+        The default of a swing angle is the direction of its strut at the reference. From a distant
+        start, Newton's method may end in a local minimum in which a loop is open.
         """
         given = dict(self.mechanism.reference)
         for c in self.mechanism.coordinates:

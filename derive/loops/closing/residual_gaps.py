@@ -28,7 +28,7 @@ class ResidualGaps:
 
     Attributes:
         at: The configuration with the least sum of squared gaps, at the reference's actuated
-            coordinates. It lists joints and cylinders by name (radian or metre).
+            coordinates. The configuration lists joints and cylinders by name (radian or metre).
         repeated: Number of redundant constraints.
         gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
@@ -55,7 +55,7 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     """Returns the overconstrained loops that cannot all close near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a gap exceeds as-built
-    errors. It is also None if the actuated coordinates are not independent.
+    errors. The result is also None if the actuated coordinates are not independent.
     """
     bodies = NumericMechanism(mechanism)
     closers = [closer.name for closer in mechanism.closers]

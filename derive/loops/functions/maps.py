@@ -20,13 +20,13 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """Values of joints, swings and cylinders as functions of some coordinates.
+    """Values of joints, swing angles and cylinders as functions of some coordinates.
 
     Attributes:
         hybrid: The robot.
         coordinates: Name of the coordinates: ``q``, or ``theta`` for the main-chain joints.
-        named: Returns the values of joints, swings and cylinders by name.
-        rates: The rates of these values.
+        named: Returns the values of joints, swing angles and cylinders by name.
+        rates: The time derivatives of these values.
         passive: Names of the passive joints.
         interval: Text that states the interval of the angles and follows a comma; "" if the angles
             are unbounded.
@@ -250,7 +250,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Builds the all-branch function. Branches that differ only in passive joints share a slot."""
+    """Builds the function for all branches; branches of passive joints share a slot."""
     argument, codomain = between
     alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
     for values, solution in branches:

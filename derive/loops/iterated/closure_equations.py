@@ -1,9 +1,9 @@
 """Reduced closure equations of loops without a closed form, and start values for Newton's method.
 
 A strut keeps two points at a constant distance, whether its ends are pins or balls. The loop of a
-strut has one equation, |b - a| = l, and the swing of the strut follows from the points. The
-equations c(w) = 0 therefore contain only the variables w: the configuration z without strut swings.
-For actuated variables a and unknown variables u, c_u du = -c_a da.
+strut has one equation, |b - a| = l, and the swing angle of the strut follows from the points. The
+equations c(w) = 0 therefore contain only the variables w: the configuration z without strut swing
+angles. For actuated variables a and unknown variables u, c_u du = -c_a da.
 """
 
 from collections.abc import Mapping
@@ -61,7 +61,7 @@ class LoopClosure:
 
     Attributes:
         hybrid: The robot.
-        mechanism: The robot with ball-ended struts, so that swings are not variables.
+        mechanism: The robot with ball-ended struts, so that swing angles are not variables.
         names: Names of the variables.
         is_length: Mask of the variables that are lengths.
         arguments: The arguments w and wd.
@@ -240,7 +240,7 @@ class LoopClosure:
 
 
 def on_balls(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism with ball-ended struts, whose swings are not variables."""
+    """Returns the mechanism with ball-ended struts, whose swing angles are not variables."""
     swings = set(mechanism.swings)
     return replace(
         mechanism,

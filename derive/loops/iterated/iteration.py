@@ -85,7 +85,7 @@ class Iteration:
     # --- joint values and rates ---
 
     def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Returns the values of joints, swings and cylinders."""
+        """Returns the values of joints, swing angles and cylinders."""
         return tuple(self._values[name] for name in names)
 
     @cached_property

@@ -94,7 +94,7 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 
     All moving tree joints come first, then the struts, each in the order of the description. A
         strut has a
-    coordinate if it is a cylinder, and a swing if its ends are pins.
+    coordinate if it is a cylinder, and a swing angle if its ends are pins.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
@@ -126,7 +126,7 @@ def constraints(
 
     Args:
         mechanism: The description.
-        terms: Receives the named terms.
+        terms: Table that receives the named terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or metre).
         may_stay_open: Keeps equations that are never zero, for loops closed in the least-squares
             sense.
@@ -147,8 +147,8 @@ def residuals(
 
     Args:
         mechanism: The description.
-        terms: Receives the named terms.
-        values: Joints, swings and cylinders of these loops by name (radian or metre).
+        terms: Table that receives the named terms.
+        values: Joints, swing angles and cylinders of these loops by name (radian or metre).
         closers: Names of closures and struts.
 
     Returns:
@@ -166,8 +166,8 @@ def swing_angles(
 
     Args:
         mechanism: The description; loops with struts on pins are planar.
-        terms: Receives the named terms.
-        values: All joints and cylinders by name, without swings (radian or metre).
+        terms: Table that receives the named terms.
+        values: All joints and cylinders by name, without swing angles (radian or metre).
     """
     planar, _ = linkages(mechanism)
     linkage_of = {name: linkage for linkage in planar for name in linkage.closers}

@@ -22,15 +22,16 @@ Side = Literal["a", "closer", "b"]
 
 @dataclass(frozen=True)
 class Factor:
-    """One exponential of a loop.
+    """One exponential factor of a loop's product.
 
     Attributes:
-        name: Name of the joint, swing or cylinder in z. The degrees of freedom of the closure
+        name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
             itself are not in z and have names ``<closer>`` or ``<strut>.end``; a ball joint adds
             ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
             twist has unit speed: (metre per radian, 1) for a revolute joint, (1, 0) for a slider.
-        side: The branch of the exponential. Branch b is traversed backwards, with reversed screws.
+        side: The branch of the loop to which the exponential belongs. Branch b is traversed
+            backwards, with reversed screws.
     """
 
     name: str

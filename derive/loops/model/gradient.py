@@ -20,7 +20,7 @@ from ...terms.terms import Terms
 from .constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
-"""Unit of each gradient entry. Entries for angles are divided by the length."""
+"""Unit of each entry of the gradient. Entries for angles are divided by the length."""
 
 
 def gradient(

@@ -60,7 +60,7 @@ def loop_rows(
 
     Args:
         mechanism: The description.
-        terms: Receives the named terms.
+        terms: Table that receives the named terms.
         geometry: The geometry of the robot as variables.
         bodies: The frames of all bodies.
     """

@@ -54,7 +54,7 @@ class MechanismGeometry:
         base: Motions from the base frame to the base body's frame.
         tool: Motions from the body that carries the tool to the tool.
         ends: The frames of each closure and strut on its two bodies.
-        lengths: The length of each strut.
+        lengths: The length of each rod or cylinder.
         planar: The planar linkage of each closure or strut in a planar loop.
     """
 

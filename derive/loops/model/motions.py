@@ -117,7 +117,7 @@ def bodies(
 
     Args:
         mechanism: The description.
-        terms: Receives the named terms.
+        terms: Table that receives the named terms.
         base: The motions that lead from the base frame to the frame of the base body.
         steps: Motions from the parent body to every other body.
     """

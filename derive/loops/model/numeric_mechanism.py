@@ -351,8 +351,8 @@ class NumericMechanism:
         """Returns the loop gaps as a function of the variables, and the current variables.
 
         Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
-        many (m, n) with equal constants. Each call writes its argument to ``at`` and to the
-        constants.
+        many (m, n) with equal constants. Each call writes its argument to the array ``at`` and to
+        the constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])

@@ -54,7 +54,8 @@ class PhasorSum:
     """A planar point or vector as a sum, with one complex vector per rotation angle.
 
     Attributes:
-        terms: The vectors by angle. An angle is 0 or linear in symbols, without a constant part.
+        terms: The vectors of the sum, keyed by angle. An angle is 0 or linear in symbols, without a
+            constant part.
     """
 
     terms: Mapping[sp.Expr, Complex] = field(default_factory=dict)

@@ -34,7 +34,7 @@ class PinEdge:
     """Two bodies of a linkage that rotate about a common point.
 
     Attributes:
-        name: Name of the joint, swing or closure.
+        name: Name of the joint, swing angle or closure.
         a: The body on which b rotates.
         at_a: The common point in a's axes.
         b: The other body.
@@ -96,7 +96,7 @@ class Linkage:
     Attributes:
         root: The body in which the plane is fixed.
         bodies: All bodies, including cylinder barrels and rods.
-        edges: The revolute joints, swings and closures.
+        edges: The revolute joints, swing angles and closures.
         joints: Names of the tree's moving joints and of the cylinders in the linkage.
         closers: Names of the closures and struts that close the loops.
         axes: The plane's x, y and normal in each body's frame.
@@ -278,8 +278,8 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
     """Returns the unit normal of the plane of two sliders, or None if all sliders are parallel.
 
     Args:
-        sliding: Directions of the sliders.
-        value: Evaluates a component numerically.
+        sliding: Directions of the two sliders.
+        value: Evaluates a vector component numerically.
     """
     for other in sliding[1:]:
         n = sliding[0].cross(other)

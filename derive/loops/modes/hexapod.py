@@ -53,7 +53,7 @@ class DoubleJoints(NamedTuple):
     Attributes:
         side: 1 if the shared joints are on the platform, 2 if on the actuated side, 0 if there are
             none.
-        rods: The rods, pair by pair.
+        rods: The rods of the platform, pair by pair.
     """
 
     side: int

@@ -7,7 +7,8 @@ satisfies
     |g + e b - a e|^2 = l^2 e.e     or     g.g + 2 g.M e + e.S e = 0
     M = R(b) - L(a),   S = c + 2 L(a) R(b),   c = |a|^2 + |b|^2 - l^2
 
-All quantities may be complex. Scalar products are bilinear, without complex conjugation.
+All quantities in the equations may be complex. Scalar products are bilinear, without complex
+conjugation.
 
 Source:
     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Complex numbers, or mpmath objects."""
+"""Complex numbers, or complex numbers of mpmath."""
 RODS, SOMA = 6, 8
 
 

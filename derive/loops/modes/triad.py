@@ -406,7 +406,7 @@ def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
             for order, (re, im) in pairs:
                 weight = HALF if len(pairs) > 1 else sp.S.One
                 sums[order][0] += weight * re
-                # Only the real part of the constant term has an effect.
+                # Only the real part of the constant term affects the polynomial.
                 sums[order][1] += weight * im if order else ZERO
     return tuple((terms.let(re), terms.let(im)) for re, im in sums)
 

@@ -41,10 +41,10 @@ class Assembly:
     """A linkage, solved as far as the solution steps apply.
 
     Attributes:
-        steps: The steps in solution order.
-        values: The determined joint, swing and cylinder values. Angles are sums of solved angles
-            and coordinates and may exceed a full turn.
-        loops: Rates of the solved angles.
+        steps: The solution steps in order.
+        values: The determined joint, swing angle and cylinder values. Angles are sums of solved
+            angles and coordinates and may exceed a full turn.
+        loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
         open: Names of the joints between bodies that could not be joined.
     """
@@ -68,7 +68,7 @@ def assemble(
     Args:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Values of joints, swings or cylinders by name (radian, metre).
+        known: Values of joints, swing angles or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
         branch: The requested branch, or None for the branch of the reference.
 
@@ -96,7 +96,7 @@ def assemblies(
     Args:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Values of joints, swings or cylinders by name (radian, metre).
+        known: Values of joints, swing angles or cylinders by name (radian, metre).
         reference: The configuration of the first branch.
         elsewhere: Configurations at which every existing branch is closed.
     """

@@ -84,12 +84,12 @@ class Clusters:
     Attributes:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Known values of joints, swings or cylinders by name (radian, metre).
+        known: Known values of joints, swing angles or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
         branch: The requested branch, or None for the branch of the reference.
         all: The clusters.
         steps: The solution steps recorded so far.
-        loops: Rates of the solved angles.
+        loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
         travels: Slide travels solved by earlier steps, by name.
         bases: Vectors between the two base pins of dyads.
@@ -296,7 +296,7 @@ class Clusters:
 
         Args:
             at_reference: 1 for the parallel figure, -1 for the crossed figure; 0 if ambiguous.
-            edges: The joints of the step.
+            edges: The joints that the step solves.
 
         Raises:
             DescriptionError: The configuration at the reference is ambiguous.
@@ -378,7 +378,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the gap of a joint, relative to the size; None between different clusters."""
+        """Returns the gap of a joint, relative to the size, or None between clusters."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None

@@ -1,7 +1,7 @@
 """Joint values of a linkage at the reference, including values that the description does not state.
 
-A reference states the values of the tree joints. Values of closures and unstated swings follow from
-the body poses that the tree joints determine.
+A reference states the values of the tree joints. Values of closures and unstated swing angles
+follow from the body poses that the tree joints determine.
 """
 
 import cmath
@@ -29,7 +29,7 @@ def described_joints(
     Args:
         edges: The joints of a linkage: tree joints in order, then closures and struts.
         reference: Evaluates the joints numerically.
-        given: Values of joints, swings and cylinders by name.
+        given: Values of joints, swing angles and cylinders by name.
     """
     bodies = _Bodies(edges, reference, given)
     for edge in edges:

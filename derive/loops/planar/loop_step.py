@@ -80,7 +80,8 @@ class RateEquation:
     ``weight * rate(quantity)`` over ``right``.
 
     Attributes:
-        left: Pairs of unknown and weight. The weight of a single unknown is zero at a dead point.
+        left: Pairs of an unknown and its weight. The weight of a single unknown is zero at a dead
+            point.
         right: Pairs of a quantity (or an expression of quantities) and its weight.
         projected: Two vectors: the left side is the scalar product of the first vector with the
             derivative of the second. Empty if the left side is printed as a sum of products.

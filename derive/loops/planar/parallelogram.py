@@ -44,7 +44,7 @@ class Sides:
         turns: The rotations of X and Y in the parallelogram.
         crossed: The exact rotations in the crossed mode of a rhombus, in which the two sides are
             exchanged, or None for unequal sides.
-        base: The sum of both sides.
+        base: The sum of both side vectors.
     """
 
     dyad: Dyad

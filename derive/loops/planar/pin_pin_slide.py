@@ -40,14 +40,14 @@ class CircleAndLine:
 
     Attributes:
         offset: The vector from one pin to the other at zero travel, in the axes of the line.
-        direction: Unit vector of the line.
+        direction: Unit vector along the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (metre).
         vector: The vector from the first pin to the second pin.
         margin: cos^2 of the angle between line and vector: zero at a dead point, negative out of
             reach.
-        root: Distance along the line from the foot of the perpendicular to the far pin; NaN out of
-            reach.
+        root: Distance along the line from the foot of the perpendicular to the far pin; the value
+            is NaN if the line does not reach the circle.
     """
 
     offset: Complex
@@ -74,7 +74,7 @@ def circle_and_line(
     Args:
         terms: Names of all terms.
         offset: The vector from one pin to the other at travel zero.
-        direction: Unit vector of the slide.
+        direction: Unit vector along the slide.
         r: The vector from one pin to the other on the third body.
         sign: 1 for the larger travel, -1 for the smaller travel.
         gate: Makes the radicand negative if the arm length is invalid.

@@ -39,7 +39,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that change one sign after the first ``taken`` signs.
 
-        These branches share all signs before the flipped sign.
+        These branches have equal signs before the flipped sign.
         """
         found = []
         for k in range(max(taken, len(self.asked)), len(self.taken)):
@@ -139,7 +139,8 @@ class AtReference:
         Args:
             terms: Names of all terms.
             values: Reference values of the known coordinates.
-            given: Values of joints, swings and cylinders near the reference configuration, by name.
+            given: Values of joints, swing angles and cylinders near the reference configuration, by
+                name.
             joints: Names of joints that are assumed near zero if no value is given.
             size: The longest length of the mechanism (metre).
         """

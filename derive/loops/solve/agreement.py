@@ -59,7 +59,7 @@ def _edges(closer: Closure | Strut) -> set[str]:
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of all joints in the equations of a loop, with the strut's swing."""
+    """Returns the names of all joints in the equations of a loop, with the strut's swing angle."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.closer, Strut):
         names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()

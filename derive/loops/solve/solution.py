@@ -32,7 +32,7 @@ class Solution:
 
     Attributes:
         mechanism: The description.
-        values: Values of joints, swings and cylinders by name; angles may exceed a full turn.
+        values: Values of joints, swing angles and cylinders by name; angles may exceed a full turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
         steps: The steps of the solution, in order.
         relations: Sums of rotated vectors that are zero if the loops are closed.
@@ -291,7 +291,7 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
         terms: Names of all terms.
         solution: The solution that contains the value; the rate of the new name is added to it.
         value: A sum of solved angles and coordinates.
-        joint: The joint of the angle, or None for a swing.
+        joint: The joint of the angle, or None for a swing angle.
     """
     if not terms.is_solved(value):
         return terms.let(value)

@@ -112,7 +112,7 @@ def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
         k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # Each motion leads from a joint's axes at zero to the next element.
+    # Each motion leads from the axes of a joint at zero to the next element of the chain.
     columns, origin = pose_along(
         legs.mechanism, terms, way[i + 1 : k], way[k].before, legs.known.values, way[i].after
     )

@@ -33,7 +33,7 @@ class HingedRod:
     """The revolute joint before the ball of a closure.
 
     Attributes:
-        closure: The closure with the ball.
+        closure: The closure that contains the ball.
         joint: The joint.
         target: The frame of the ball on the other body.
         centre: A frame at the axis point nearest to the ball, with the joint's axes.

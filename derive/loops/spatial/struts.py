@@ -46,8 +46,8 @@ class Known:
     """The known values, to which the spatial loops add values.
 
     Attributes:
-        values: Values of joints, swings and cylinders by name.
-        loops: Rates of the solved angles.
+        values: Values of joints, swing angles and cylinders by name.
+        loops: Rates of all solved angles.
         steps: The solution steps recorded so far.
     """
 
@@ -173,7 +173,7 @@ class Legs:
         """Returns the branch sign for which the solved joint is nearest to its reference value.
 
         Args:
-            reach: The strut and its joint.
+            reach: The strut, and the joint that it determines.
             value: Returns the value of the joint at the reference for a branch sign, or NaN if the
                 leg does not close.
         """

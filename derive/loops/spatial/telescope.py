@@ -40,7 +40,7 @@ class Telescope:
     """The slide before the ball of a closure, on revolute joints that are also unknown.
 
     Attributes:
-        closure: The closure with the ball.
+        closure: The closure that contains the ball.
         slide: The prismatic joint.
         target: The frame of the ball on the other body.
         foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.

@@ -51,7 +51,7 @@ class UniversalJoint:
     """Two revolute joints with intersecting axes, and the ball at the end of the rod.
 
     Attributes:
-        closure: The closure with the ball.
+        closure: The closure that contains the ball.
         first: The joint that rotates the fork.
         second: The joint that rotates the rod on the fork.
         target: The frame of the ball on the other body.

@@ -37,7 +37,8 @@ def mine(arm, driven, tmp_path_factory):
 
 
 def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine):
-    """Transmissions have no effect: `fk` takes joint positions, not motor positions."""
+    """Transmissions have no effect on forward kinematics: `fk` takes joint positions, not motor
+    positions."""
     q = np.random.default_rng(0).uniform(-2, 2, (2000, 6))
     assert_allclose(mine.fk(q), arm.fk_p(q, truth.p), atol=1e-14)
     found = mine.ik(mine.fk(q))

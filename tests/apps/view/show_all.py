@@ -5,7 +5,8 @@ Each page must load without console messages. After moves of all sliders, each b
 the robot's own functions. The tool must then follow the drag handle back.
 
 Prints for each robot the page size, the frame times of a slider and of the handle with ghosts, the
-number of ghosts, the largest errors of bodies and tool, and all failures. Pictures go to a folder.
+number of ghosts, the largest errors of bodies and tool, and all failures. The pictures are written
+to a folder.
 """
 
 import shutil

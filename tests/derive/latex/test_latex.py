@@ -45,7 +45,7 @@ R = sp.Rational
 
 
 class Reader:
-    """Evaluates printed symbols numerically."""
+    """Evaluates the printed symbols of an article numerically."""
 
     def __init__(self, found, notation, q):
         self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}

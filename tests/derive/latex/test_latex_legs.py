@@ -29,7 +29,7 @@ ANGLES = (-2.9, 0.4, 1.7)
 
 
 class Numbers:
-    """Evaluates printed symbols numerically."""
+    """Evaluates the printed symbols of an article numerically."""
 
     def __init__(self, page, q, phi):
         notation = page.chain.equations.notation

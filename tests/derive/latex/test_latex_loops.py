@@ -37,7 +37,7 @@ NEAR = 0.05
 
 
 class Reader:
-    """Evaluates printed symbols numerically."""
+    """Evaluates the printed symbols of an article numerically."""
 
     def __init__(self, page):
         notation = page.chain.equations.notation

@@ -59,7 +59,7 @@ def printed(name):
 
 
 class Numbers:
-    """Evaluates printed symbols numerically."""
+    """Evaluates the printed symbols of an article numerically."""
 
     def __init__(self, name, theta, q):
         page = printed(name).page

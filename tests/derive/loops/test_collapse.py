@@ -40,8 +40,8 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in tool_groups(board) for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # The shoulder and elbow terms vanish, because the wrist compensates for both joints. Only the
-    # pitch term remains.
+    # The shoulder and elbow terms vanish, because the wrist compensates for both joints. The pitch
+    # term is the only remaining term.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept

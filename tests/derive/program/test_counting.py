@@ -1,4 +1,4 @@
-"""Operation counts by kind."""
+"""Operation counts of programs by kind."""
 
 from chasles.derive.program.counting import count_operations
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable

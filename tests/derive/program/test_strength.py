@@ -33,7 +33,7 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand: In the text, ``v1`` is a variable, ``x2`` an input, anything else a
+    """Parses an operand: in the text, ``v1`` is a variable, ``x2`` an input, anything else a
     number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])

@@ -91,7 +91,8 @@ def test_path_ends_at_joint_limit(arm):
 
 
 def test_path_starts_within_joint_limits(arm):
-    # The shoulder cannot reach the value of the seed, one turn away. The other branch is nearer.
+    # The shoulder cannot reach the value of the seed, one turn away. The solution on the other
+    # branch is nearer.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete

@@ -53,7 +53,7 @@ ALIKE = 1e-4
 
 
 def sampled(robot, count, rng):
-    """Samples coordinates within the limits."""
+    """Samples random coordinates within the limits."""
     lower, upper = np.maximum(robot.lower, -2.5), np.minimum(robot.upper, 2.5)
     return rng.uniform(lower, upper, (count, robot.n))
 

@@ -13,7 +13,8 @@ from chasles.cli import app
 def compiler_in_process():
     """Replaces `subprocess.run`, and runs the compiler of chasles in the test process.
 
-    The test process has imported SymPy already. Other programs run unchanged.
+    The test process has imported SymPy already. All programs except the compiler of chasles run
+    unchanged.
     """
     run = subprocess.run
 

@@ -34,7 +34,7 @@ TYPES = ("c16", "i1", "?", "U3", "S2", ">f8", "f2", "M8[s]", "O")
 MAX_SPAN = 40
 """Maximum number of bytes that a mutation copies or deletes."""
 NESTED = 3000
-"""Depth beyond Python's recursion limit."""
+"""Nesting depth beyond Python's recursion limit."""
 
 
 def mutated_bytes(content: bytes, dice: random.Random, other: bytes = b"") -> bytes:

@@ -213,7 +213,8 @@ def reference(rod):
 
 
 def cranks(pose, rod, side):
-    """Returns the crank angles of a pose (..., 3) by geometry; NaN out of reach."""
+    """Returns the crank angles of a pose (..., 3) by geometry, or NaN if a leg is too
+    short."""
     d = pins(pose) - BASE * DIRECTIONS
     r = np.hypot(d[..., 0], d[..., 1])
     with np.errstate(invalid="ignore"):

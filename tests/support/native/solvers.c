@@ -168,8 +168,8 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that poses within reach are solved within the limits and the last two poses are not. Also
- * checks that several threads give the same results as one thread. */
+/* Checks that poses within reach are solved within the limits and the last two poses are not. The
+ * test also checks that several threads give the same results as one thread. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
@@ -234,7 +234,8 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each pose is fixed. All other coordinates have new start values. */
+    /* The first coordinate of each pose is fixed. All other coordinates of a pose have new start
+     * values. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);

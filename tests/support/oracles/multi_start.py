@@ -1,8 +1,8 @@
 """Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
-Only the description is used: frames, closures and lengths. A pin or ball joint connects two points,
-a rod keeps two points at a constant distance, and a cylinder of unknown length adds no equation.
-Loops without shared unknown joints are solved separately, and their modes are combined.
+The oracle uses only the description: frames, closures and lengths. A pin or ball joint connects two
+points, a rod keeps two points at a constant distance, and a cylinder of unknown length adds no
+equation. Loops without shared unknown joints are solved separately, and their modes are combined.
 """
 
 from collections.abc import Mapping, Sequence

@@ -60,7 +60,7 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Returns pose errors (m,) [m or rad]; The error is NaN if no success is claimed or a limit is
+    """Returns pose errors (m,) [m or rad], or NaN if no success is claimed or a limit is
     violated."""
     robot = task.robot
     q = np.array([result.q for result in results])

@@ -90,7 +90,7 @@ class Drives:
         """Raises an error for a tendon equality that couples robot joints.
 
         Raises:
-            DescriptionError: Such an equality exists.
+            DescriptionError: If an equality couples joints of the robot in this way.
         """
         known = {*joints}
         for tendon in self.tendons:

@@ -147,7 +147,7 @@ def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:
     """Raises an error for a mimic joint whose leader is outside the chain.
 
     Raises:
-        NoChain: Such a joint exists.
+        NoChain: If a mimic joint has its leader outside the chain.
     """
     names = {joint.name for joint in way}
     for joint in way:

@@ -50,7 +50,7 @@ class ModelLoops:
     """The closures of a model.
 
     Attributes:
-        notes: Omitted equalities, with reasons.
+        notes: Equalities that are not modelled, with the reasons.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
@@ -88,7 +88,7 @@ class ModelLoops:
         """Raises an error for unsupported joint couplings.
 
         Raises:
-            DescriptionError: Such a coupling exists.
+            DescriptionError: If such a coupling affects the robot.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)

@@ -2,7 +2,7 @@
  * for every robot.
  *
  * Uses libmvec, the vector library of glibc, with four or eight angles per call, if the compiler
- * flags allow AVX2 or AVX-512. Otherwise uses plain C and libm. The results differ by at most one
+ * flags allow AVX2 or AVX-512. The fallback is plain C with libm. The results differ by at most one
  * unit in the last place; define CHASLES_PLAIN to use libm everywhere.
  */
 #ifndef CHASLES_COS_SIN_H

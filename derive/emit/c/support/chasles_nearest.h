@@ -183,7 +183,7 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
 }
 
-/* Applies chasles_nearest to dense rows of slots: The batch has `rows` poses, each with k slots of
+/* Applies chasles_nearest to dense rows of slots: the batch has `rows` poses, each with k slots of
  * n coordinates. The limits and weights are the arrays of chasles_moves; the outputs are dense rows
  * of q, residual and margin. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,

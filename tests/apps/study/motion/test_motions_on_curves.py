@@ -1,4 +1,5 @@
-"""Motions follow their curves exactly. Velocities and accelerations agree with differences."""
+"""Motions follow their curves exactly, without sampling errors. Velocities and accelerations agree
+with differences."""
 
 import numpy as np
 import pytest

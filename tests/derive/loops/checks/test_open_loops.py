@@ -291,7 +291,7 @@ def spoilt_actuation(name):
     """Yields robots without an actuator, with a different actuated joint, or without a joint or
     strut.
 
-    Each robot comes with words of the expected error.
+    Each robot comes with words that the expected error contains.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
