@@ -10,7 +10,7 @@ TEXT = """\
 # Arms that can be loaded by name
 
 `python docs/robots.py` writes this page. The column *inverse* names the structure of the axes that
-the inverse uses. If joints are fixed ("for given"), the number of solutions is the maximum for one
+the inverse uses. If joints are fixed, the number of solutions is the maximum for one
 value of these joints. If the axes have a structure only approximately, chasles solves a nominal arm
 and [refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
 

@@ -75,7 +75,7 @@ class Explanation:
         classification, general = self.inverses.classification, self.inverses.general
         found = classification.found
         if general is not None:
-            given = f", for given {listed(general.given)}" if general.given else ""
+            given = f", with {listed(general.given)} fixed" if general.given else ""
             most = _counted(self.max_solutions, "solution")
             return f"inverse: {general.title}{given}, at most {most}{self._singular('; ')}"
         if found is None:
@@ -83,7 +83,7 @@ class Explanation:
         if not self.max_solutions:
             return f"no closed-form inverse: {self.loops[:1].lower()}{self.loops[1:]}".rstrip(".")
         of_chain = " of the main chain" if self.loops else ""
-        title = found.title + _with_added(classification) + _for_given(found, classification)
+        title = found.title + _with_added(classification) + _with_fixed(found, classification)
         if classification.tier == "snapped":
             title = f"nearly {title}, refined from a nominal arm"
         most = _counted(self.max_solutions, "solution")
@@ -182,7 +182,7 @@ def _structure(classification: Classification, is_general: bool) -> str:
         return f"No closed-form inverse: {classification.missing}."
     nearly = "" if classification.tier == "exact" else "nearly "
     added = _with_added(classification)
-    lines = [f"Structure: {nearly}{found.title}{added}{_for_given(found, classification)}."]
+    lines = [f"Structure: {nearly}{found.title}{added}{_with_fixed(found, classification)}."]
     lines += [f"  {_condition(r, classification)}" for r in found.requirements]
     if classification.tier == "exact":
         lines.append("Tier: exact; the closed form is that of the robot.")
@@ -236,10 +236,10 @@ def _with_added(classification: Classification) -> str:
     return f", with {listed(names)} at 0 in addition to the arm's joints" if names else ""
 
 
-def _for_given(attempt: Attempt, classification: Classification) -> str:
+def _with_fixed(attempt: Attempt, classification: Classification) -> str:
     """Lists the fixed joints, after a comma; an empty text if there are none."""
     names = [classification.lines.axes[k].name for k in attempt.given]
-    return f", for given {listed(names)}" if names else ""
+    return f", with {listed(names)} fixed" if names else ""
 
 
 def _condition(requirement: Requirement, classification: Classification) -> str:
@@ -262,7 +262,7 @@ def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, s
         best.setdefault(attempt.title, attempt)
     return [
         (
-            attempt.title + _for_given(attempt, classification),
+            attempt.title + _with_fixed(attempt, classification),
             [
                 (requirement.text, _distance(requirement, classification))
                 for requirement in attempt.requirements

@@ -343,7 +343,7 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     assert wrong.exit_code == 1
     assert "panda has no joint elbow to be fixed; its joints are joint1, joint2" in wrong.output
     explained = run("explain", "photo_robot", "--fixed", "theta2, r4")
-    assert "Structure: spherical wrist, for given theta2 and r4." in explained.output
+    assert "Structure: spherical wrist, with theta2 and r4 fixed." in explained.output
 
 
 def test_source_files_include_extended_and_nominal_files(tmp_path):

@@ -45,7 +45,7 @@ def test_fixed_joints_become_function_inputs():
     (ik,) = derived("ur5e", "elbow").written
     assert (ik.solver, ik.role.given) == ("general_tool", (2,))
     text = str(explain(read(ROBOTS / "photo_robot.toml"), fixed=("theta2", "r4")))
-    assert "Structure: spherical wrist, for given theta2 and r4." in text
+    assert "Structure: spherical wrist, with theta2 and r4 fixed." in text
 
 
 @pytest.mark.parametrize(

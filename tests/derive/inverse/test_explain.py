@@ -112,7 +112,7 @@ def test_explanation_names_actuator_that_does_not_move_the_tool():
         ("ur5e", "three parallel axes 2, 3, 4 and intersecting axes 5, 6", 8),
         ("puma560", "spherical wrist", 8),
         ("iiwa14", "spherical shoulder and spherical wrist", 8),
-        ("panda", "spherical wrist, read from the tool, for given joint7", 8),
+        ("panda", "spherical wrist, read from the tool, with joint7 fixed", 8),
         ("scara", "parallel axes", 2),
     ],
 )
@@ -132,8 +132,8 @@ def test_explanation_has_a_step_for_every_joint(name):
         return
     text = text_of(name).split("\n\nik_")[0]
     for joint in read(ROBOTS / f"{name}.toml").moving:
-        given = f"given {joint.name}" in text or f"and {joint.name}." in text
-        assert given or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
+        fixed = f"with {joint.name} " in text or f"and {joint.name} fixed." in text
+        assert fixed or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
 
 
 def test_explanation_states_signs_and_degenerate_cases():
