@@ -76,8 +76,7 @@ def pose(
     Args:
         xyz: (..., 3) position [m]; the origin if None.
         quat: (..., 4) quaternion of any norm.
-        order: Element order of `quat`, "wxyz" or "xyzw". The order has no default, because
-            libraries disagree.
+        order: Element order of `quat`, "wxyz" or "xyzw"; without a default, as libraries disagree.
         rpy: (..., 3) roll, pitch and yaw as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
         rotvec: (..., 3) axis times angle.
         rotation: (..., 3, 3) rotation matrices, or a SciPy `Rotation`.

@@ -67,8 +67,7 @@ class NewtonMethods(RobotFacts):
             z_seed: (n_z,) a configuration near the first solution, or None for see `solve_loops`.
 
         Returns:
-            The configurations, as `solve_loops` returns them. After a failed step, all further
-            steps fail.
+            The configurations, as from `solve_loops`; after a failed step, all steps fail.
         """
         rows = np.asarray(q, dtype=np.float64)
         (size,) = self.configuration.outputs[0].shape
