@@ -40,6 +40,7 @@ from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
 from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.closing.mobility import mobility_of
+from ..loops.functions.constraint_functions import equations
 from ..loops.solve.solved_loops import SolvedLoops
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
@@ -103,7 +104,8 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
     """Returns the remarks on the description, the loops and the inverse."""
     hybrid, found = derivation.hybrid, [*derivation.robot.notes]
     if hybrid:
-        found += [*mobility_of(hybrid.numbers).disagreements, *hybrid.missing.values()]
+        found += mobility_of(hybrid.numbers, equations(hybrid)).disagreements
+        found += hybrid.missing.values()
         found += [*limits_of(hybrid), *doubts_of(hybrid)]
     if derivation.inverse:
         found += notes(derivation.inverse)

@@ -371,7 +371,7 @@ def mechanism_in_words(h: SolvedLoops) -> str:
 
 
 def _freedoms(h: SolvedLoops) -> list[str]:
-    found = mobility_of(h.numbers)
+    found = mobility_of(h.numbers, equations(h))
     actuated = ", ".join(h.mechanism.actuated)
     return [
         f"Freedoms: {found.true}, actuated by {actuated}. "

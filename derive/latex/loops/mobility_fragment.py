@@ -2,6 +2,7 @@ r"""Prints the mobility by two formulas and by the rank, and the reasons for dif
 
 from ...loops.closing.freedoms import SPATIAL
 from ...loops.closing.mobility import Mobility, mobility_of
+from ...loops.functions.constraint_functions import equations
 from ..setting.layout import aligned
 from ..setting.page import sentence, text
 from .loop_page import LoopPage
@@ -9,7 +10,7 @@ from .loop_page import LoopPage
 
 def freedoms(page: LoopPage) -> str:
     """Prints the degrees of freedom by two formulas and by the rank of the constraint Jacobian."""
-    found = mobility_of(page.hybrid.numbers)
+    found = mobility_of(page.hybrid.numbers, equations(page.hybrid))
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)
     by_loops = f"{found.loop_freedoms} {lost} = {found.by_loops}"

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import MOVED_REFERENCE
 from ...terms.casadi_graph import lower
-from ..closing.closed_loops import longest_length
 from ..closing.gaps import interval, shown
 from ..closing.swapped_ends import doubtful_ends
 from ..functions.maps import margin
@@ -171,7 +170,7 @@ def moved_reference(h: SolvedLoops) -> str:
     usually means wrong actuated coordinates: the default for a cylinder without a stated value is
     the middle of its limits. The result is empty if all values agree closely, up to full turns.
     """
-    at, size = h.at_reference, longest_length(h.mechanism, h.terms)
+    at, size = h.at_reference, h.numbers.size
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}
     lengths = {v.name for v in h.variables if v.unit == "m"}
     off = {

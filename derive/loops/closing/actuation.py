@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model.errors import DescriptionError
-from ...model.tolerances import REPEATED_EQUATION
+from ...model.mechanism import Closure, Strut
+from ...model.tolerances import GAP, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from .closed_loops import ClosedLoops, Vector
 
@@ -38,11 +39,11 @@ def check_actuation(loops: ClosedLoops) -> None:
         return
     has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
     if freedoms == 0:
-        bodies = NumericMechanism(loops.mechanism)
-        across = [
-            f"{c.name}: {words}" for c in loops.mechanism.closers if (words := bodies.across(c))
+        bodies = loops.bodies
+        found = [
+            f"{c.name}: {words}" for c in loops.mechanism.closers if (words := across(bodies, c))
         ]
-        advice = "; ".join(across) or (
+        advice = "; ".join(found) or (
             "remove a rod or a closure, relax a constraint (a pin in place of a weld, a "
             "ball in place of a pin), or add a joint"
         )
@@ -56,13 +57,44 @@ def check_actuation(loops: ClosedLoops) -> None:
     raise DescriptionError(f"{has} and {and_has}: {'; '.join(parts)}")
 
 
+def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:
+    """States which pin axes of a planar loop are not parallel to its normal; "" if all are."""
+    if closer.name in bodies.planes or _kind(closer) != "pin":
+        return ""
+    poses = bodies.poses(bodies.values)
+    ways = [bodies.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
+    turning = [
+        (poses[joint.parent] @ bodies.matrix(joint.before))[:3, 2]
+        for way in ways
+        for joint in way
+        if joint.kind == "revolute" and not all(joint in other for other in ways)
+    ]
+    if not turning or not all(abs(axis @ turning[0]) > 1 - GAP for axis in turning):
+        return ""
+    n = turning[0]
+    A, B = bodies.frames(poses, closer)
+    axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(n, 6))
+    if isinstance(closer, Strut):
+        apart = abs(float(n @ (B[:3, 3] - A[:3, 3])))
+        return (
+            f"its ends are {1000 * apart:.4g} mm apart along ({axis}), the axis of the loop's "
+            "joints: put both ends in one plane normal to that axis, or use ball ends"
+        )
+    if abs(A[:3, 2] @ n) > 1 - GAP:
+        return ""
+    return (
+        "a pin rotates about the z axis of its frames, but the loop's joints rotate about "
+        f"({axis}): rotate both frames by rpy"
+    )
+
+
+def _kind(closer: Closure | Strut) -> str:
+    return closer.ends if isinstance(closer, Strut) else closer.kind
+
+
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
     """Returns a basis of the feasible coordinate rates, one basis vector per column."""
-    _, J, _ = loops.evaluated(z)
-    scale = np.where(loops.is_length, loops.size, 1.0)
-    J = J * scale
-    norms = np.linalg.norm(J, axis=1, keepdims=True)
-    _, values, V = np.linalg.svd(J / np.where(norms > 0, norms, 1))
+    _, values, V = np.linalg.svd(loops.unit_rows(z))
     kept = int(np.sum(values > REPEATED_EQUATION * max(values, default=1.0)))
     found: Vector = V[kept:].T
     return found
@@ -107,7 +139,8 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
     if springs:
         names, them = ("is a spring", "it") if len(springs) == 1 else ("are springs", "them")
         return f"{advice}; {_few(springs)} {names} in the file: delete {them} to make {them} rigid"
-    return f"{advice}; or choose another configuration in [reference]" if loops.entries else advice
+    other = "; or choose another configuration in [reference]" if loops.mechanism.closers else ""
+    return f"{advice}{other}"
 
 
 def _few(names: Sequence[str]) -> str:

@@ -1,32 +1,33 @@
-"""Numerical loop closure of a mechanism: Newton's method on its constraints."""
+"""Numerical loop closure of a mechanism: Newton's method on its closure equations.
+
+A strut has one equation, the distance of its ends, and no swing. A swing would add one variable and
+one equation, so freedoms are the same with and without swings.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
-from ...chain.kinematics import coordinates
-from ...chain.poe import placement_matrix
 from ...model.errors import DescriptionError, InputValueError, LoopError
 from ...model.mechanism import Mechanism
-from ...model.robot import Placement
 from ...model.tolerances import (
     CLOSED_LOOP,
+    DIFFERENCE_STEP,
     NEIGHBOURHOOD,
     REPEATED_EQUATION,
     SAMPLED_RANGE,
     WORTHWHILE_STEP,
     ZERO_SINGULAR_VALUE,
 )
-from ...terms.casadi_graph import lower
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction
-from ...terms.terms import Terms
-from ..model.constraints import configuration_names, constraints, derivative_rows, swing_angles
-from ..model.gradient import gradient
+from ..model.constraints import configuration_names
+from ..model.numeric_mechanism import NumericMechanism
+from ..model.numeric_rows import NumericRows
 
 Vector = NDArray[np.float64]
+Evaluated = tuple[Vector, Vector, Vector]
+"""Residuals, their Jacobian, and the cosines that detect flipped frames."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
@@ -56,60 +57,25 @@ def closed_configuration(
             residual.
     """
     loops = ClosedLoops(mechanism)
-    z = loops.closed(loops.reference, loops.passive)
+    w = loops.closed(loops.reference, loops.passive)
     if q is not None:
-        z = loops.continued(z, loops.actuated_at(q))
-    return dict(zip(loops.names, map(float, z), strict=True))
-
-
-def longest_length(mechanism: Mechanism, terms: Terms) -> float:
-    """Returns the longest translation or rod of a mechanism (metre), or 1 if all are zero."""
-    placements = [p for joint in mechanism.joints for p in (joint.before, joint.after)]
-    placements += [frame.placement for c in mechanism.closers for frame in (c.a, c.b)]
-    lengths = [abs(float(terms.value(strut.length))) for strut in mechanism.struts]
-    for placement in placements:
-        shift = [float(terms.value(x)) for x in _shift(placement)]
-        lengths.append(float(np.linalg.norm(shift)))
-    return max(lengths, default=0.0) or 1.0
-
-
-def swings_at(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]:
-    """Returns the swing angles of pin-ended struts at a configuration.
-
-    Args:
-        mechanism: The description.
-        at: Values of joints and cylinders (radian or metre), by name.
-
-    Returns:
-        The direction angle (radian) of each strut, by swing angle name.
-    """
-    names = mechanism.swings
-    if not names:
-        return {}
-    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    symbols = coordinates("_w", len(at))
-    angles = swing_angles(mechanism, terms, dict(zip(at, symbols, strict=True)))
-    entries = tuple(angles[name] for name in names)
-    argument = Argument("w", symbols, (len(at),), "m, rad", "joints and cylinders")
-    result = Result("swing", entries, (len(names),), "rad", "swings")
-    function = SymbolicFunction("swings", "Swings.", "", (argument,), (result,), terms)
-    found = np.array(lower([function], "at")[0](list(at.values()))).ravel()
-    return dict(zip(names, map(float, found), strict=True))
+        w = loops.continued(w, loops.actuated_at(q))
+    return loops.configuration(w)
 
 
 class ClosedLoops:
-    """The constraints of one mechanism in double precision.
+    """The closure equations of one mechanism in double precision.
 
     Attributes:
         mechanism: The description.
-        terms: The named terms that occur in the constraints.
-        names: Names of the entries of z.
-        is_length: Mask of the entries that are lengths.
-        z: Symbols of the entries.
-        equations: The constraints, loop by loop.
-        entries: The residuals of all loops, or the gradient of their sum of squares for
-            least-squares closure.
-        passive: Mask of the entries that are not actuated.
+        bodies: Bodies and ends as numerical values.
+        names: Names of the variables w: joints and cylinders.
+        is_length: Mask of the variables that are lengths.
+        passive: Mask of the variables that are not actuated.
+        size: The longest translation or rod of the mechanism (metre), or 1 if all are zero.
+        reference: The variables at the reference as described, with gear ratios applied.
+        in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
+            equations are then the gradient of the sum of squared gaps.
     """
 
     def __init__(
@@ -119,147 +85,115 @@ class ClosedLoops:
         *,
         in_least_squares: bool = False,
     ) -> None:
-        """Derives the constraints and their Jacobian.
+        """Prepares the equations.
 
         Args:
             mechanism: The description.
-            near: Values near the reference that replace the described values of z.
+            near: Values near the reference that replace the described values.
             in_least_squares: Whether overconstrained loops close only in the least-squares sense.
         """
-        self.mechanism, self._near = mechanism, near or {}
-        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-        variables = configuration_names(mechanism)
-        self.names = [variable.name for variable in variables]
-        self.is_length = np.array([variable.unit == "m" for variable in variables])
-        self.z = coordinates("_z", len(variables))
-        self.equations = constraints(mechanism, self.terms, self.z, may_stay_open=in_least_squares)
-        self.entries = [entry for loop in self.equations for entry in loop.residual]
-        self._owners = [loop.name for loop in self.equations for _ in loop.residual]
-        actuated = {c.moves for c in mechanism.coordinates}
-        self.passive = np.array([name not in actuated for name in self.names])
-        if in_least_squares:
-            unknown = [symbol for k, symbol in enumerate(self.z) if self.passive[k]]
-            lengths = [bool(x) for x in self.is_length[self.passive]]
-            found = gradient(self.equations, self.terms, unknown, lengths, self.size)
-            self.entries = list(found)
-            self._owners = [", ".join(loop.name for loop in self.equations)] * len(found)
-        function = self._function()
-        self._kernel = lower([function], mechanism.name)[0]
+        self.mechanism, self.in_least_squares = mechanism, in_least_squares
+        self.bodies = NumericMechanism(mechanism)
+        self._rows = NumericRows(self.bodies)
+        self.names, self.size = self._rows.names, self.bodies.size
+        self.is_length = np.array([self.bodies.is_length(name) for name in self.names], bool)
+        self.passive = np.array([name in self.bodies.unknown for name in self.names], bool)
+        described = self.bodies.values | dict(near or {})
+        self.reference = np.array([described[name] for name in self.names])
 
-    def _function(self) -> SymbolicFunction:
-        rows = derivative_rows(self.entries, self.terms, self.z)
-        facing = tuple(entry for loop in self.equations for entry in loop.facing)
-        count, size = len(self.entries), len(self.z)
-        z = Argument("z", self.z, (size,), "m, rad", "full configuration")
-        outputs = (
-            Result("residual", tuple(self.entries), (count,), "m, 1", "differences"),
-            Result("J", tuple(e for row in rows for e in row), (count, size), "", "by z"),
-            Result("facing", facing, (len(facing),), "1", "above zero"),
-        )
-        return SymbolicFunction("loops", "Loops.", "", (z,), outputs, self.terms)
-
-    @cached_property
-    def reference(self) -> Vector:
-        """The reference configuration of the description, with gear ratios applied.
-
-        The default of a swing angle is the direction of its strut at the reference. From a distant
-        start, Newton's method may end in a local minimum in which a loop is open.
-        """
-        given = dict(self.mechanism.reference)
-        for c in self.mechanism.coordinates:
-            if c.name in given:
-                given[c.moves] = given[c.name] * c.ratio
-        described = {name: self._float(given.get(name, sp.S.Zero)) for name in self.names}
-        described |= self._near
-        missing = set(self.mechanism.swings) - set(given) - set(self._near)
-        if missing:
-            swings = set(self.mechanism.swings)
-            at = {name: value for name, value in described.items() if name not in swings}
-            along = swings_at(self.mechanism, at)
-            described |= {name: along[name] for name in missing}
-        return np.array([described[name] for name in self.names])
-
-    @cached_property
-    def size(self) -> float:
-        """The longest translation or rod of the mechanism (metre), or 1 if all are zero."""
-        return longest_length(self.mechanism, self.terms)
+    def configuration(self, w: Vector) -> dict[str, float]:
+        """Returns the entries of z by name, in order, with the swings of struts."""
+        found = dict(zip(self.names, map(float, w), strict=True))
+        found |= self.bodies.swings(found)
+        return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
 
     def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
-        """Returns the entries of z that the actuated coordinates determine, by index."""
+        """Returns the variables that the actuated coordinates determine, by index."""
         coordinates = self.mechanism.coordinates
         if len(q) != len(coordinates):
             raise InputValueError(
                 f"robot {self.mechanism.name!r}: {len(q)} coordinates, expected {len(coordinates)}"
             )
         return {
-            self.names.index(c.moves): float(value) * self._float(c.ratio)
+            self.names.index(c.moves): float(value) * self.bodies.number(c.ratio)
             for c, value in zip(coordinates, q, strict=True)
         }
 
-    def evaluated(self, z: Vector) -> tuple[Vector, Vector, Vector]:
-        """Returns residuals, Jacobian (equations, len(z)) and the terms that detect flips, at z."""
-        residual, J, facing = (np.asarray(value).ravel() for value in self._kernel(z))
-        return residual, J.reshape(len(self.entries), len(self.z)), facing
+    def evaluated(self, w: Vector) -> Evaluated:
+        """Returns residuals, Jacobian (equations, len(w)) and the terms that detect flips, at w."""
+        if not self.in_least_squares:
+            return self._rows.at(w)
+        steps = DIFFERENCE_STEP * np.eye(len(w))
+        g = np.array([[self._gradient(w + step) for step in (h, -h)] for h in steps])
+        return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
-    def closed(self, z: Vector, free: Vector) -> Vector:
-        """Closes the loops by Newton's method from z; only the ``free`` entries change.
+    def _gradient(self, w: Vector) -> Vector:
+        """Returns the gradient of half the sum of squared gaps, see :mod:`..model.gradient`."""
+        c, J, _ = self._rows.at(w)
+        size = float(f"{self.size:.3g}")
+        weights = np.where(self._rows.is_turn, size, 1.0)
+        found: Vector = (J[:, self.passive] * weights[:, None] ** 2).T @ c
+        return found / np.where(self.is_length[self.passive], 1.0, size)
+
+    def closed(self, w: Vector, free: Vector) -> Vector:
+        """Closes the loops by Newton's method from w; only the ``free`` entries change.
 
         Raises:
             LoopError: The iteration does not converge.
         """
-        z = z.copy()
+        here = self.evaluated(w)
         for _ in range(ITERATIONS):
-            if _largest(self.evaluated(z)[0]) <= CLOSED_LOOP:
-                z = self._polished(z, free)
+            if _largest(here[0]) <= CLOSED_LOOP:
+                w, here = self._polished(w, here, free)
                 break
-            nearer = self._nearer(z, free, REPEATED_EQUATION)
-            if nearer is None:
-                nearer = self._nearer(z, free, ZERO_SINGULAR_VALUE)
+            nearer = self._nearer(w, here, free, REPEATED_EQUATION)
+            nearer = nearer or self._nearer(w, here, free, ZERO_SINGULAR_VALUE)
             if nearer is None:
                 break
-            z = nearer
-        residual, _, facing = self.evaluated(z)
+            w, here = nearer
+        residual, _, facing = here
         if not _largest(residual) <= CLOSED_LOOP or not np.all(facing > 0):
             raise self._open(residual, facing)
-        return z
+        return w
 
-    def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
-        """Returns z after a Newton step with a smaller residual, or None after many halvings."""
-        residual, J, _ = self.evaluated(z)
+    def _nearer(
+        self, w: Vector, here: Evaluated, free: Vector, rcond: float
+    ) -> tuple[Vector, Evaluated] | None:
+        """Returns w after a Newton step, halved until the residual falls; None if it never does."""
+        residual, J, _ = here
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
         step = _step(J, residual, free, rcond)
         for halving in range(HALVINGS):
-            trial: Vector = z + step / 2**halving
-            if np.linalg.norm(self.evaluated(trial)[0]) < WORTHWHILE_STEP * np.linalg.norm(
-                residual
-            ):
-                return trial
+            trial: Vector = w + step / 2**halving
+            there = self.evaluated(trial)
+            if np.linalg.norm(there[0]) < WORTHWHILE_STEP * np.linalg.norm(residual):
+                return trial, there
         return None
 
-    def _polished(self, z: Vector, free: Vector) -> Vector:
+    def _polished(self, w: Vector, here: Evaluated, free: Vector) -> tuple[Vector, Evaluated]:
         """Refines a closed configuration up to rounding error.
 
-        With redundant equations, z may be wrong by 1e-6 at a residual of 1e-12. At such a z, the
+        With redundant equations, w may be wrong by 1e-6 at a residual of 1e-12. At such a w, the
         redundant equations look independent, so the refinement drops these equations.
         """
         for _ in range(POLISHING):
-            residual, J, _ = self.evaluated(z)
-            z = z + _step(J, residual, free, REPEATED_EQUATION)
-        return z
+            w = w + _step(here[1], here[0], free, REPEATED_EQUATION)
+            here = self.evaluated(w)
+        return w, here
 
-    def continued(self, z: Vector, goal: Mapping[int, float]) -> Vector:
-        """Continues the closed configuration from z to the goal of the actuated entries."""
+    def continued(self, w: Vector, goal: Mapping[int, float]) -> Vector:
+        """Continues the closed configuration from w to the goal of the actuated entries."""
         index = list(goal)
-        start, end = z[index], np.array(list(goal.values()))
+        start, end = w[index], np.array(list(goal.values()))
         done, step = 0.0, 1.0
         while done < 1:
             part = min(done + step, 1.0)
-            trial = z.copy()
+            trial = w.copy()
             trial[index] = end if part == 1 else start + part * (end - start)
             try:
                 reached = self.closed(trial, self.passive)
-                self._check_branch(z, trial, reached)
+                self._check_branch(w, trial, reached)
             except DescriptionError as error:
                 if part == 1:
                     at_goal = error
@@ -267,12 +201,12 @@ class ClosedLoops:
                 if step < 1 / 2**HALVINGS:
                     raise at_goal from error
             else:
-                z, done = reached, part
-        return z
+                w, done = reached, part
+        return w
 
-    def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
-        """Raises DescriptionError if passive entries moved much farther than actuated ones."""
-        if self._distance(reached - z) > 2 * self._distance(trial - z) + SAMPLED_RANGE:
+    def _check_branch(self, w: Vector, trial: Vector, reached: Vector) -> None:
+        """Raises DescriptionError if passive entries moved much farther than the actuated ones."""
+        if self._distance(reached - w) > 2 * self._distance(trial - w) + SAMPLED_RANGE:
             residual, _, _ = self.evaluated(trial)
             name, _ = self._widest(residual)
             raise DescriptionError(
@@ -281,7 +215,7 @@ class ClosedLoops:
 
     def rank(self) -> int:
         """Returns the rank of the Jacobian at generic closed configurations near the reference."""
-        return self._rank_at(self.generic[0])[0] if self.entries else 0
+        return self._rank_at(self.generic[0])[0] if self._rows.owners else 0
 
     @cached_property
     def generic(self) -> tuple[Vector, ...]:
@@ -293,16 +227,16 @@ class ClosedLoops:
         Raises:
             LoopError: The loops do not close from the reference.
         """
-        reference = self.closed(self.reference, np.ones(len(self.z), dtype=bool))
-        if not self.entries:
+        reference = self.closed(self.reference, np.ones(len(self.names), dtype=bool))
+        if not self._rows.owners:
             return (reference,)
-        far = [(*self._rank_at(z), z) for z in self._random(reference, SAMPLED_RANGE)]
-        near = [(*self._rank_at(z), z) for z in self._random(reference, NEIGHBOURHOOD)]
-        ranked = [(rank, z) for rank, is_sure, z in (*far, *near) if is_sure]
-        ranked = ranked or [(rank, z) for rank, _, z in far]
+        far = [(*self._rank_at(w), w) for w in self._random(reference, SAMPLED_RANGE)]
+        near = [(*self._rank_at(w), w) for w in self._random(reference, NEIGHBOURHOOD)]
+        ranked = [(rank, w) for rank, is_sure, w in (*far, *near) if is_sure]
+        ranked = ranked or [(rank, w) for rank, _, w in far]
         around = near[1:] if all(is_sure for _, is_sure, _ in near[1:]) else []
         highest = max(rank for rank, *_ in around or ranked)
-        return tuple(z for rank, z in ranked if rank == highest)
+        return tuple(w for rank, w in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
         """Yields a closed configuration, then random closed configurations near it."""
@@ -318,26 +252,30 @@ class ClosedLoops:
                     continue
                 break
 
-    def _rank_at(self, z: Vector) -> tuple[int, bool]:
+    def _rank_at(self, w: Vector) -> tuple[int, bool]:
         """Returns the rank, and whether each singular value is clearly zero or clearly nonzero."""
-        _, J, _ = self.evaluated(z)
-        # Lengths are relative to the mechanism size, so that they can be compared with angles.
-        J = J * self._scaled(np.ones(len(z)))
-        lengths = np.linalg.norm(J, axis=1, keepdims=True)
-        values = np.linalg.svd(J / np.where(lengths > 0, lengths, 1), compute_uv=False)
+        values = np.linalg.svd(self.unit_rows(w), compute_uv=False)
         parts = values / max(values[0], ZERO_SINGULAR_VALUE)
         return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(
             (parts > ZERO_SINGULAR_VALUE) & (parts < REPEATED_EQUATION)
         )
 
-    def _scaled(self, z: Vector) -> Vector:
-        return np.where(self.is_length, self.size, 1.0) * z
+    def unit_rows(self, w: Vector) -> Vector:
+        """Returns the Jacobian with rows of length 1; lengths are relative to the mechanism size.
+
+        Rows that are zero up to rounding errors remain as they are.
+        """
+        J = self.evaluated(w)[1] * self._scaled(np.ones(len(w)))
+        norms = np.linalg.norm(J, axis=1, keepdims=True)
+        least = ZERO_SINGULAR_VALUE * np.max(norms, initial=0.0)
+        found: Vector = J / np.where(norms > least, norms, 1.0)
+        return found
+
+    def _scaled(self, w: Vector) -> Vector:
+        return np.where(self.is_length, self.size, 1.0) * w
 
     def _distance(self, difference: Vector) -> float:
         return float(np.max(np.abs(difference) / self._scaled(np.ones(len(difference)))))
-
-    def _float(self, expression: sp.Expr) -> float:
-        return float(self.terms.value(expression))
 
     def _open(self, residual: Vector, facing: Vector) -> LoopError:
         name, left = self._widest(residual)
@@ -355,11 +293,13 @@ class ClosedLoops:
         """Returns the loop with the largest residual, and that residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
-        return self._owners[k], float(size[k])
+        owners = self._rows.owners
+        if self.in_least_squares:
+            return ", ".join(dict.fromkeys(owners)), float(size[k])
+        return owners[k], float(size[k])
 
     def _turned_over(self, facing: Vector) -> str:
-        owners = [loop.name for loop in self.equations for _ in loop.facing]
-        return owners[int(np.argmin(facing))]
+        return self._rows.facing_owners[int(np.argmin(facing))]
 
 
 def _largest(residual: Vector) -> float:
@@ -371,7 +311,3 @@ def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
     step = np.zeros(len(free))
     step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
     return step
-
-
-def _shift(placement: Placement) -> sp.Matrix:
-    return placement_matrix(placement)[:3, 3]

@@ -16,7 +16,7 @@ from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
 from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
-from .actuation import check_actuation
+from .actuation import across, check_actuation
 from .closed_loops import ClosedLoops
 from .swapped_ends import swapped_ends
 from .tilted_pins import what_holds_it_open
@@ -101,9 +101,9 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
         return type(error)(f"{error}\n    Perhaps {swapped}")
     bodies = NumericMechanism(mechanism)
     for closer in mechanism.closers:
-        across = bodies.across(closer)
-        if across:
-            return type(error)(f"{error} ({closer.name}: {across})")
+        words = across(bodies, closer)
+        if words:
+            return type(error)(f"{error} ({closer.name}: {words})")
     names = [closer.name for closer in mechanism.closers]
     at = _closed(bodies, bodies.values, names)
     actuation = _wrong_actuation(mechanism, at)
@@ -134,7 +134,7 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> Descripti
     """
     loops = ClosedLoops(mechanism, at)
     try:
-        loops.closed(loops.reference, np.ones(len(loops.z), dtype=bool))
+        loops.closed(loops.reference, np.ones(len(loops.names), dtype=bool))
     except DescriptionError:
         return None
     try:
@@ -189,9 +189,9 @@ def _loop_error(
 ) -> LoopError:
     gap, words = _gap_in_words(bodies, closer, values)
     head = f"the loop of {closer.name!r} does not close{_where(bodies, closer)}: {words}"
-    across = bodies.across(closer)
-    if across:
-        return LoopError(f"{head}; {across}", gap=gap)
+    words = across(bodies, closer)
+    if words:
+        return LoopError(f"{head}; {words}", gap=gap)
     remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
     if not remedies:
         text = f"{head}; no single length, angle or coordinate of it closes the loop"

@@ -5,11 +5,14 @@ at closed configurations needs no assumption. If two counts disagree, the mechan
 overconstrained, or a rod can rotate about its own axis.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from ...chain.kinematics import coordinates
 from ...model.errors import InputValueError
 from ...model.mechanism import Mechanism
+from ...terms.terms import Terms
+from ..model.constraints import LoopEquations, configuration_names, constraints
 from .closed_loops import ClosedLoops
 from .freedoms import SPATIAL, Counts
 
@@ -122,7 +125,9 @@ def mobility(mechanism: Mechanism) -> Mobility:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and the limits of
         counting.
     """
-    return mobility_of(ClosedLoops(mechanism))
+    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+    z = coordinates("_z", len(configuration_names(mechanism)))
+    return mobility_of(ClosedLoops(mechanism), constraints(mechanism, terms, z))
 
 
 def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
@@ -156,14 +161,20 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
     return order * (links - 1 - joints) + freedom
 
 
-def mobility_of(loops: ClosedLoops) -> Mobility:
-    """Returns the degrees of freedom of a mechanism from its numerical constraints.
+def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobility:
+    """Returns the degrees of freedom of a mechanism.
+
+    Args:
+        loops: The loops, closed in double precision.
+        equations: The independent equations of each loop.
 
     Raises:
         LoopError: The loops do not close from the reference.
     """
     mechanism = loops.mechanism
-    counts = Counts(mechanism, loops.terms)
+    counts = Counts(mechanism, Terms({p.symbol: p.value for p in mechanism.parameters}))
+    swings, z = len(mechanism.swings), len(configuration_names(mechanism))
+    found = sum(len(loop.residual) for loop in equations)
     return Mobility(
         bodies=counts.bodies,
         joints=counts.joints,
@@ -172,8 +183,9 @@ def mobility_of(loops: ClosedLoops) -> Mobility:
         loop_freedoms=counts.loop_freedoms,
         loop_orders=counts.loop_orders,
         idle=sum(strut.ends == "ball" for strut in mechanism.struts),
-        coordinates=len(loops.z),
-        rank=loops.rank(),
-        equations=len(loops.entries),
+        coordinates=z,
+        rank=loops.rank() + swings,
+        # In least squares there is one equation per passive variable.
+        equations=sum(loops.passive) + swings if loops.in_least_squares else found,
         actuated=len(mechanism.actuated),
     )

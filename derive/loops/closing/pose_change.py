@@ -40,7 +40,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
     """Yields distances (metre) and angles (radian) between the tools at random configurations."""
     exact = NumericMechanism(mechanism)
-    own = NumericMechanism(written, _normals(exact, written))
+    own = NumericMechanism(written, _planes(exact, written))
     names = [closer.name for closer in mechanism.closers]
     moved, random = mechanism.coordinates, np.random.default_rng(0)
     reach = 0.0
@@ -53,14 +53,14 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
             yield _apart(_tool(exact, at), _tool(own, own.polished(at)))
 
 
-def _normals(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the planar loop normals of the robot with the numbers of its file."""
+def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
+    """Returns the planes of the robot as written, whose base may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.closers if c.a.body == m.base_frame}
     return {
-        name: turned[:3, :3] @ normal if name in base else normal
-        for name, normal in exact.normals.items()
+        name: turned[:3, :3] @ plane if name in base else plane
+        for name, plane in exact.planes.items()
     }
 
 

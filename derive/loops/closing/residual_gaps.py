@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
-from .closed_loops import swings_at
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
@@ -84,7 +83,7 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
         == J.shape[1]
     )
     message = _message(bodies, mechanism.closers, at)
-    return ResidualGaps(at | swings_at(mechanism, at), J.shape[0] - J.shape[1], message, spare)
+    return ResidualGaps(at, J.shape[0] - J.shape[1], message, spare)
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:

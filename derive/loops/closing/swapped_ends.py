@@ -56,8 +56,8 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     """Returns the rods whose exchange closes all loops, and the distance from the reference."""
-    normals = NumericMechanism(mechanism).normals
-    found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
+    planes = NumericMechanism(mechanism).planes
+    found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
         # An exchange of ends may move the pins of a rod out of the loop's plane.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
@@ -103,9 +103,9 @@ def _turned(strut: Strut) -> Strut:
     )
 
 
-def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
+def _motion(mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> float:
     """Returns the distance from the reference to the nearest closed configuration, or inf."""
-    bodies = NumericMechanism(mechanism, normals)
+    bodies = NumericMechanism(mechanism, planes)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)
     return _change(bodies, closed) if bodies.all_closed(closed, names) else math.inf

@@ -20,7 +20,6 @@ from ...model.tolerances import REPEATED_EQUATION
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
-from ..closing.closed_loops import longest_length
 from ..model.constraints import (
     LoopEquations,
     configuration_names,
@@ -145,7 +144,7 @@ class LoopClosure:
     @cached_property
     def size(self) -> float:
         """The longest translation or rod (metre), used to scale lengths against angles."""
-        return float(f"{longest_length(self.hybrid.mechanism, self.hybrid.terms):.3g}")
+        return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
     def residual(self) -> SymbolicFunction:

@@ -31,6 +31,7 @@ from .body_frames import pose_along
 from .exponentials import Factor, around
 from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planes import Edge, Linkage, Loop, PinEdge, SlideEdge, WeldEdge, linkages, loops, tidied
+from .rows import FACING, ROWS, Along, Kind
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 
@@ -110,17 +111,10 @@ def constraints(
 ) -> tuple[LoopEquations, ...]:
     """Returns the equations of every loop, in the order of the closures and struts.
 
-    | loop    | closer          | equations                                              |
-    |---------|-----------------|--------------------------------------------------------|
-    | planar  | pin, ball       | 2: the points' difference in the meeting body's plane  |
-    | planar  | slider          | 2: offset from the guide, sine of the rotation         |
-    | planar  | weld            | 3: the points' difference, sine of the rotation        |
-    | planar  | strut on pins   | 2: first end plus length along swing, minus far end    |
-    | any     | strut on balls  | 1: distance of the ends minus the length               |
-    | spatial | ball            | 3: the points' difference in the meeting body's frame  |
-    | spatial | weld            | 6: as ball, and b's z, x, y axes along a's y, z, x     |
-    | spatial | pin             | 5: as ball, and b's z axis along a's x and y           |
-    | spatial | slider          | 5: offset along a's x and y, and b's axes as for weld  |
+    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. Whole
+    differences of points are in the axes of the meeting body. A strut on balls has one equation,
+    the distance of its ends. A strut on pins has two: the first end plus the length along the swing
+    is the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -410,19 +404,20 @@ class _Spatial:
             length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
             return _distance(self.terms, difference, length)
         along = partial(dot, self.terms)
-        (x_a, y_a, z_a), (x_b, y_b, z_b) = A, B
-        met = ("m", "m", "m")
-        if closer.kind == "ball":
-            return _Residual("point", difference, met)
-        if closer.kind == "pin":
-            turn = (along(x_a, z_b), along(y_a, z_b))
-            return _Residual("spatial", (*difference, *turn), (*met, "1", "1"), (along(z_a, z_b),))
-        turns = (along(y_a, z_b), along(z_a, x_b), along(x_a, y_b))
-        facing = (along(x_a, x_b), along(y_a, y_b))
-        if closer.kind == "slider":
-            offset = (along(x_a, difference), along(y_a, difference))
-            return _Residual("spatial", (*offset, *turns), ("m", "m", "1", "1", "1"), facing)
-        return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
+        kind: Kind = (closer.kind, "space")
+        rows = ROWS[kind]
+        # All three differences are independent of the axes, and shortest in the meeting body's.
+        is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
+        entries = [
+            (difference[row.axis] if is_met else along(A[row.axis], difference))
+            if isinstance(row, Along)
+            else along(A[row.a], B[row.b])
+            for row in rows
+        ]
+        units = ["m" if isinstance(row, Along) else "1" for row in rows]
+        facing = tuple(along(A[k], B[k]) for k in FACING[kind])
+        name: EquationKind = "point" if closer.kind == "ball" else "spatial"
+        return _Residual(name, tuple(entries), tuple(units), facing)
 
     def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
         """Returns the pose of the frame relative to the meeting body."""

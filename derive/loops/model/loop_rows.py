@@ -4,13 +4,8 @@ An equation compares end b of a closure or strut with end a, in the axes of a. T
 equation along a motion of the body at end b is the power of a wrench. The derivative along a motion
 of the body at end a is the negative power of the same wrench, even if the loop is open.
 
-| closer            | equations                                                     |
-|-------------------|---------------------------------------------------------------|
-| strut             | distance of the ends minus the length                         |
-| planar: pin, ball | both coordinates of the points' difference in the plane       |
-| planar: slider    | offset across the guide, sine of the rotation                 |
-| planar: weld      | both coordinates of the difference, sine of the rotation      |
-| others            | as :func:`chasles.derive.loops.model.constraints.constraints`       |
+:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
+distance of its ends.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +20,7 @@ from ...terms.vectors import ORIGIN, Vector, combination, cross, dot, named, sub
 from .mechanism_geometry import MechanismGeometry
 from .motions import ElementaryMotion, Reached, Wrench, gradient
 from .planes import Axes, Loop, loops
+from .rows import ROWS, Along, Kind
 
 
 @dataclass(frozen=True)
@@ -92,9 +88,16 @@ class _Ends:
         if isinstance(closer, Strut):
             return [self._distance(closer)]
         linkage = self.geometry.planar.get(closer.name)
-        if linkage is None:
-            return self._in_space(closer)
-        return self._in_plane(closer, linkage.axes[closer.a.body])
+        axes = None if linkage is None else linkage.axes[closer.a.body]
+        kind: Kind = (closer.kind, "space" if axes is None else "plane")
+        return [
+            self._along(self._axis(closer, axes, "a", row.axis))
+            if isinstance(row, Along)
+            else self._turn(
+                self._axis(closer, axes, "a", row.a), self._axis(closer, axes, "b", row.b)
+            )
+            for row in ROWS[kind]
+        ]
 
     def _distance(self, strut: Strut) -> Row:
         terms, difference = self.terms, self.difference
@@ -104,30 +107,17 @@ class _Ends:
         residual = terms.let(distance - terms.let(length))
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
-    def _in_plane(self, closure: Closure, axes: Axes) -> list[Row]:
-        x, y = self._turned(axes.x), self._turned(axes.y)
-        if closure.kind in ("pin", "ball"):
-            return [self._along(x), self._along(y)]
+    def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
+        """Returns an axis of the equations, fixed to the body at one end, in base axes."""
+        end = self.a if side == "a" else self.b
+        if plane is None:
+            return end.pose[0][k]
         # Both end frames have the same axes if the loop is closed.
         R = placement_matrix(closure.a.placement)[:3, :3]
         if closure.kind == "slider":
-            across = R.T * axes.n.cross(R[:, 2])
-            own = self._of_end(self.a, across)
-            guide = self._of_end(self.b, sp.Matrix([0, 0, 1]))
-            return [self._along(own), self._turn(own, guide)]
-        other = self._of_end(self.b, R.T * axes.y)
-        return [self._along(x), self._along(y), self._turn(x, other)]
-
-    def _in_space(self, closure: Closure) -> list[Row]:
-        (x_a, y_a, z_a), (x_b, y_b, z_b) = self.a.pose[0], self.b.pose[0]
-        met = [self._along(axis) for axis in (x_a, y_a, z_a)]
-        turns = [self._turn(y_a, z_b), self._turn(z_a, x_b), self._turn(x_a, y_b)]
-        return {
-            "ball": met,
-            "pin": [*met, self._turn(x_a, z_b), self._turn(y_a, z_b)],
-            "slider": [*met[:2], *turns],
-            "weld": [*met, *turns],
-        }[closure.kind]
+            guide = sp.Matrix([0, 0, 1])
+            return self._of_end(end, guide if k == 0 else R.T * plane.n.cross(R[:, 2]))
+        return self._turned(plane[k]) if side == "a" else self._of_end(end, R.T * plane[k])
 
     def _turned(self, vector: sp.Matrix) -> Vector:
         """Returns a constant direction of the body at end a, in base axes."""

@@ -47,16 +47,16 @@ class NumericMechanism:
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), or 1 if all are zero.
-        normals: Unit normals of planar loops, keyed by closure or strut, in the axes of its first
-            body.
+        planes: Axes x and y and the unit normal of planar loops by closer, as columns in the axes
+            of the closer's first body.
     """
 
-    def __init__(self, mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> None:
+    def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
         """Computes the reference configuration and the planes of planar loops.
 
         Args:
             mechanism: The description.
-            normals: Known normals of planar loops, keyed by closure or strut; None computes them.
+            planes: Known axes of planar loops, by closer; None computes them.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -65,7 +65,7 @@ class NumericMechanism:
         self._constants: dict[str, float] = {}
         self.constants = {p.name: float(p.value) for p in mechanism.parameters}
         self._symbols = tuple(p.symbol for p in mechanism.parameters)
-        self.normals = _normals(mechanism) if normals is None else normals
+        self.planes = _planes(mechanism) if planes is None else planes
         self._bare = self._lengths()
         self.constants = self.constants | self._bare
         self.values = self._reference()
@@ -185,13 +185,24 @@ class NumericMechanism:
     ) -> tuple[Floats, Floats, Floats]:
         """Returns both end frames (4, 4) of a closure or strut, and the vector in between."""
         poses = self.poses(values)
-        A, B = self._frames(poses, closer)
+        A, B = self.frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """Returns the unit normal of a planar loop in the base frame, else None."""
-        normal = self.normals.get(closer.name)
-        return None if normal is None else poses[closer.a.body][..., :3, :3] @ normal
+        """Returns the unit normal of a closer's loop in the base frame; None for a spatial loop."""
+        plane = self.planes.get(closer.name)
+        return None if plane is None else poses[closer.a.body][..., :3, :3] @ plane[:, 2]
+
+    def swings(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Returns the direction angle (radian) of each strut on pins, by swing name."""
+        poses, found = self.poses(values), {}
+        for strut in self.mechanism.struts:
+            if strut.ends == "pin":
+                A, B = self.frames(poses, strut)
+                axes = poses[strut.a.body][:3, :3] @ self.planes[strut.name]
+                x, y, _ = (B[:3, 3] - A[:3, 3]) @ axes
+                found[strut.swing_name] = float(np.arctan2(y, x))
+        return found
 
     def is_closed(self, gap: Gap) -> bool:
         """Whether a gap is small enough for the loop to count as closed."""
@@ -202,9 +213,14 @@ class NumericMechanism:
         gaps = self.gaps(values)
         return all(self.is_closed(gaps[name]) for name in loops)
 
-    def _frames(
-        self, poses: Mapping[str, Floats], closer: Closure | Strut
-    ) -> tuple[Floats, Floats]:
+    def axes(self, poses: Mapping[str, Floats], joints: Sequence[Joint]) -> tuple[Floats, Floats]:
+        """Returns the unit axis of each joint, and a point on it (n, 3), in the base frame."""
+        found = [poses[j.parent] @ self._offset(offset_of(j), j.before) for j in joints]
+        T = np.reshape(found, (-1, 4, 4))
+        return T[:, :3, 2], T[:, :3, 3]
+
+    def frames(self, poses: Mapping[str, Floats], closer: Closure | Strut) -> tuple[Floats, Floats]:
+        """Returns the frames of both ends of a closer in the base frame (4, 4)."""
         A, B = (
             poses[frame.body] @ self._offset(offset_of(closer, side), frame.placement)
             for side, frame in _sides(closer)
@@ -224,7 +240,7 @@ class NumericMechanism:
         self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
         """Returns how far a loop is open: distances (metre), then angles (radian), as last axis."""
-        A, B = self._frames(poses, closer)
+        A, B = self.frames(poses, closer)
         d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
         if isinstance(closer, Strut):
@@ -237,7 +253,7 @@ class NumericMechanism:
         if closer.kind == "pin":
             z = R[..., :, 2]
             # A pin of a planar loop may connect frames with opposite z axes.
-            opposed = (closer.name in self.normals) & (z[..., 2:] < 0)
+            opposed = (closer.name in self.planes) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
         if closer.kind == "slider":
             d = (turned[..., :2, :] @ d[..., None])[..., 0]
@@ -249,36 +265,6 @@ class NumericMechanism:
         residual, x = self._residual(dict(values), self.unknown, names, "")
         J = differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
-
-    def across(self, closer: Closure | Strut) -> str:
-        """States which pin axes of a planar loop are not parallel to its normal; "" if all are."""
-        if closer.name in self.normals or not _has_pins(closer):
-            return ""
-        poses = self.poses(self.values)
-        ways = [self.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
-        turning = [
-            (poses[joint.parent] @ self.matrix(joint.before))[:3, 2]
-            for way in ways
-            for joint in way
-            if joint.kind == "revolute" and not all(joint in other for other in ways)
-        ]
-        if not turning or not all(abs(axis @ turning[0]) > 1 - GAP for axis in turning):
-            return ""
-        n = turning[0]
-        A, B = self._frames(poses, closer)
-        axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(n, 6))
-        if isinstance(closer, Strut):
-            apart = abs(float(n @ (B[:3, 3] - A[:3, 3])))
-            return (
-                f"its ends are {1000 * apart:.4g} mm apart along ({axis}), the axis of the loop's "
-                "joints: put both ends in one plane normal to that axis, or use ball ends"
-            )
-        if abs(A[:3, 2] @ n) > 1 - GAP:
-            return ""
-        return (
-            "a pin rotates about the z axis of its frames, but the loop's joints rotate about "
-            f"({axis}): rotate both frames by rpy"
-        )
 
     def slopes(
         self, values: Mapping[str, float], free: Sequence[str], loops: Sequence[str]
@@ -402,11 +388,11 @@ def _function(symbols: tuple[sp.Symbol, ...], expression: sp.Expr) -> Callable[.
 
 
 @lru_cache(maxsize=16)
-def _normals(mechanism: Mechanism) -> dict[str, Floats]:
+def _planes(mechanism: Mechanism) -> dict[str, Floats]:
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     planar, _ = linkages(mechanism)
     return {
-        closer.name: _floats(linkage.axes[closer.a.body].n, terms)
+        closer.name: np.column_stack([_floats(v, terms) for v in linkage.axes[closer.a.body]])
         for linkage in planar
         for closer in mechanism.closers
         if closer.name in linkage.closers
@@ -438,10 +424,6 @@ def _motion(
     if joint.kind != "revolute":
         T[..., 2, 3] = value * (number(joint.pitch) if joint.kind == "helical" else 1.0)
     return T
-
-
-def _has_pins(closer: Closure | Strut) -> bool:
-    return (closer.ends if isinstance(closer, Strut) else closer.kind) == "pin"
 
 
 def _turn(axis: int, angle: Value) -> Floats:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
-from ..closing.closed_loops import longest_length
 from ..solve.solved_loops import SolvedLoops
 from .triad import Triad
 
@@ -29,7 +28,7 @@ class TriadTables(Tables):
 def modes(h: SolvedLoops, triad: Triad) -> WrittenFunction:
     """Returns the function ``modes`` of a platform on three planar legs."""
     if h.mechanism.closures:
-        size = float(f"{longest_length(h.mechanism, h.terms):.3g}")
+        size = float(f"{h.numbers.size:.3g}")
         return written_modes(h.arguments["q"], size, "legs")
     return written_modes(h.arguments["q"], _size(h, triad))
 

@@ -29,7 +29,6 @@ from ...model.placements import Placement, translation
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
-from ..closing.closed_loops import ClosedLoops
 from ..iterated.closure_equations import on_balls
 from ..model.constraints import configuration_names
 from ..model.loop_rows import Row, loop_rows
@@ -88,7 +87,7 @@ class ParametricLoops:
     @cached_property
     def size(self) -> float:
         """The longest translation or rod (metre), used to scale lengths against angles."""
-        return float(f"{ClosedLoops(self.hybrid.mechanism).size:.3g}")
+        return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
     def inner(self) -> Mapping[str, SymbolicFunction]:

@@ -13,7 +13,7 @@ from ...model.mechanism import Mechanism, Strut
 from ...model.robot import Joint
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
-from ..closing.closed_loops import longest_length
+from ..model.numeric_mechanism import NumericMechanism
 from ..model.phasors import PhasorSum
 from ..model.planes import Linkage, Loop, WeldEdge, linkages
 from ..planar.assembly import Assembly, assemble, assemblies
@@ -134,7 +134,7 @@ def _begun(
     """Returns the solution before its first step."""
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
-    size = longest_length(mechanism, terms)
+    size = NumericMechanism(mechanism).size
     reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints, size)
     return _with_open(Solution(mechanism, dict(known), {}, (), (), (), reference))
 

@@ -213,12 +213,12 @@ def _closed(model: LoopModel, numbers: ClosedLoops) -> dict[str, float]:
     Values below the iteration precision are 0, as they differ between processors.
     """
     try:
-        z = numbers.closed(numbers.reference, numbers.passive)
+        w = numbers.closed(numbers.reference, numbers.passive)
     except DescriptionError as error:
         raise not_closing(model.mechanism, error) from error
-    scales = np.where(numbers.is_length, numbers.size, 1.0)
-    z = np.where(np.abs(z) > CLOSED_LOOP * scales, z, 0.0)
-    return dict(zip(numbers.names, map(float, z), strict=True))
+    scales = {v.name: 1.0 if v.unit == "rad" else numbers.size for v in model.variables}
+    at = numbers.configuration(w)
+    return {name: x if abs(x) > CLOSED_LOOP * scales[name] else 0.0 for name, x in at.items()}
 
 
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from chasles.derive import read
-from chasles.derive.loops.closing.closed_loops import longest_length
+from chasles.derive.loops.model.numeric_mechanism import NumericMechanism
 from chasles.derive.model.mechanism import Closure
-from chasles.derive.terms.terms import Terms
 from tests.support.compiling import compiled
 from tests.support.generators.as_built import on_links, out_of_plane
 from tests.support.loops.closures import Model
@@ -53,8 +52,7 @@ def configurations(robot, count=40):
 def weighted(mechanism):
     """Returns gaps in metres and their derivative; rotation entries are scaled by the size."""
     model = Model(mechanism)
-    terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    size = float(f"{longest_length(mechanism, terms):.3g}")
+    size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []
     for closer in mechanism.closers:
         assert isinstance(closer, Closure)

@@ -1,0 +1,120 @@
+"""Closure equations in double precision, and their Jacobian from screw theory.
+
+The derivative of an equation along a motion of b's body is the power of a wrench at end b. Along a
+motion of a's body, it is the negative power of the same wrench.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...model.mechanism import Closure, Strut
+from .numeric_mechanism import NumericMechanism
+from .rows import FACING, ROWS, Along, Kind, Turn
+
+Floats = NDArray[np.float64]
+_NONE = np.zeros(3)
+_LENGTH = (None,)
+
+
+class NumericRows:
+    """The closure equations of one mechanism as functions of its joints and cylinders.
+
+    Attributes:
+        bodies: Bodies and ends as numerical values.
+        names: Names of the joints and cylinders.
+        owners: Names of the closures and struts, one per equation.
+        is_turn: Whether an equation compares directions, one per equation.
+        facing_owners: Names of the closures, one per cosine that detects flips.
+    """
+
+    def __init__(self, bodies: NumericMechanism) -> None:
+        """Prepares the axes of all ends, and the sides on which joints move them."""
+        self.bodies, self.names = bodies, [*bodies.values]
+        self.owners: list[str] = []
+        self.is_turn: list[bool] = []
+        mechanism, number = bodies.mechanism, bodies.number
+        self._joints = joints = [joint for joint in mechanism.joints if joint.kind != "fixed"]
+        self._columns = [self.names.index(joint.name) for joint in joints]
+        self._turns = np.array([joint.kind != "prismatic" for joint in joints], float)
+        slides = {"prismatic": sp.S.One, "revolute": sp.S.Zero}
+        self._slides = np.array([number(slides.get(j.kind, j.pitch)) for j in joints], float)
+        self._axes = {closure.name: self._axes_of(closure) for closure in mechanism.closures}
+        sides: list[list[list[int]]] = []
+        for c in mechanism.closers:
+            a, b = (mechanism.way(frame.body) for frame in (c.a, c.b))
+            rows = _LENGTH if isinstance(c, Strut) else ROWS[self._kind(c)]
+            self.owners += [c.name] * len(rows)
+            self.is_turn += [isinstance(row, Turn) for row in rows]
+            on_a = [-j.direction * (j in a and j not in b) for j in joints]
+            on_b = [j.direction * (j in b and j not in a) for j in joints]
+            sides += [[on_a, on_b]] * len(rows)
+        self._sides = np.array(sides, float).reshape(-1, 2, len(joints))
+        self.facing_owners = [c.name for c in mechanism.closures for _ in FACING[self._kind(c)]]
+
+    def _kind(self, closure: Closure) -> Kind:
+        return closure.kind, "plane" if closure.name in self.bodies.planes else "space"
+
+    def _axes_of(self, closure: Closure) -> Floats:
+        """Returns the axes of a closure's equations (3, 3) in the axes of its first end."""
+        plane = self.bodies.planes.get(closure.name)
+        if plane is None:
+            return np.eye(3)
+        axes: Floats = self.bodies.matrix(closure.a.placement)[:3, :3].T @ plane
+        if closure.kind == "slider":
+            guide = np.array([0.0, 0.0, 1.0])
+            axes = np.column_stack([guide, np.cross(axes[:, 2], guide), axes[:, 2]])
+        return axes
+
+    def at(self, w: Floats) -> tuple[Floats, Floats, Floats]:
+        """Returns the equations at values of the joints and cylinders.
+
+        Args:
+            w: Values (n,) in the order of ``names`` (radian or metre).
+
+        Returns:
+            The residuals (m,), their Jacobian (m, n), and the cosines between axes that point the
+            same way if no frame is flipped.
+        """
+        values = dict(zip(self.names, w, strict=True))
+        poses = self.bodies.poses(values)
+        residual: list[float] = []
+        forces, moments, facing = [], [], []
+        J = np.zeros((len(self.owners), len(w)))
+        for closer in self.bodies.mechanism.closers:
+            A, B = self.bodies.frames(poses, closer)
+            if isinstance(closer, Strut):
+                d = B[:3, 3] - A[:3, 3]
+                distance = float(np.linalg.norm(d))
+                rows = [(distance - self.bodies.length(closer, values), d / distance, _NONE)]
+                if closer.is_cylinder:
+                    J[len(residual), self.names.index(closer.name)] = -1.0
+            else:
+                a, b = (T[:3, :3] @ self._axes[closer.name] for T in (A, B))
+                rows = [*_rows(self._kind(closer), a.T, b.T, B[:3, 3] - A[:3, 3])]
+                facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(closer)]]
+            # The axes of a whole difference are free, and Newton's method converges better if they
+            # do not rotate with frame a. The wrench on a's body then acts at end a.
+            is_whole = not isinstance(closer, Strut) and closer.kind != "slider"
+            for gap, force, couple in rows:
+                residual.append(gap)
+                forces.append(force)
+                on_b = np.cross(B[:3, 3], force) + couple
+                moments += [np.cross(A[:3, 3], force) + couple if is_whole else on_b, on_b]
+        axes, points = self.bodies.axes(poses, self._joints)
+        F, M = np.reshape(forces, (-1, 1, 3)), np.reshape(moments, (-1, 2, 3))
+        power = self._turns * (M @ axes.T - F @ np.cross(axes, points).T)
+        power += self._slides * (F @ axes.T)
+        J[:, self._columns] += (self._sides * power).sum(1)
+        return np.array(residual), J, np.array(facing)
+
+
+def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, Floats, Floats]]:
+    """Yields the residual, force and couple of each equation, from the axes of both ends."""
+    for row in ROWS[kind]:
+        if isinstance(row, Along):
+            yield float(a[row.axis] @ d), a[row.axis], _NONE
+        else:
+            yield float(a[row.a] @ b[row.b]), _NONE, np.cross(b[row.b], a[row.a])

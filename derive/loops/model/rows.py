@@ -1,0 +1,50 @@
+"""The closure equations of every kind of closer: one table, which all views of the loops read.
+
+An equation compares frame a of a closer with its frame b. Lengths are in metres; equations of
+directions are cosines, which are 0 if the loop is closed.
+"""
+
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+
+class Along(NamedTuple):
+    """The difference of both origins along an axis of frame a."""
+
+    axis: int
+
+
+class Turn(NamedTuple):
+    """The cosine between an axis of frame a and an axis of frame b."""
+
+    a: int
+    b: int
+
+
+Row = Along | Turn
+Kind = tuple[str, Literal["plane", "space"]]
+_MET = (Along(0), Along(1), Along(2))
+_HELD = (Turn(1, 2), Turn(2, 0), Turn(0, 1))
+ROWS: Mapping[Kind, tuple[Row, ...]] = {
+    ("ball", "plane"): _MET[:2],
+    ("pin", "plane"): _MET[:2],
+    ("slider", "plane"): (Along(1), Turn(1, 0)),
+    ("weld", "plane"): (*_MET[:2], Turn(0, 1)),
+    ("ball", "space"): _MET,
+    ("pin", "space"): (*_MET, Turn(0, 2), Turn(1, 2)),
+    ("slider", "space"): (*_MET[:2], *_HELD),
+    ("weld", "space"): (*_MET, *_HELD),
+}
+"""The equations by kind of closure. In a plane, x and y are its axes, and x of a slider is the
+guide. A strut has a single equation: the distance of its ends is its length."""
+FACING: Mapping[Kind, tuple[int, ...]] = {
+    ("ball", "plane"): (),
+    ("pin", "plane"): (),
+    ("slider", "plane"): (0,),
+    ("weld", "plane"): (0,),
+    ("ball", "space"): (),
+    ("pin", "space"): (2,),
+    ("slider", "space"): (0, 1),
+    ("weld", "space"): (0, 1),
+}
+"""Axes of both frames that point the same way. The equations also hold if they are opposite."""
