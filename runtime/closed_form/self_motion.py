@@ -38,10 +38,9 @@ _MAX_ROWS = 100_000
 def check_redundancy(label: str, redundancy: str) -> None:
     """Raise an InputValueError for an unknown value of `redundancy`."""
     if redundancy not in (known := get_args(NearestRedundancy)):
-        planned = '; "global" is planned' if redundancy == "global" else ""
-        raise InputValueError(
-            f"{label}: redundancy must be one of {', '.join(known)}, got {redundancy!r}{planned}"
-        )
+        other = "; resolve_redundancy of chasles.study.motion plans a whole path"
+        listed, other = ", ".join(known), other * (redundancy == "global")
+        raise InputValueError(f"{label}: redundancy is one of {listed}, got {redundancy!r}{other}")
 
 
 def best_parameters(

@@ -16,7 +16,16 @@ from tempfile import TemporaryDirectory
 from .campaign import Campaign, Outcome
 
 NAMES = (
-    *("field", "losses", "structures", "displaced", "general", "geometries", "chains"),
+    *(
+        "field",
+        "losses",
+        "structures",
+        "displaced",
+        "general",
+        "geometries",
+        "chains",
+        "redundancy",
+    ),
     *("mechanisms", "platforms", "planar", "loops", "as_built", "least_squares", "scenes"),
     *(
         "legs",

@@ -18,6 +18,7 @@ from .curves import (
     task_curve,
     task_line,
 )
+from .global_redundancy import resolve_redundancy
 from .limits import LimitViolation, limit_violations
 from .motion import Motion
 from .sequence import MotionSequence
@@ -47,6 +48,7 @@ __all__ = [
     "limit_violations",
     "line",
     "parabola",
+    "resolve_redundancy",
     "spline",
     "task_curve",
     "task_line",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -22,13 +23,14 @@ from chasles.summaries import summary_repr
 from ..arguments import above_0, finite
 from ..tolerances import ON_CURVE
 from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
+from .global_redundancy import ParameterCurve, parameter_curve
 from .redundancy import minimum_norm
 from .tasks import curve_rates, parameter_rates, task_rates
 from .time_scaling import TimeScaling
 from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
-Redundancy = Literal["fixed", "minimum_norm"]
+Redundancy = Literal["fixed", "minimum_norm", "global"]
 
 _HALVINGS = 4
 """Number of times that the sample spacing is halved before a jump of a joint is reported."""
@@ -50,11 +52,14 @@ class Motion:
             parameters are fixed, the configurations are computed by iteration.
         redundancy: The treatment of redundant joints. "fixed": redundancy parameters keep their
             values at q_seed, and the coordinates stay on one branch. "minimum_norm": each pose is
-            solved from q_seed by minimum-norm steps in the joints of the main chain.
+            solved from q_seed by minimum-norm steps in the joints of the main chain. "global":
+            the parameters move so that no limit is exceeded and the integral of the squared joint
+            rates over the curve is least, as in `resolve_redundancy`; the start is free.
 
     Raises:
-        InputValueError: `redundancy` is unknown, "minimum_norm" or `fixed` is used without a curve
-            of the tool pose, the time scaling is longer than the curve, or q_seed is not finite.
+        InputValueError: `redundancy` is unknown, "minimum_norm", "global" or `fixed` is used
+            without a curve of the tool pose, `fixed` is used with "global", the time scaling is
+            longer than the curve, or q_seed is not finite.
         ShapeError: q_seed is not (n,).
     """
 
@@ -80,10 +85,14 @@ class Motion:
                 f"{self.redundancy!r}"
             )
         if isinstance(self.curve, TaskLine | TaskCurve | JointLine):
-            if self.redundancy == "minimum_norm":
-                raise InputValueError("Motion: minimum_norm requires a curve of the tool pose")
+            if self.redundancy != "fixed":
+                raise InputValueError(
+                    f"Motion: {self.redundancy} requires a curve of the tool pose"
+                )
             if self.fixed is not None:
                 raise InputValueError("Motion: fixed requires a curve of the tool pose")
+        if self.redundancy == "global" and self.fixed is not None:
+            raise InputValueError("Motion: global moves all redundancy parameters, without fixed")
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
@@ -153,11 +162,26 @@ class Motion:
         if self.redundancy == "minimum_norm":
             return minimum_norm(robot, self.curve, s, self._q_fixed(), fixed or None)
         T, V, A = self.curve.at(s)
+        if self.redundancy == "global":
+            q = self._followed(s, "pose")
+            spline = self._parameters.spline
+            return q, *parameter_rates(robot, q, V, A, (spline(s, 1), spline(s, 2)))
         if set(fixed) <= {item.name for item in robot.redundancy}:
             q = self._followed(s, "pose")
             return q, *parameter_rates(robot, q, V, A)
         q = self._iterated(T, s, fixed)
         return q, *curve_rates(robot, q, V, A, fixed)
+
+    @cached_property
+    def _parameters(self) -> ParameterCurve:
+        """The redundancy parameters, resolved over the whole curve."""
+
+        def poses(s: FloatArray) -> FloatArray:
+            return np.asarray(self.curve.at(s)[0])
+
+        return parameter_curve(
+            self.robot, poses, self.curve.length, self.q_seed, "robot", whole=False
+        )
 
     def _fixed_names(self) -> list[str]:
         names = self.robot.coordinate_names
@@ -185,7 +209,10 @@ class Motion:
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)
             target = self.curve.at(finer)[0]
-            path = self.robot.ik_path(target, self.q_seed, task=task, fixed=self.fixed)
+            start, fixed = self.q_seed, self.fixed
+            if self.redundancy == "global":
+                start, fixed = self._parameters.q_start, self._parameters.at(finer)
+            path = self.robot.ik_path(target, start, task=task, fixed=fixed)
             if path.complete:
                 return np.asarray(path.q[::parts])
             if path.reason != "jump" or len(s) == 1:

@@ -18,6 +18,7 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,6 +86,33 @@ def minimum_norm(
         for order, weights in enumerate(_WEIGHTS)
     )
     return _on_curve(robot, curve, s, (values, by_s, by_ss), moving)
+
+
+def parametrized(
+    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, moves: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Return derivatives of the coordinates on a curve, for given motions of the parameters.
+
+    Args:
+        robot: A robot whose redundancy parameters are joints of the main chain.
+        q: (m, n) coordinates on the curve [rad or m].
+        V: (m, 6) mixed twists per unit of s.
+        A: (m, 6) derivatives of V with respect to s.
+        moves: (m, p) first and second derivatives of the parameters with respect to s.
+
+    Returns:
+        (m, n) first and second derivatives of q with respect to s.
+    """
+    theta = robot.chain(q) if robot.loops else q
+    given = [robot.joint_names.index(item.name) for item in robot.redundancy]
+    free = [k for k in range(theta.shape[1]) if k not in given]
+    J = _kinematics(robot, theta)[2]
+    by_s, by_ss = np.zeros_like(theta), np.zeros_like(theta)
+    by_s[:, given], by_ss[:, given] = moves
+    by_s[:, free] = _pinv(J[..., free], V - _times(J, by_s))
+    own = robot.acceleration_mixed(q, *_of_coordinates(robot, theta, by_s, by_ss))
+    by_ss[:, free] = _pinv(J[..., free], A - own)
+    return _of_coordinates(robot, theta, by_s, by_ss)
 
 
 def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:

@@ -165,9 +165,15 @@ class MotionSequence:
                 length in the coordinates.
 
         Raises:
-            InputValueError: The curve or the plan does not start at q_end, or the plan has no path.
+            InputValueError: The curve or the plan does not start at q_end, the plan has no path, or
+                `redundancy` is "global".
             OutOfReachError: The curve leaves the workspace, the branch or the limits.
         """
+        if redundancy == "global":
+            raise InputValueError(
+                "follow: redundancy='global' chooses the start of the motion; use Motion, and move "
+                "to its start"
+            )
         if isinstance(curve, Plan):
             if fixed is not None or redundancy != "fixed":
                 raise InputValueError("follow: a plan does not support fixed= and redundancy=")

@@ -12,7 +12,7 @@ The equations contain the directions x and z of the tool's first and third axes,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from chasles.fixed import Fixed, fixed_coordinates
 from chasles.tolerances import RANK
 
 from .curves import Task
+from .redundancy import parametrized
 
 FloatArray = NDArray[np.float64]
 
@@ -91,26 +92,40 @@ def curve_rates(
 
 
 def parameter_rates(
-    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray
+    robot: Robot,
+    q: FloatArray,
+    V: FloatArray,
+    A: FloatArray,
+    moves: Sequence[FloatArray] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives like `curve_rates`, with constant redundancy parameters.
+    """Return derivatives like `curve_rates`, for motions of the redundancy parameters.
 
-    An angle a(q), such as the swivel angle, stays constant if a motion c along the null vector n of
-    the Jacobian compensates its change: D_n a c = -D_p a for a particular rate p.
+    An angle a(q), such as the swivel angle, has the rate a' if a motion c along the null vector n
+    of the Jacobian compensates the difference: D_n a c = a' - D_p a for a particular rate p.
+
+    Args:
+        robot: The robot.
+        q: (m, n) coordinates on the curve [rad or m].
+        V: (m, 6) mixed twists per unit of s.
+        A: (m, 6) derivatives of V with respect to s.
+        moves: (m, p) first and second derivatives of the parameters with respect to s; None for
+            constant parameters.
     """
     indices = [item.index for item in robot.redundancy if item.index is not None]
     angles = [getattr(robot, item.name) for item in robot.redundancy if item.index is None]
+    if not angles and moves is not None:
+        return parametrized(robot, q, V, A, moves)
     if not angles:
         return curve_rates(robot, q, V, A, indices or None)
-    (angle,) = angles
+    (angle,), (by_s, by_ss) = angles, moves or (np.zeros((1, 1)), np.zeros((1, 1)))
     J = robot.fk_jacobian_mixed(q)[1]
     inverse, null = np.linalg.pinv(J, rcond=RANK), np.linalg.svd(J)[2][..., -1, :]
     slope = _along(angle, q, null)[0][:, None]
     part = (inverse @ V[..., None])[..., 0]
-    rate = part - null * _along(angle, q, part)[0][:, None] / slope
+    rate = part + null * (by_s - _along(angle, q, part)[0][:, None]) / slope
     part = (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]
     change = _along(angle, q, part)[0] + _along(angle, q, rate)[1]
-    return rate, part - null * change[:, None] / slope
+    return rate, part + null * (by_ss - change[:, None]) / slope
 
 
 def _along(

@@ -1,0 +1,310 @@
+"""The redundancy parameters of a motion, resolved over the whole curve.
+
+Dynamic programming over the self-motion: at knots on the curve, the inverse solves the pose for a
+grid of parameters. Among all sequences of these configurations within the limits, the one with the
+least integral of squared joint rates is chosen. Finer grids around this sequence follow, then cubic
+splines through the parameters.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from chasles import InputValueError, JointPath, OutOfReachError, Robot
+from chasles.arrays import real_array
+from chasles.fixed import values_at
+
+FloatArray = NDArray[np.float64]
+Poses = Callable[[FloatArray], FloatArray]
+"""The poses (m, 4, 4) at positions (m,) on a curve."""
+
+_TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001))
+"""Knots, relative grid resolution, and margin from the limits relative to their range.
+
+The next try follows if no sequence exists, or if the joints between the knots leave the limits. A
+spline between configurations at a limit exceeds this limit.
+"""
+_CELLS = {1: 96, 2: 18, 3: 8}
+"""Parameter values per parameter on the grid, by the number of parameters."""
+_FINEST = 1e-3
+"""Step of the finest grid, relative to the parameter range."""
+_GAIN = 1e-3
+"""Relative decrease of the cost below which the grid becomes finer."""
+_STEP = 1.0
+"""Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
+_RANDOM = 1024
+"""Number of random configurations that show the range of a joint in a loop."""
+_BETWEEN = 8
+"""Samples per knot at which the limits are checked."""
+
+
+@dataclass(frozen=True)
+class ParameterCurve:
+    """Redundancy parameters as functions of the position on a curve.
+
+    Attributes:
+        names: The parameters.
+        spline: The parameters (m, p) at positions (m,), with continuous second derivatives.
+        q_start: (n,) coordinates at the start [rad or m].
+    """
+
+    names: tuple[str, ...]
+    spline: Callable[..., FloatArray]
+    q_start: FloatArray
+
+    def at(self, s: FloatArray) -> dict[str, FloatArray]:
+        """Return the values (m,) of each parameter at positions (m,)."""
+        return dict(zip(self.names, self.spline(s).T.copy(), strict=True))
+
+
+def resolve_redundancy(
+    robot: Robot, T: ArrayLike, q_seed: ArrayLike, *, limits: Any = "robot"
+) -> JointPath:
+    """Return coordinates along a path of poses, with the redundancy resolved over the whole path.
+
+    The coordinates minimize the integral of the squared joint rates over the whole path, plus the
+    squared joint displacement from `q_seed` to the start, among all motions within the limits.
+    Prismatic joints are scaled by `unit_length`. Dynamic programming finds the best sequence on a
+    grid; finer grids follow, so the result is a minimum near the best sequence.
+
+    Args:
+        robot: A robot with redundancy parameters (`robot.redundancy`).
+        T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.
+        q_seed: (n,) coordinates before the path [rad or m].
+        limits: "robot", None for no limits, or (n, 2) lower and upper limits.
+
+    Returns:
+        The coordinates of all poses.
+
+    Raises:
+        InputValueError: The robot has no redundancy parameters, or no pose is given.
+        OutOfReachError: No continuous motion within the limits reaches all poses.
+    """
+    label = f"{robot.name}.resolve_redundancy"
+    poses, seed = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
+    if not len(poses):
+        raise InputValueError(f"{label}: expected at least one pose")
+    s = np.arange(float(len(poses)))
+
+    def nearest(at: FloatArray) -> FloatArray:
+        return np.asarray(poses[np.rint(at).astype(np.intp)])
+
+    found = parameter_curve(robot, nearest, s[-1], seed, limits, whole=True)
+    return robot.ik_path(poses, found.q_start, fixed=found.at(s))
+
+
+def parameter_curve(
+    robot: Robot, poses: Poses, length: float, q_seed: FloatArray, limits: Any, *, whole: bool
+) -> ParameterCurve:
+    """Return the parameters on a curve of poses; see :func:`resolve_redundancy`.
+
+    Args:
+        robot: A robot with redundancy parameters.
+        poses: The poses at positions from 0 to the length.
+        length: Length of the curve.
+        q_seed: (n,) coordinates before the motion.
+        limits: Limits as for `Solutions.within_limits`.
+        whole: Whether poses exist at whole numbers only.
+    """
+    if not robot.redundancy:
+        raise InputValueError(f"{robot.name}: no redundancy parameters")
+    bounds = _bounds(robot, limits)
+    failure = ""
+    for knots, resolution, margin in _TRIES:
+        s, between = (_spread(length, count, whole) for count in (knots, _BETWEEN * knots))
+        search = _Search(robot, poses(s), q_seed, bounds + margin * _inwards(bounds))
+        try:
+            parameters, q_start = search.best(resolution)
+        except _Blocked as blocked:
+            failure = f"no value of {search.listed} reaches the pose at {_part(s, blocked.knot)}"
+            continue
+        found = ParameterCurve(search.names, _through(s, parameters), q_start)
+        path = robot.ik_path(poses(between), q_start, fixed=found.at(between))
+        if path.complete and _is_inside(path, bounds):
+            return found
+        failure = f"the motion within the limits ends at {_part(between, _end(path, bounds))}"
+    raise OutOfReachError(f"{robot.name}: {failure}, by a continuous motion within the limits")
+
+
+class _Blocked(Exception):
+    """No configuration at a knot continues a configuration at the knot before."""
+
+    def __init__(self, knot: int) -> None:
+        super().__init__(knot)
+        self.knot = knot
+
+
+@dataclass(frozen=True)
+class _States:
+    """Configurations (k, n) that reach a pose, and their parameters (k, p)."""
+
+    q: FloatArray
+    parameters: FloatArray
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The search at K knots.
+
+    Attributes:
+        robot: The robot.
+        T: (K, 4, 4) the poses.
+        q_seed: (n,) coordinates before the motion.
+        bounds: (n, 2) limits of the coordinates.
+    """
+
+    robot: Robot
+    T: FloatArray
+    q_seed: FloatArray
+    bounds: FloatArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(item.name for item in self.robot.redundancy)
+
+    @property
+    def listed(self) -> str:
+        """The names in a sentence."""
+        return " and ".join(self.names)
+
+    def best(self, resolution: float) -> tuple[FloatArray, FloatArray]:
+        """Return the parameters (K, p) of the best sequence, and its first configuration (n,)."""
+        start, low, high = self._ranges()
+        ends = zip(start, low, high, strict=True)
+        cells = max(2, round(resolution * _CELLS.get(len(low), 4)))
+        axes = [np.append(np.linspace(a, b, cells), c) for c, a, b in ends]
+        grid = np.array(list(itertools.product(*axes)))
+        chosen, cost = self._sequence(np.repeat(grid[None], len(self.T), 0))
+        step = (high - low) / (cells - 1)
+        around = np.array(list(itertools.product((0.0, -1.0, 1.0), repeat=len(low))))
+        while (step > _FINEST * (high - low)).any():
+            near = np.clip(chosen.parameters[:, None] + around * step, low, high)
+            chosen, least = self._sequence(near)
+            step = step if least < cost * (1 - _GAIN) else step / 2
+            cost = least
+        return chosen.parameters, chosen.q[0]
+
+    def _ranges(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the parameters (p,) at the seed, and lower and upper bounds of each (p,)."""
+        robot, ends = self.robot, []
+        limits = dict(zip(robot.coordinate_names, self.bounds.tolist(), strict=True))
+        for item in robot.redundancy:
+            (start,) = values_at(robot, item.name, self.q_seed[None])
+            low, high = limits.get(item.name) or self._reached(item.name)
+            half = np.pi if item.unit == "rad" else 2 * robot.unit_length
+            center = np.clip(start, low, high)
+            ends.append((center, max(low, center - half), min(high, center + half)))
+        start, low, high = np.array(ends).T
+        return start, low, high
+
+    def _reached(self, name: str) -> tuple[float, float]:
+        """Return the range of a joint over random coordinates; infinite for an angle."""
+        if name not in self.robot.joint_names:
+            return -np.inf, np.inf
+        theta = self.robot.chain(self.robot.random_q(_RANDOM, rng=0))
+        values = theta[:, self.robot.joint_names.index(name)]
+        return float(np.nanmin(values)), float(np.nanmax(values))
+
+    def _sequence(self, parameters: FloatArray) -> tuple[_States, float]:
+        """Return the best sequence with parameters out of (K, c, p), and its cost."""
+        states = self._states(parameters)
+        features = [self._features(state.q) for state in states]
+        weight = max(len(states) - 1, 1)
+        cost, backward = _squares(self._features(self.q_seed[None]), features[0])[0], []
+        for knot, (before, after) in enumerate(itertools.pairwise(features)):
+            squares = _squares(before, after)
+            total = cost[:, None] + np.where(squares <= _STEP**2, weight * squares, np.inf)
+            backward.append(total.argmin(0))
+            cost = total.min(0)
+            if not np.isfinite(cost).any():
+                raise _Blocked(knot + 1)
+        index = [int(cost.argmin())]
+        for step in reversed(backward):
+            index.append(int(step[index[-1]]))
+        chosen = list(zip(states, reversed(index), strict=True))
+        q = np.array([state.q[k] for state, k in chosen])
+        return _States(q, np.array([state.parameters[k] for state, k in chosen])), cost.min()
+
+    def _states(self, parameters: FloatArray) -> list[_States]:
+        """Return all configurations at each knot within the limits."""
+        count = parameters.shape[1]
+        values = parameters.reshape(-1, parameters.shape[2])
+        fixed = dict(zip(self.names, values.T.copy(), strict=True))
+        solutions = self.robot.ik(np.repeat(self.T, count, 0), fixed=fixed)
+        inside = solutions.within_limits(self.bounds)
+        valid = inside.valid.reshape(len(self.T), count, -1)
+        q = inside.q.reshape(*valid.shape, -1)
+        found = []
+        for knot, mask in enumerate(valid):
+            if not mask.any():
+                raise _Blocked(knot)
+            found.append(_States(q[knot][mask], parameters[knot][np.nonzero(mask)[0]]))
+        return found
+
+    def _features(self, q: FloatArray) -> FloatArray:
+        """Return vectors (k, f) whose distances are those of configurations (k, n).
+
+        A revolute coordinate without limits becomes a point on the unit circle.
+        """
+        units = np.array([
+            self.robot.unit_length if coordinate.unit == "m" else 1.0
+            for coordinate in self.robot.coordinates
+        ])  # fmt: skip
+        turns = (units == 1.0) & ~np.isfinite(self.bounds).any(1)
+        turns &= np.array([coordinate.unit == "rad" for coordinate in self.robot.coordinates])
+        return np.hstack([(q / units)[:, ~turns], np.cos(q[:, turns]), np.sin(q[:, turns])])
+
+
+def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the squared distances (k, l) of vectors (k, f) and (l, f)."""
+    squares = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
+    return np.asarray(np.maximum(squares, 0.0))
+
+
+def _bounds(robot: Robot, limits: Any) -> FloatArray:
+    if isinstance(limits, str):
+        return np.asarray(robot.limits, dtype=np.float64)
+    if limits is None:
+        return np.tile([-np.inf, np.inf], (robot.n, 1))
+    return np.asarray(real_array(f"{robot.name}.resolve_redundancy", "limits", limits))
+
+
+def _inwards(bounds: FloatArray) -> FloatArray:
+    """Return the displacement (n, 2) of limits by their whole range; 0 for infinite limits."""
+    size = np.diff(bounds, axis=1)
+    return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
+
+
+def _is_inside(path: JointPath, bounds: FloatArray) -> bool:
+    return _end(path, bounds) == len(path.q)
+
+
+def _end(path: JointPath, bounds: FloatArray) -> int:
+    """Return the index of the first configuration outside the limits, or the end of the path."""
+    outside = ((path.q < bounds[:, 0]) | (path.q > bounds[:, 1])).any(1)
+    return int(np.argmax(outside)) if outside.any() else len(path.q)
+
+
+def _spread(length: float, count: int, whole: bool) -> FloatArray:
+    s = np.linspace(0.0, length, count)
+    return np.unique(np.rint(s)) if whole else s
+
+
+def _through(s: FloatArray, parameters: FloatArray) -> Callable[..., FloatArray]:
+    """Return the spline through parameters; constant for a single knot."""
+    if len(s) == 1:
+        return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
+    spline: Callable[..., FloatArray] = CubicSpline(s, parameters)
+    return spline
+
+
+def _part(s: FloatArray, index: int) -> str:
+    return f"{s[min(index, len(s) - 1)] / max(s[-1], 1.0):.0%} of the path"

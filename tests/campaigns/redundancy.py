@@ -1,0 +1,62 @@
+"""Resolves the redundancy of the photographic robot on random paths of a camera.
+
+The camera moves on a spline through random points for 10 s, and its axis points at a fixed target.
+Limits are random. If a dense grid contains a continuous motion within the limits, the resolved
+motion must exist, stay within the limits and be on the path.
+"""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+import chasles
+from chasles.study.motion import resolve_redundancy
+from tests.support.oracles.self_motion import look_at, reached_poses
+
+from .campaign import Campaign, Outcome
+
+SAMPLES, CELLS = 400, 48
+"""Poses of a path, and grid points per parameter of the oracle."""
+EVERY = 8
+"""The oracle uses every eighth pose."""
+ON_PATH = 1e-9
+"""Maximum distance of the motion from the path [m]."""
+
+
+def trial(number: int) -> Outcome:
+    """Compares the resolved motion on a random path with a dense grid."""
+    robot, rng = chasles.load("photo_robot"), np.random.default_rng(number)
+    limits, T, q_seed = drawn_path(robot, rng)
+    try:
+        path = resolve_redundancy(robot, T, q_seed, limits=limits)
+    except chasles.OutOfReachError as error:
+        if reached_poses(robot, T[::EVERY], limits, CELLS) == len(T[::EVERY]):
+            return Outcome({"missed": 1}, failures=(f"a motion exists: {error}",))
+        return Outcome({"out of reach": 1})
+    outside = ~((path.q >= limits[:, 0]) & (path.q <= limits[:, 1]))
+    failures: tuple[str, ...] = ()
+    if not path.complete or outside.any():
+        failures = (f"the motion leaves the limits or the path: {path}",)
+    elif np.abs(robot.fk(path.q) - T).max() > ON_PATH:
+        failures = ("the motion leaves the path",)
+    return Outcome({"resolved": 1}, failures=failures)
+
+
+def drawn_path(robot, rng):
+    """Returns limits (n, 2), poses (m, 4, 4) and a seed (n,)."""
+    half = np.where([c.unit == "m" for c in robot.coordinates], 0.4, rng.uniform(0.6, 2.8))
+    half = half * rng.uniform(0.6, 1.4, robot.n)
+    middle = rng.uniform(-0.4, 0.4, robot.n)
+    limits = np.clip(np.stack([middle - half, middle + half], -1), -3.1, 3.1)
+    q_seed = middle + rng.uniform(-0.3, 0.3, robot.n) * half
+    start = robot.fk(q_seed)
+    knots = start[:3, 3] + rng.uniform(-0.6, 0.6, (5, 3)) * np.linspace(0, 1, 5)[:, None]
+    eye = CubicSpline(np.linspace(0, 1, 5), knots)(np.linspace(0, 1, SAMPLES))
+    target = start[:3, 3] + rng.uniform(2, 5) * start[:3, 2]
+    return limits, look_at(eye, target), q_seed
+
+
+CAMPAIGN = Campaign(
+    "redundancy",
+    "A redundancy that some motion within the limits resolves is resolved within the limits.",
+    trial,
+)
