@@ -211,6 +211,22 @@ def test_steps_of_a_mechanism_follow_the_plan():
     assert [*entered] == [*PLAN]
 
 
+def test_ends_of_closers_are_placed_by_the_loop_model_and_the_scene_only():
+    """Other files ask one of the two for the position of a pin."""
+    placing = {"placement_matrix", "matrix", "onward", "at_values", "_on", "_rotation"}
+    found = set()
+    for path in DERIVE.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
+            name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+            parts = [getattr(part, "attr", "") for part in call.args]
+            if name in placing and "placement" in parts:
+                found.add(str(path.relative_to(DERIVE)))
+    known = ("description/", "loops/model/")
+    assert {name for name in found if not name.startswith(known)} == {"chain/rigid_bodies.py"}
+    assert len(found) > 3
+
+
 def test_results_of_steps_are_fields():
     """A result that is computed at its first use would hide the step that computes it."""
     model, solved = (

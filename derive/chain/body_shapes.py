@@ -11,12 +11,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from chasles.contract import Shape
+from chasles.contract import ClosureFrames, Shape, Span
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .drawn_configuration import drawn_configuration
-from .rigid_bodies import Array, CarryingJoint, ClosureFrames, RigidBodies, Span, TreeBody
+from .rigid_bodies import Array, CarryingJoint, RigidBodies, TreeBody
 
 BARREL = 0.85
 """Barrel length of a cylinder as a fraction of its retracted length."""
@@ -265,7 +265,7 @@ class _Shapes:
     def _strut(self, strut: Strut) -> None:
         span = self.rigid.span(strut)
         for body, end in zip(span.bodies, span.ends, strict=True):
-            self._attach(body, end)
+            self._attach(body, np.array(end))
         value = self.rigid.terms.value
         length = float(value(strut.length))
         if not strut.is_cylinder:

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles.contract import ClosureFrames, Span
+
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Placement, inverse
 from ..model.robot import Joint
@@ -53,26 +55,6 @@ class CarryingJoint:
 
 
 @dataclass(frozen=True)
-class Span:
-    """The two end points of a strut.
-
-    Attributes:
-        name: Name of the strut.
-        bodies: Indices of the bodies at the start and at the end.
-        ends: Start and end points in the frames of these bodies (metre).
-        across: A direction in the frame of the first body; its component perpendicular to the strut
-            is the y axis of the strut.
-        from_end: Whether the frame of the section is at the strut's end instead of its start.
-    """
-
-    name: str
-    bodies: tuple[int, int]
-    ends: tuple[Array, Array]
-    across: Array
-    from_end: bool = False
-
-
-@dataclass(frozen=True)
 class TreeBody:
     """A body on a joint, or a section of a strut.
 
@@ -89,24 +71,6 @@ class TreeBody:
     placement: Array
     joint: CarryingJoint | None = None
     span: Span | None = None
-
-
-@dataclass(frozen=True)
-class ClosureFrames:
-    """A joint that closes a loop by connecting two frames on two bodies.
-
-    Attributes:
-        name: Name of the closure.
-        kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint axis is the z axis of both
-            frames.
-        bodies: Indices of the two bodies that the closure connects.
-        frames: The two connected frames, expressed in the frames of their bodies (4, 4).
-    """
-
-    name: str
-    kind: str
-    bodies: tuple[int, int]
-    frames: tuple[Array, Array]
 
 
 class RigidBodies:
@@ -204,7 +168,7 @@ class RigidBodies:
     def closure_frames(self, closure: Closure) -> ClosureFrames:
         """Returns the two frames connected by a closure."""
         (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
-        return ClosureFrames(closure.name, closure.kind, (a, b), (A, B))
+        return ClosureFrames(closure.name, closure.kind, (a, b), (pose_rows(A), pose_rows(B)))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
         """Returns the end points of a strut; pins align the y axis of the strut with their axis."""
@@ -217,7 +181,8 @@ class RigidBodies:
         along = abs(way @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
         across = A[:3, 2] if is_pin else self._aside(parts)
-        return Span(strut.name, (a, b), (A[:3, 3], B[:3, 3]), across, from_end)
+        ends = vector(A[:3, 3]), vector(B[:3, 3])
+        return Span(strut.name, (a, b), ends, vector(across), from_end)
 
     @staticmethod
     def _aside(parts: Array) -> Array:
@@ -226,6 +191,16 @@ class RigidBodies:
         # rounded.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
+
+
+def pose_rows(T: Array) -> tuple[tuple[float, ...], ...]:
+    """Returns the first three rows of a pose as plain data."""
+    return tuple(vector(row) for row in T[:3])
+
+
+def vector(values: Array) -> tuple[float, ...]:
+    """Returns an array as plain data."""
+    return tuple(float(value) + 0.0 for value in values)
 
 
 def placed(terms: Terms, placement: Placement) -> Array:

@@ -15,7 +15,6 @@ from chasles.contract import (
     Body,
     BodyJoint,
     CleanedNumber,
-    ClosureFrames,
     ContractTolerances,
     Frames,
     FunctionInfo,
@@ -27,14 +26,12 @@ from chasles.contract import (
     Reference,
     Shape,
     SkeletonFacts,
-    Span,
     Variable,
     manifest_entries,
 )
 
-from ..chain import rigid_bodies
 from ..chain.body_shapes import Skeleton
-from ..chain.rigid_bodies import Array, TreeBody
+from ..chain.rigid_bodies import CarryingJoint, TreeBody, pose_rows, vector
 from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
@@ -294,50 +291,35 @@ def skeleton_facts(found: Skeleton) -> SkeletonFacts:
     """
     return SkeletonFacts(
         float(f"{found.size:.6g}"),
-        PlacedTip(found.tip, _pose(found.tip_placement)),
+        PlacedTip(found.tip, pose_rows(found.tip_placement)),
         tuple(_body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)),
         tuple(found.q_drawn),
-        tuple(_closure_frames(closure) for closure in found.closures),
+        found.closures,
     )
 
 
 def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> Body:
     if body.joint is not None:
         return Body(
-            body.name, body.parent, _pose(body.placement), joint=_joint(body.joint), shapes=shapes
+            body.name,
+            body.parent,
+            pose_rows(body.placement),
+            joint=_joint(body.joint),
+            shapes=shapes,
         )
-    return Body(body.name, span=_span(body.span) if body.span else None, shapes=shapes)
+    return Body(body.name, span=body.span, shapes=shapes)
 
 
-def _joint(joint: rigid_bodies.CarryingJoint) -> BodyJoint:
+def _joint(joint: CarryingJoint) -> BodyJoint:
     if joint.kind == "fixed":
         return BodyJoint(joint.name, joint.kind)
     return BodyJoint(
         joint.name,
         joint.kind,
-        _vector(joint.at),
-        _vector(joint.axis),
+        vector(joint.at),
+        vector(joint.axis),
         joint.coordinate,
         joint.ratio,
         joint.offset,
         joint.advance,
     )
-
-
-def _span(span: rigid_bodies.Span) -> Span:
-    begin, end = span.ends
-    ends = _vector(begin), _vector(end)
-    return Span(span.name, span.bodies, ends, _vector(span.across), span.from_end)
-
-
-def _closure_frames(closure: rigid_bodies.ClosureFrames) -> ClosureFrames:
-    a, b = closure.frames
-    return ClosureFrames(closure.name, closure.kind, closure.bodies, (_pose(a), _pose(b)))
-
-
-def _pose(T: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(_vector(row) for row in T[:3])
-
-
-def _vector(values: Array) -> tuple[float, ...]:
-    return tuple(float(value) + 0.0 for value in values)

@@ -85,9 +85,9 @@ def _configuration(
             found[body].append(feature)
     for closer in m.closers:
         normal = bodies.normal(closer, poses)
-        for frame in (closer.a, closer.b):
-            T = poses[frame.body] @ bodies.matrix(frame.placement)
-            found[frame.body].append(_of_closer(closer, T, normal))
+        ends = zip((closer.a.body, closer.b.body), bodies.frames(poses, closer), strict=True)
+        for body, T in ends:
+            found[body].append(_of_closer(closer, T, normal))
     return found
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chasles.contract import Shape
+from chasles.contract import ClosureFrames, Shape, Span
 
 from ...chain.body_shapes import Skeleton
-from ...chain.rigid_bodies import Array, ClosureFrames, Span, tree_poses
+from ...chain.rigid_bodies import Array, tree_poses
 from ...loops.model.planes import Loop
 
 
@@ -322,7 +322,7 @@ class _Builder:
         if name in self.closures:
             closure = self.closures[name]
             frames = zip(closure.bodies, closure.frames, strict=True)
-            return [(self.poses[k] @ T)[:3, 3] for k, T in frames]
+            return [self._at(k, tuple(row[3] for row in rows)) for k, rows in frames]
         span = self.spans[name]
         return [self._at(k, end) for k, end in zip(span.bodies, span.ends, strict=True)]
 
