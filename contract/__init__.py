@@ -35,7 +35,7 @@ from .manifest import (
 from .output_files import make_folder, output_file, write_files
 from .reading import manifest_entries, read_manifest
 from .roles import KINDS, ROLES, TASK_COMPONENTS, TASKS, VECTORS, Role, TaskComponent, TaskName
-from .temporary_folders import temporary_folder
+from .temporary_folders import remove_abandoned_folders, temporary_folder
 
 __all__ = [
     "FORMAT",
@@ -86,6 +86,7 @@ __all__ = [
     "output_file",
     "read_input",
     "read_manifest",
+    "remove_abandoned_folders",
     "requires",
     "temporary_folder",
     "write_files",

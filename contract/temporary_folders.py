@@ -33,15 +33,20 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
     # The module is imported here, because loading a compiled robot needs no temporary folder.
     import shutil  # noqa: PLC0415
 
-    for left in parent.glob(f"{_PREFIX}*{_SUFFIX}"):
-        with suppress(OSError):
-            _remove_unless_in_use(left)
+    remove_abandoned_folders(parent)
     folder, lock = _make(parent, f"{_PREFIX}{name}{'-' if name else ''}")
     try:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         _unlock(lock)
+
+
+def remove_abandoned_folders(parent: Path) -> None:
+    """Removes the temporary folders that killed processes left in a folder."""
+    for left in parent.glob(f"{_PREFIX}*{_SUFFIX}"):
+        with suppress(OSError):
+            _remove_unless_in_use(left)
 
 
 def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:

@@ -21,7 +21,7 @@ import numpy as np
 import typer
 
 from chasles import ChaslesError, robots
-from chasles.contract import Manifest, read_manifest
+from chasles.contract import Manifest, read_manifest, remove_abandoned_folders
 from chasles.library import build as compile_robot
 from chasles.library import cache_folder, find_compiler, find_folder, options_of
 
@@ -119,6 +119,8 @@ def cache(
     size = sum(path.stat().st_size for path in files)
     for entry in entries if clean else ():
         shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    if clean:
+        remove_abandoned_folders(folder)
     if as_json:
         print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})
         return

@@ -12,6 +12,7 @@ import pytest
 import chasles
 from chasles.cli.app import app
 from chasles.cli.values import value
+from chasles.contract import temporary_folder
 from chasles.derive import derive, read, template
 from tests.support.command_line import run
 from tests.support.tools import path_of
@@ -181,8 +182,10 @@ def test_cache_is_emptied_without_touching_other_files(tmp_path, monkeypatch):
         "bytes": 10,
         "removed": False,
     }
-    assert "removed from" in run("cache", "--clean").stdout
-    assert list(tmp_path.iterdir()) == [other]
+    with temporary_folder(tmp_path, "arm") as in_use:
+        (tmp_path / f".chasles-arm-{'0' * 16}").mkdir()
+        assert "removed from" in run("cache", "--clean").stdout
+        assert sorted(tmp_path.iterdir()) == sorted([other, in_use])
 
 
 def test_doctor_names_compiler_cache_and_missing_packages(monkeypatch):
