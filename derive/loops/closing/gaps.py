@@ -14,8 +14,9 @@ import numpy as np
 from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
-from ...model.tolerances import GAP
+from ...model.tolerances import GAP, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
+from ..model.numeric_rows import NumericRows
 from .actuation import across, check_actuation
 from .closed_loops import ClosedLoops
 from .swapped_ends import swapped_ends
@@ -113,7 +114,9 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
         f"{name} = {shown(_wrapped(at[name], is_length), is_length)}"
         for name, is_length in ((name, bodies.is_length(name)) for name in bodies.unknown)
     )
-    if bodies.is_dead(at):
+    rows = NumericRows(bodies)
+    J = rows.relative(at)[:, [name in bodies.unknown for name in rows.names]]
+    if np.linalg.matrix_rank(J, tol=REPEATED_EQUATION) < J.shape[1]:
         actuated = ", ".join(mechanism.actuated)
         advice = f"set other values of {actuated} in [reference] at which the loops can move"
         return type(error)(f"{error}\n    The loops are at a dead point at {near}: {advice}")

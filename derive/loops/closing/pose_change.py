@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import SAMPLED_RANGE
 from ..model.numeric_mechanism import NumericMechanism
+from ..model.numeric_rows import NumericRows
 
 Floats = NDArray[np.float64]
 SAMPLES = 20
@@ -41,6 +42,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
     """Yields distances (metre) and angles (radian) between the tools at random configurations."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
+    rows, own_rows = NumericRows(exact), NumericRows(own)
     names = [closer.name for closer in mechanism.closers]
     moved, random = mechanism.coordinates, np.random.default_rng(0)
     reach = 0.0
@@ -49,8 +51,8 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
         at = exact.nearest(exact.values | q, exact.unknown, names)
         reach = 1.0
         if exact.all_closed(at, names):
-            at = exact.polished(at)
-            yield _apart(_tool(exact, at), _tool(own, own.polished(at)))
+            at = rows.polished(at)
+            yield _apart(_tool(exact, at), _tool(own, own_rows.polished(at)))
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
+from ..model.numeric_rows import NumericRows
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
@@ -66,21 +67,15 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
         for closer in mechanism.closers
     ):
         return None
-    rows = bodies.slopes(at, bodies.unknown, closers)
-    J = np.concatenate([rows[name] for name in closers])
+    rows = NumericRows(bodies)
+    every, owners = rows.relative(at), np.array(rows.owners)
+    J = every[:, [name in bodies.unknown for name in rows.names]]
     if _rank(J, REPEATED_EQUATION) < J.shape[1] or J.shape[0] == J.shape[1]:
         return None
-    every = bodies.slopes(at, tuple(mechanism.members), closers)
-    if _rank(np.concatenate([every[name] for name in closers]), REPEATED_AS_BUILT) > J.shape[1]:
+    if _rank(every, REPEATED_AS_BUILT) > J.shape[1]:
         return None
     spare = tuple(
-        name
-        for name in closers
-        if _rank(
-            np.concatenate([rows[other] for other in closers if other != name] or [J[:0]]),
-            REPEATED_AS_BUILT,
-        )
-        == J.shape[1]
+        name for name in closers if _rank(J[owners != name], REPEATED_AS_BUILT) == J.shape[1]
     )
     message = _message(bodies, mechanism.closers, at)
     return ResidualGaps(at, J.shape[0] - J.shape[1], message, spare)

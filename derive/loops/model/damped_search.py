@@ -79,24 +79,3 @@ def _linear(
     for k in np.flatnonzero(apart):
         J[k] = residual(x + steps[k])
     return r, (J - r).T / DIFFERENCE_STEP
-
-
-def differences(
-    residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
-) -> Floats:
-    """Returns the Jacobian (m, n) of the residuals by central differences.
-
-    Args:
-        residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
-        x: The values.
-        apart: Mask (n,) of values that must be equal across one batch.
-    """
-    steps = DIFFERENCE_STEP * np.eye(len(x))
-    J = np.zeros((len(x), len(residual(x))))
-    together = steps[~apart]
-    if len(together):
-        ahead, behind = np.split(residual(x + np.concatenate([together, -together])), 2)
-        J[~apart] = ahead - behind
-    for k in np.flatnonzero(apart):
-        J[k] = residual(x + steps[k]) - residual(x - steps[k])
-    return J.T / (2 * DIFFERENCE_STEP)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
-from ...model.tolerances import CLOSING_GAIN, GAP, REPEATED_EQUATION, WORTHWHILE_GAIN
+from ...model.tolerances import CLOSING_GAIN, GAP, WORTHWHILE_GAIN
 from ...terms.terms import Terms
-from .damped_search import differences, least
+from .damped_search import least
 from .planes import linkages
 
 Floats = NDArray[np.float64]
@@ -25,8 +25,6 @@ Value = float | Floats
 """One value, or an array (n,) of values at n configurations."""
 OTHERS_FIRST = 1e3
 """Weight that keeps all other loops closed while the gap of one loop is minimized."""
-POLISHING = 4
-"""Number of Newton steps that refine the solution of a nearby configuration."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -259,30 +257,6 @@ class NumericMechanism:
             d = (turned[..., :2, :] @ d[..., None])[..., 0]
         return d, _rotation_vector(R)
 
-    def is_dead(self, values: Mapping[str, float]) -> bool:
-        """Whether the passive joints of closed loops can move while the actuators are locked."""
-        names = [closer.name for closer in self.mechanism.closers]
-        residual, x = self._residual(dict(values), self.unknown, names, "")
-        J = differences(residual, x, self._apart(self.unknown))
-        return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
-
-    def slopes(
-        self, values: Mapping[str, float], free: Sequence[str], loops: Sequence[str]
-    ) -> dict[str, Floats]:
-        """Returns the Jacobian of each loop's gap with respect to the listed joints and cylinders.
-
-        Args:
-            values: Values of all joints and cylinders (radian or metre).
-            free: Names of the joints and cylinders that move. Lengths are relative to the mechanism
-                size.
-            loops: Names of the loops.
-        """
-        found = {}
-        for name in loops:
-            residual, x = self._residual(dict(values), free, [name], "")
-            found[name] = differences(residual, x, self._apart(free))
-        return found
-
     # --- numerical closure of loops ---
 
     def nearest(
@@ -312,23 +286,6 @@ class NumericMechanism:
             residual(least(residual, x, self._apart(free), worthwhile))
         finally:
             self.constants = before
-        return at
-
-    def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Closes the loops of a nearly closed configuration up to rounding error.
-
-        Gauss-Newton steps with a fixed Jacobian move the joints and cylinders that are not
-        actuated. If not all loops can close, the steps minimize the gaps.
-        """
-        at = dict(values)
-        names = [closer.name for closer in self.mechanism.closers]
-        residual, x = self._residual(at, self.unknown, names, "")
-        back = np.linalg.pinv(
-            differences(residual, x, self._apart(self.unknown)), REPEATED_EQUATION
-        )
-        for _ in range(POLISHING):
-            x = x - back @ residual(x)
-        residual(x)
         return at
 
     def _residual(

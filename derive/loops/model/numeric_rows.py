@@ -4,17 +4,20 @@ The derivative of an equation along a motion of b's body is the power of a wrenc
 motion of a's body, it is the negative power of the same wrench.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.mechanism import Closure, Strut
+from ...model.tolerances import REPEATED_EQUATION
 from .numeric_mechanism import NumericMechanism
 from .rows import FACING, ROWS, Along, Kind, Turn
 
 Floats = NDArray[np.float64]
+POLISHING = 4
+"""Number of Newton steps that refine the solution of a nearby configuration."""
 _NONE = np.zeros(3)
 _LENGTH = (None,)
 
@@ -109,6 +112,25 @@ class NumericRows:
         power += self._slides * (F @ axes.T)
         J[:, self._columns] += (self._sides * power).sum(1)
         return np.array(residual), J, np.array(facing)
+
+    def relative(self, values: Mapping[str, float]) -> Floats:
+        """Returns the Jacobian (m, n) with lengths relative to the mechanism size."""
+        J = self.at(np.array([values[name] for name in self.names]))[1]
+        columns = [self.bodies.size if self.bodies.is_length(n) else 1.0 for n in self.names]
+        return J * columns / np.where(self.is_turn, 1.0, self.bodies.size)[:, None]
+
+    def polished(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Closes the loops of a nearly closed configuration up to rounding error.
+
+        Newton steps with a fixed Jacobian move the joints and cylinders that are not actuated. If
+        not all loops can close, the steps minimize the gaps.
+        """
+        w = np.array([values[name] for name in self.names])
+        free = [name in self.bodies.unknown for name in self.names]
+        back = np.linalg.pinv(self.at(w)[1][:, free], REPEATED_EQUATION)
+        for _ in range(POLISHING):
+            w[free] -= back @ self.at(w)[0]
+        return dict(zip(self.names, map(float, w), strict=True))
 
 
 def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, Floats, Floats]]:
