@@ -167,7 +167,8 @@ def _losing_least(
             break
     assert best is not None
     lost, attempt, task = best
-    return attempt, task.searching() if lost else task
+    misses = lost or attempt.family.aligns(lines.at_generic(attempt.given))
+    return attempt, task.searching() if misses else task
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
@@ -177,10 +178,16 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
     """
     if found.others:
         return found
-    arm = NumericArm.of(robot, found.classification.lines)
+    lines, attempt = found.classification.lines, found.classification.found
+    arm = NumericArm.of(robot, lines)
+    aligns = attempt is not None and attempt.family.aligns(lines)
+
+    def misses(task: Solved) -> bool:
+        is_pose = task.function.role.domain == "pose"
+        return task.is_known and ((aligns and is_pose) or lost_poses(arm, task.function) > 0)
+
     solved = {
-        name: task.searching() if task.is_known and lost_poses(arm, task.function) else task
-        for name, task in found.solved.items()
+        name: task.searching() if misses(task) else task for name, task in found.solved.items()
     }
     return replace(found, solved=solved)
 

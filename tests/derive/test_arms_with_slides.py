@@ -5,7 +5,6 @@ The campaign `slides` tests other arms of these kinds.
 
 import pytest
 
-from chasles.derive import explain
 from tests.campaigns.losses import losses_of
 from tests.support.generators.arms_with_slides import crane, decoupled, planar, robot
 from tests.support.generators.drawn_arms import cases_of
@@ -66,11 +65,19 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds, seed):
     assert not lost_of(cases)
 
 
-def test_rprr_arm_has_no_closed_form_inverse():
-    """If the first and third axes are parallel, the position cannot be decoupled."""
+def test_rprr_arm_with_aligned_axes_is_solved_by_search():
+    """If the first and third axes are parallel, the position determines their angles."""
     directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
-    found = explain(robot("RPRR", directions, 0))
-    assert found.line.startswith("no closed-form inverse")
+    (case,) = cases_of(robot("RPRR", directions, 0))
+    assert case.inverses.functions["ik"].role.searches
+    assert not [loss for loss in losses_of(case, 0) if loss.is_real]
+
+
+@pytest.mark.parametrize("kinds", ["PRP", "PRPR", "RPRP", "PRRP", "RRRP", "PRRR"])
+def test_slides_between_revolute_joints_solve_every_random_pose(kinds):
+    cases = [case for case in cases_of(decoupled(kinds, 2)) if case.function == "ik"]
+    assert len(cases) == 1
+    assert not lost_of(cases)
 
 
 @pytest.mark.parametrize(

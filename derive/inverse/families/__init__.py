@@ -6,18 +6,22 @@ from .family import Family
 from .inner_centre import INNER_CENTRE
 from .machine_tool import MACHINE_TOOL
 from .orientation import ORIENTATION
+from .oriented_slides import ORIENTED_SLIDES
 from .parallel_forearm import PARALLEL_FOREARM
+from .parallel_pair import PARALLEL_PAIR
 from .planar import PLANAR
 from .position import POSITION
 from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
 from .three_parallel import THREE_PARALLEL
 from .turned_hand import TURNED_HAND
+from .turning_hand import TURNING_HAND
 from .turntable import TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
     PLANAR,
     ORIENTATION,
+    PARALLEL_PAIR,
     POSITION,
     TURNTABLE,
     CRANE,
@@ -29,5 +33,7 @@ FAMILIES: tuple[Family, ...] = (
     INNER_CENTRE,
     SWIVEL,
     MACHINE_TOOL,
+    ORIENTED_SLIDES,
+    TURNING_HAND,
 )
 """All families of axis structures, in the order in which they are tested on a chain."""

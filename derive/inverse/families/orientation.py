@@ -28,5 +28,6 @@ ORIENTATION = Family(
     _requires,
     _solve,
     readings=("base",),
+    aligns=lambda _: True,
     tasks=(POSITION_TASK,),
 )

@@ -8,15 +8,18 @@ tool point if some joint does not move the origin. Maximum number of solutions: 
 import numpy as np
 import sympy as sp
 
+from ...model.robot import SerialRobot
 from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, combination
-from ..steps import three_joints
-from ..steps.target import Target
+from ..steps import slides_between_turns, three_joints
+from ..steps.target import Target, of_pose
 from ..steps.work import Work
-from ..structure.lines import Lines, numbers
+from ..structure.lines import Lines, home_of, numbers
 from ..structure.rank import moves_in_space
 from ..structure.requirement import Requirement
 from ..tasks.partial_poses import POSITION_TASK
+from ..tasks.slots import POSE_SYMBOLS, of_pose_task
+from ..tasks.task import Solved, Task
 from .family import Family
 
 
@@ -54,6 +57,18 @@ def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None
     return None
 
 
+def _orientation_determines(_robot: SerialRobot, lines: Lines) -> bool:
+    """Whether the orientation determines the revolute joints of a chain with slides."""
+    return all(each.deviation <= lines.tolerance for each in slides_between_turns.requires(lines))
+
+
+def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
+    work = Work(lines.terms)
+    target = of_pose(lines.terms, POSE_SYMBOLS, home_of(robot, lines.terms))
+    slides_between_turns.solve(work, lines, target)
+    return of_pose_task(robot, work, (), {})
+
+
 # A position is not a displacement, so it can neither be inverted nor reduced by the motion of a
 # fixed joint.
 POSITION = Family(
@@ -64,5 +79,5 @@ POSITION = Family(
     readings=("base",),
     behind_given=False,
     solves_pose=False,
-    tasks=(POSITION_TASK,),
+    tasks=(Task("ik", _whole_pose, _orientation_determines), POSITION_TASK),
 )

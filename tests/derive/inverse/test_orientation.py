@@ -14,6 +14,7 @@ from chasles.errors import DerivationError, InputTypeError, InputValueError
 from tests.support.generators.arms_with_slides import decoupled
 from tests.support.generators.drawn_arms import Derived, cases_of
 from tests.support.generators.poses import PoseSet
+from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import counts, judged, newton
 
 ARMS, POSES, COUNTED = 4, 500, 3
@@ -148,3 +149,29 @@ def test_parallel_neighbors_have_no_orientation_task():
     assert "ik_orientation" not in derive(read("scara")).inverse.functions
     arm = read_text(PAN.replace("axis = [1, 0, 0]", "axis = [0, 1, 0]"))
     assert "ik_orientation" not in explain(arm).inverses.functions
+
+
+SMALL = {
+    "R=R/R": "two parallel axes and a third axis",
+    "RxR=R": "two parallel axes and a third axis",
+    "R/R/R/R": "three joints and a hand that turns",
+    "R=R/R=R": "three joints and a hand that turns",
+    "RxR/RxR": "three joints and a hand that turns",
+}
+
+
+@pytest.mark.parametrize(("chain", "title"), SMALL.items())
+def test_whole_pose_of_small_arms_is_complete(chain, title):
+    (case,) = (case for case in cases_of(robot_of(chain, seed=1)) if case.function == "ik")
+    assert case.inverses.classification.found.family.title == title
+    check(case, 1)
+
+
+def test_fixed_joints_of_longer_arms_leave_a_small_arm():
+    arm = chasles.load("ur5e")
+    q = arm.random_q(rng=7)
+    for fixed in (("elbow", "wrist_1"), ("shoulder_lift", "elbow", "wrist_3")):
+        values = {name: q[arm.coordinate_names.index(name)] for name in fixed}
+        found = arm.ik(arm.fk(q), fixed=values)
+        gaps = np.abs(np.exp(1j * found.q[found.valid]) - np.exp(1j * q)).max(-1)
+        assert gaps.min() <= 1e-9

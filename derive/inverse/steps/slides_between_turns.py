@@ -1,0 +1,105 @@
+"""Prismatic joints in any order between revolute joints that the orientation determines.
+
+The orientation determines up to three revolute joints, whose neighbors are not parallel. The
+position is then linear in up to three displacements, along directions that the revolute joints
+turn. Maximum number of solutions: 1, or 2 with three revolute joints.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ...model.tolerances import DIRECTION_FLOOR
+from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ..structure.lines import Axis, Lines
+from ..structure.requirement import Requirement, askew
+from ..subproblems.equations import LineAndPlane
+from ..subproblems.found import FoundLength
+from ..subproblems.sp1 import sp1
+from ..subproblems.turns import any_across, perpendicular, rotated
+from .least_squares import step_on_all
+from .rotations import three_turns, two_turns
+from .target import Target
+from .work import Work
+
+_MAX = 3
+"""Maximum number of revolute joints, and of prismatic joints."""
+_FREEDOMS = 6
+
+
+def requires(lines: Lines) -> list[Requirement]:
+    """Returns the conditions on the axes."""
+    turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
+    few = len(turning) <= _MAX and 1 <= len(lines.axes) - len(turning) <= _MAX
+    count = Requirement("up to three joints turn, and up to three slide", 0.0 if few else np.inf)
+    return [count, *(askew(lines, *pair) for pair in pairwise(turning))]
+
+
+def loses_alignment(lines: Lines) -> bool:
+    """Whether the position determines what aligned first and third revolute axes leave open."""
+    turning = sum(axis.turns for axis in lines.axes)
+    return turning == _MAX and len(lines.axes) < _FREEDOMS
+
+
+def solve(work: Work, lines: Lines, target: Target) -> None:
+    """Solves all joints for a tool displacement."""
+    turning = [axis for axis in lines.axes if axis.turns]
+    # 1. The orientation.
+    _turns(work, turning, target)
+    # 2. The position.
+    _slides(work, lines.axes, target)
+    # 3. The pose may have more conditions than the chain has joints.
+    if len(lines.axes) < _FREEDOMS:
+        step_on_all(work, lines, target)
+
+
+def _turns(work: Work, turning: Sequence[Axis], target: Target) -> None:
+    """Solves the revolute joints from the orientation."""
+    terms = work.terms
+    match turning:
+        case [first, second, third]:
+            three_turns(work, (first, second, third), lambda v: target.turned(terms, v))
+        case [first, second]:
+            two_turns(work, (first, second), lambda v: target.turned(terms, v))
+        case [only]:
+            e = any_across(terms, only.h)
+            found = sp1(terms, only.h, e, target.turned(terms, e))
+            work.step([only], "subproblem 1", "it alone turns the tool", found)
+
+
+def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
+    """Solves the prismatic joints from the displacement that the revolute joints leave."""
+    terms, carried = work.terms, target.home
+    sliding: list[Axis] = []
+    for axis in reversed(axes):
+        if axis.turns:
+            turn = work.turns[axis.joint]
+            lever = subtracted(terms, carried, axis.p)
+            carried = added(terms, axis.p, rotated(terms, axis.h, turn, lever))
+            sliding = [replace(s, h=rotated(terms, axis.h, turn, s.h)) for s in sliding]
+        else:
+            sliding.insert(0, axis)
+    meaning = "the displacement along the slides"
+    way = work.name_vector(("W", "V"), meaning, subtracted(terms, target.position, carried))
+    for k, axis in enumerate(sliding):
+        others = [*sliding[k + 1 :], *sliding[:k]]
+        normal, reason = _normal(work, axis, others)
+        rate, rest = dot(terms, normal, axis.h), dot(terms, normal, way)
+        # Where two slides are parallel, the displacement is 0 and a search finds a solution.
+        length = terms.let(rest * rate / terms.let(rate**2 + DIRECTION_FLOOR))
+        found = FoundLength(length, LineAndPlane(rate, -rest))
+        work.slide(axis, "a line meets a plane", reason, found)
+
+
+def _normal(work: Work, axis: Axis, others: Sequence[Axis]) -> tuple[Vector, str]:
+    """Returns a direction along which only this prismatic joint moves the tool, and the reason."""
+    match others:
+        case [first, second]:
+            reason = f"{first.name} and {second.name} do not move the tool along their normal"
+            return cross(work.terms, first.h, second.h), reason
+        case [other]:
+            reason = f"{other.name} does not move the tool across its direction"
+            return perpendicular(work.terms, other.h, axis.h), reason
+    return axis.h, "it alone moves the tool along its direction"
