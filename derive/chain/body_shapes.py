@@ -11,13 +11,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from chasles.contract import ClosureFrames, Shape, Span
+from chasles.contract import BodyJoint, ClosureFrames, Shape, Span
 
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .drawn_configuration import drawn_configuration
-from .rigid_bodies import Array, CarryingJoint, RigidBodies, TreeBody
+from .rigid_bodies import Array, RigidBodies, TreeBody, Vector
 
+Point = Array | Vector
 BARREL = 0.85
 """Barrel length of a cylinder as a fraction of its retracted length."""
 INSIDE = 0.15
@@ -77,7 +78,7 @@ def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
         joint = body.joint
         if joint is None or joint.kind == "fixed" or joint.name in actuated:
             continue
-        if joint.kind == "prismatic" and None not in joint.limits:
+        if joint.kind == "prismatic" and None not in body.limits:
             continue
         row = next((row for row in rows if row[-1] == body.parent), None)
         if row and _is_bare(rigid, row[-1], k):
@@ -177,7 +178,7 @@ class _Shapes:
 
     # --- members ---
 
-    def _attach(self, body: int, point: Array, axis: Array | None = None) -> None:
+    def _attach(self, body: int, point: Point, axis: Point | None = None) -> None:
         T = self.in_root[body]
         turned = None if axis is None else T[:3, :3] @ axis
         self.attached[self.root[body]].add(T[:3, :3] @ point + T[:3, 3], turned)
@@ -187,8 +188,8 @@ class _Shapes:
         body: int,
         kind: str,
         name: str,
-        points: Sequence[Array],
-        axis: Array | None = None,
+        points: Sequence[Point],
+        axis: Point | None = None,
         ends: str = "",
     ) -> None:
         T = self.in_root[body]
@@ -224,21 +225,23 @@ class _Shapes:
         else:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
-    def _slide(self, k: int, joint: CarryingJoint, start: Array, axis: Array) -> None:
+    def _slide(self, k: int, joint: BodyJoint, start: Array, axis: Array) -> None:
         """Adds a carriage on a guide, or a ram in a sleeve on a rotating carrier."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
-        low, high = self._travel(joint)
+        low, high = self._travel(k, joint)
         if carrier is None or carrier.kind == "prismatic":
             self._put(parent, "guide", joint.name, [start + low * axis, start + high * axis], axis)
             self._put(k, "carriage", joint.name, [joint.at], joint.axis)
             return
         self._put(parent, "sleeve", joint.name, [start], axis)
-        self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
+        self._put(
+            k, "ram", joint.name, [joint.at - high * np.array(joint.axis), joint.at], joint.axis
+        )
 
-    def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
+    def _travel(self, k: int, joint: BodyJoint) -> tuple[float, float]:
         """Returns the value range of a prismatic joint; 0.4 of the robot size without limits."""
-        low, high = joint.limits
+        low, high = self.bodies[k].limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]
             at = joint.ratio * z + joint.offset
@@ -265,7 +268,7 @@ class _Shapes:
     def _strut(self, strut: Strut) -> None:
         span = self.rigid.span(strut)
         for body, end in zip(span.bodies, span.ends, strict=True):
-            self._attach(body, np.array(end))
+            self._attach(body, end)
         value = self.rigid.terms.value
         length = float(value(strut.length))
         if not strut.is_cylinder:
@@ -316,7 +319,7 @@ class _Shapes:
     def _is_turn(self, k: int) -> bool:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
-    def _along(self, k: int, axis: Array, end: int) -> float:
+    def _along(self, k: int, axis: Point, end: int) -> float:
         """Returns the signed length of a line end along an axis; 0 if the end is off the axis."""
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
@@ -328,17 +331,17 @@ class _Shapes:
             return 0.0
         return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
 
-    def _stub(self, k: int, joint: CarryingJoint) -> None:
+    def _stub(self, k: int, joint: BodyJoint) -> None:
         """Adds a short line along the axis of a point-like body, with the symbol at its end."""
-        ends = [joint.at, joint.at + APART * self.size / 2 * joint.axis]
+        ends = [np.array(joint.at), joint.at + APART * self.size / 2 * np.array(joint.axis)]
         points = tuple(self._rounded(point, self.digits) for point in ends)
         self.shapes[k].insert(0, Shape("link", self.bodies[k].name, points))
         self._shift(k, joint, APART * self.size / 2)
 
-    def _shift(self, k: int, joint: CarryingJoint, by: float) -> None:
+    def _shift(self, k: int, joint: BodyJoint, by: float) -> None:
         for index, shape in enumerate(self.shapes[k]):
             if shape.kind == "revolute":
-                point = self._rounded(joint.at + by * joint.axis, self.digits)
+                point = self._rounded(joint.at + by * np.array(joint.axis), self.digits)
                 self.shapes[k][index] = replace(shape, points=(point,))
 
     # --- bodies ---

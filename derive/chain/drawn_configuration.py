@@ -54,9 +54,9 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
 
 
 def _choices(rigid: RigidBodies, k: int) -> list[float]:
-    joint = next(body.joint for body in rigid.bodies if body.joint and body.joint.coordinate == k)
-    low, high = joint.limits
-    if joint.kind == "prismatic":
+    body = next(body for body in rigid.bodies if body.joint and body.joint.coordinate == k)
+    low, high = body.limits
+    if body.joint and body.joint.kind == "prismatic":
         low, high = low if low is not None else 0.0, high if high is not None else 0.3 * rigid.size
         return [_round(low + part * (high - low)) for part in SLIDES]
     angles = [math.radians(angle) for angle in ANGLES]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles.contract import ClosureFrames, Span
+from chasles.contract import BodyJoint, ClosureFrames, Span
 
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Placement, inverse
@@ -25,33 +25,7 @@ from ..terms.terms import Terms
 from .poe import placement_matrix
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class CarryingJoint:
-    """The joint that moves a body.
-
-    Attributes:
-        name: Name of the joint.
-        kind: ``revolute``, ``prismatic``, ``helical`` or ``fixed``.
-        at: A point of the axis in the body frame (metre).
-        axis: Unit direction of the axis in the body frame.
-        coordinate: Index of the coordinate in z (in q for a serial robot); -1 for a fixed joint.
-        ratio: Value of the joint per unit of the coordinate.
-        offset: Value of the joint at coordinate 0.
-        advance: Advance of a helical joint along its axis (metre per radian).
-        limits: Minimum and maximum of the coordinate, or None if unbounded.
-    """
-
-    name: str
-    kind: str
-    at: Array
-    axis: Array
-    coordinate: int = -1
-    ratio: float = 1.0
-    offset: float = 0.0
-    advance: float = 0.0
-    limits: tuple[float | None, float | None] = (None, None)
+Vector = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -64,13 +38,15 @@ class TreeBody:
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
         span: The end points of the strut, or None for bodies that are not sections of a strut.
+        limits: Minimum and maximum of the joint, or None if unbounded.
     """
 
     name: str
     parent: int
     placement: Array
-    joint: CarryingJoint | None = None
+    joint: BodyJoint | None = None
     span: Span | None = None
+    limits: tuple[float | None, float | None] = (None, None)
 
 
 class RigidBodies:
@@ -112,13 +88,14 @@ class RigidBodies:
     def _add(self, joint: Joint, link: str, parent: int) -> None:
         placement = self._on(parent, joint.before + joint.after)
         back = placed(self.terms, inverse(joint.after))
-        own = self._joint(joint, back[:3, 3], back[:3, 2])
+        own = self._joint(joint, vector(back[:3, 3]), vector(back[:3, 2]))
         self.index[link] = len(self.bodies)
-        self.bodies.append(TreeBody(link, parent, placement, own))
+        low, high = (None if x is None else float(self.terms.value(x)) for x in joint.limits)
+        self.bodies.append(TreeBody(link, parent, placement, own, limits=(low, high)))
 
-    def _joint(self, joint: Joint, at: Array, axis: Array) -> CarryingJoint:
+    def _joint(self, joint: Joint, at: Vector, axis: Vector) -> BodyJoint:
         if joint.kind == "fixed":
-            return CarryingJoint(joint.name, joint.kind, at, axis)
+            return BodyJoint(joint.name, joint.kind, at, axis)
         value = self.terms.value
         ratio, offset = float(joint.direction), 0.0
         leader = joint.name
@@ -126,8 +103,7 @@ class RigidBodies:
             leader = joint.mimic.leader
             offset = ratio * float(value(joint.mimic.offset))
             ratio *= float(value(joint.mimic.multiplier))
-        low, high = (None if limit is None else float(value(limit)) for limit in joint.limits)
-        return CarryingJoint(
+        return BodyJoint(
             joint.name,
             joint.kind,
             at,
@@ -136,7 +112,6 @@ class RigidBodies:
             ratio,
             offset,
             float(value(joint.pitch)) if joint.kind == "helical" else 0.0,
-            (low, high),
         )
 
     def _size(self) -> float:
@@ -193,12 +168,12 @@ class RigidBodies:
         return found
 
 
-def pose_rows(T: Array) -> tuple[tuple[float, ...], ...]:
+def pose_rows(T: Array) -> tuple[Vector, ...]:
     """Returns the first three rows of a pose as plain data."""
     return tuple(vector(row) for row in T[:3])
 
 
-def vector(values: Array) -> tuple[float, ...]:
+def vector(values: Array) -> Vector:
     """Returns an array as plain data."""
     return tuple(float(value) + 0.0 for value in values)
 
@@ -210,7 +185,7 @@ def placed(terms: Terms, placement: Placement) -> Array:
     return np.array(rows) + 0.0
 
 
-def motions(joint: CarryingJoint, coordinates: Array) -> Array:
+def motions(joint: BodyJoint, coordinates: Array) -> Array:
     """Returns the motions of a joint in the body frame (m, 4, 4).
 
     Args:
@@ -244,7 +219,7 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
     return poses
 
 
-def skew(w: Array) -> Array:
+def skew(w: Array | Vector) -> Array:
     """Returns the cross-product matrix (3, 3) of a vector."""
     x, y, z = w
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

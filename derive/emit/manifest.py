@@ -31,7 +31,7 @@ from chasles.contract import (
 )
 
 from ..chain.body_shapes import Skeleton
-from ..chain.rigid_bodies import CarryingJoint, TreeBody, pose_rows, vector
+from ..chain.rigid_bodies import TreeBody, pose_rows
 from ..derivation import Derivation
 from ..inverse.explanation import notes
 from ..inverse.serial_inverse import Inverses
@@ -300,26 +300,8 @@ def skeleton_facts(found: Skeleton) -> SkeletonFacts:
 
 def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> Body:
     if body.joint is not None:
-        return Body(
-            body.name,
-            body.parent,
-            pose_rows(body.placement),
-            joint=_joint(body.joint),
-            shapes=shapes,
-        )
+        # A fixed joint has no axis.
+        is_fixed = body.joint.kind == "fixed"
+        joint = BodyJoint(body.joint.name, "fixed") if is_fixed else body.joint
+        return Body(body.name, body.parent, pose_rows(body.placement), joint, shapes=shapes)
     return Body(body.name, span=body.span, shapes=shapes)
-
-
-def _joint(joint: CarryingJoint) -> BodyJoint:
-    if joint.kind == "fixed":
-        return BodyJoint(joint.name, joint.kind)
-    return BodyJoint(
-        joint.name,
-        joint.kind,
-        vector(joint.at),
-        vector(joint.axis),
-        joint.coordinate,
-        joint.ratio,
-        joint.offset,
-        joint.advance,
-    )

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chasles.contract import BodyJoint
+
 from ...chain.body_shapes import Skeleton
-from ...chain.rigid_bodies import Array, CarryingJoint, TreeBody, skew
+from ...chain.rigid_bodies import Array, TreeBody, skew
 from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .contours import Loop, area, contours, simplified
 
@@ -151,7 +153,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     for body in skeleton.bodies:
         if body.joint and body.joint.coordinate >= 0:
             slides = body.joint.kind == "prismatic"
-            own[body.joint.coordinate] = (slides, *body.joint.limits)
+            own[body.joint.coordinate] = (slides, *body.limits)
     found = box([own[k] for k in sorted(own)])
     return _Arm(skeleton).position(*found).region() if found else None
 
@@ -215,12 +217,12 @@ class _Arm:
                 else:
                     K, arm = skew(joint.axis), p - joint.at
                     turned = np.sin(value) * (arm @ K.T) + (1 - np.cos(value)) * (arm @ (K @ K).T)
-                    p = p + turned + joint.advance * value * joint.axis
+                    p = p + turned + joint.advance * value * np.array(joint.axis)
             p = p @ body.placement[:3, :3].T + body.placement[:3, 3]
         return p
 
 
-def first_axis(chain: Sequence[TreeBody]) -> tuple[CarryingJoint, Array, Array]:
+def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
     """Returns the first moving joint of a chain, with direction and point of its axis."""
     T = np.eye(4)
     for body in chain:
