@@ -21,7 +21,7 @@ from .loops.closing.loop_model import loop_model
 from .loops.closing.pose_change import with_pose_change
 from .loops.functions import constraint_functions, maps
 from .loops.functions.tool import tool_functions, tool_groups
-from .loops.iterated.closure_equations import LoopClosure
+from .loops.iterated.closure_equations import LoopClosure, loop_closure
 from .loops.iterated.iteration import Iteration, inner_makers, iterated_makers
 from .loops.model.mechanism_geometry import MechanismGeometry
 from .loops.modes import platforms
@@ -190,7 +190,7 @@ def _of_mechanism(
     closed = maps.makers(loops) | constraint_functions.makers(loops)
     closed |= platforms.makers(loops)
     by_hand = platforms.written_makers(loops)
-    closure = None if has_chain else LoopClosure(loops)
+    closure = None if has_chain else loop_closure(loops)
     iteration = Iteration(closure) if closure is not None and closure.is_determined else None
     iterated = iterated_makers(iteration, closed) if iteration else {}
     is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())

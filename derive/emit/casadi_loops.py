@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from ..derivation import Derivation
-from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.iterated.closure_equations import RESIDUAL, LoopClosure
 from ..loops.iterated.iteration import FIRST
 from ..loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ..model.tolerances import FOUND_LOOP
@@ -76,7 +76,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
     """Returns the loop variables w at coordinates, along the straight line from the reference."""
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
-    (residual,) = lower([closure.residual], "of")
+    (residual,) = lower([closure.functions[RESIDUAL]], "of")
     symbols, none = ca.SX.sym("w", len(closure.names)), ca.SX.sym("none", 0)
     solver = _solver(symbols, none, residual(symbols)[0], closure.given, closure.unknown)
     u = ca.MX(start.w[closure.unknown])

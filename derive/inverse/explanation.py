@@ -9,7 +9,7 @@ from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.closing.loop_model import loop_model
 from ..loops.closing.mobility import mobility_of
 from ..loops.functions.constraint_functions import equations
-from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.iterated.closure_equations import loop_closure
 from ..loops.solve.solution import Solution
 from ..loops.solve.solved_loops import SolvedLoops, solved_loops
 from ..model.mechanism import Described, Mechanism
@@ -153,7 +153,7 @@ def explain(
     found = None
     if hybrid.may_have_inverse:
         iterated = (
-            LoopClosure(hybrid) if hybrid.forward.open and not hybrid.chain_is_known else None
+            loop_closure(hybrid) if hybrid.forward.open and not hybrid.chain_is_known else None
         )
         found = hybrid_inverses_for_fixed(hybrid, families, fixed, iterated)
     return explanation(description, found, hybrid)

@@ -7,7 +7,7 @@ steps at each intermediate point.
 import numpy as np
 from numpy.typing import NDArray
 
-from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.iterated.closure_equations import RESIDUAL, LoopClosure
 from ...loops.modes.platforms import of_open_chain
 from ...model.tolerances import FOUND_LOOP
 from ...terms.casadi_graph import lower
@@ -26,7 +26,7 @@ class Followed:
         self.closure = closure
         h = closure.hybrid
         self.equations, self.pose = lower(
-            [closure.residual, of_open_chain("fk_jacobian_mixed", h)], "followed"
+            [closure.functions[RESIDUAL], of_open_chain("fk_jacobian_mixed", h)], "followed"
         )
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 

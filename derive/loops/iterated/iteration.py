@@ -52,10 +52,9 @@ class Iteration:
             closure: The equations of the loops.
         """
         self.closure, self.hybrid = closure, closure.hybrid
-        is_of_actuators = closure.of_actuators is None
-        self.system = "loops" if is_of_actuators else "chain_loops"
-        self._input = "q" if is_of_actuators else "theta"
-        self._prefix = "_w" if is_of_actuators else "_v"
+        self._input, self._is_of_chain = closure.inputs, closure.inputs == "theta"
+        self.system = "chain_loops" if self._is_of_chain else "loops"
+        self._prefix = "_v" if self._is_of_chain else "_w"
         self._n, self._size = len(closure.given), len(closure.names)
         unit = "rad or m"
         self.w = self._vector("w", unit)
@@ -72,7 +71,7 @@ class Iteration:
         The terms of the main chain are then the same for joints as inputs and joints as results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
-        if self.closure.of_actuators is None:
+        if not self._is_of_chain:
             theta = self.hybrid.arguments[f"theta{name[1:]}"].symbols
             for joint, symbol in zip(self.hybrid.robot.moving, theta, strict=True):
                 symbols[self.closure.names.index(joint.name)] = symbol
@@ -98,7 +97,7 @@ class Iteration:
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
         """The coordinate index of each input variable, and its change per coordinate unit."""
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
-        ratios = driven if self.closure.of_actuators is None else [sp.S.One] * self._n
+        ratios = [sp.S.One] * self._n if self._is_of_chain else driven
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
