@@ -45,7 +45,6 @@ PLATFORM_FIELDS = (
     "assumed",
 )
 DRIVE_FIELDS = ("name", "joint", "kind", "radius", "ratio", "teeth", "pitch", "assumed")
-MAX_CLOSERS = 256
 _X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
 PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
     "planar": (("x", "prismatic", _X), ("y", "prismatic", _Y), ("phi", "revolute", _Z)),
@@ -99,7 +98,7 @@ class MechanismFile(RobotFile):
         kinds = _moving(joints, struts)
         drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
         tool_body, tool, tool_frame = self._tool(bodies)
-        transmissions = self._transmissions()
+        transmissions = tuple(map(self._transmission, self._each("transmissions")))
         parameters = tuple(self.parameter(name) for name in self.symbols)
         reference = self._reference(kinds, struts, drives)
         closers: tuple[Closure | Strut, ...] = (*closures, *struts)
@@ -178,12 +177,6 @@ class MechanismFile(RobotFile):
             self.fail(keys, f"a list of {count} {what}")
 
     # --- members that close the loops ---
-
-    def _each(self, field: str) -> Iterator[Keys]:
-        value = self.table.get(field, [])
-        if not isinstance(value, list) or len(value) > MAX_CLOSERS:
-            self.fail((field,), f"a list of at most {MAX_CLOSERS} {field}")
-        return ((field, k) for k in range(len(value)))
 
     def _closure(self, keys: Keys, bodies: Sequence[str]) -> Closure:
         self.check_fields(keys, self.table_at(keys), ("name", "kind", "a", "b"))

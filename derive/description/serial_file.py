@@ -100,7 +100,7 @@ class RobotFile(TomlFile):
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
         load = self._load()
-        transmissions = self._transmissions()
+        transmissions = tuple(map(self._transmission, self._each("transmissions")))
         parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
             return SerialRobot(
@@ -123,12 +123,12 @@ class RobotFile(TomlFile):
                 raise
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
-    def _transmissions(self) -> tuple[Transmission, ...]:
-        """Reads the error models of imperfect drives."""
-        listed_ = self.table.get("transmissions", [])
-        if not isinstance(listed_, list):
-            self.fail(("transmissions",), "a list of transmissions")
-        return tuple(self._transmission(("transmissions", k)) for k in range(len(listed_)))
+    def _each(self, field: str) -> list[Keys]:
+        """Returns the keys of the tables in a list of the file; [] without this list."""
+        value = self.table.get(field, [])
+        if not isinstance(value, list) or len(value) > MAX_JOINTS:
+            self.fail((field,), f"a list of at most {MAX_JOINTS} {field}")
+        return [(field, k) for k in range(len(value))]
 
     def _transmission(self, keys: Keys) -> Transmission:
         self.check_fields(keys, self.table_at(keys), TRANSMISSION_FIELDS)
@@ -145,29 +145,19 @@ class RobotFile(TomlFile):
 
     def _load(self) -> Load | None:
         """Reads the link masses and the gravity vector in the base frame."""
-        masses = self.table.get("masses")
-        if masses is None:
-            if "gravity" in self.table and "springs" not in self.table:
-                self.fail(("gravity",), "[[masses]] for the gravity vector")
-            return None
-        if not isinstance(masses, list) or not masses:
-            self.fail(("masses",), "a list of masses")
-        found = tuple(self._mass(("masses", k)) for k in range(len(masses)))
-        if self.table.get("gravity") is None:
-            return Load(found)
-        return Load(found, self.vector(("gravity",), "ratio"))
+        masses = tuple(map(self._mass, self._each("masses")))
+        if "gravity" in self.table and not masses and "springs" not in self.table:
+            self.fail(("gravity",), "[[masses]] for the gravity vector")
+        return Load(masses, *self._gravity()) if masses else None
 
     def _springs(self) -> Springs | None:
         """Reads the joint springs, with the masses that load them."""
-        springs = self.table.get("springs")
-        if springs is None:
-            return None
-        if not isinstance(springs, list) or not springs:
-            self.fail(("springs",), "a list of springs")
-        found = tuple(self._spring(("springs", k)) for k in range(len(springs)))
-        if self.table.get("gravity") is None:
-            return Springs(found)
-        return Springs(found, self.vector(("gravity",), "ratio"))
+        springs = tuple(map(self._spring, self._each("springs")))
+        return Springs(springs, *self._gravity()) if springs else None
+
+    def _gravity(self) -> tuple[Vector, ...]:
+        """Reads the gravity vector; the default applies without one."""
+        return (self.vector(("gravity",), "ratio"),) if "gravity" in self.table else ()
 
     def _spring(self, keys: Keys) -> Spring:
         self.check_fields(keys, self.table_at(keys), SPRING_FIELDS)
