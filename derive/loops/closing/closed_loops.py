@@ -4,13 +4,13 @@ A strut has one equation, the distance of its ends, and no swing. A swing would 
 one equation, so freedoms are the same with and without swings.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.errors import DescriptionError, InputValueError, LoopError
+from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Mechanism
 from ...model.tolerances import (
     CLOSED_LOOP,
@@ -33,34 +33,6 @@ POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
 """Number of random configurations at which the rank is computed."""
-
-
-def closed_configuration(
-    mechanism: Mechanism, q: Sequence[float] | None = None
-) -> dict[str, float]:
-    """Returns the full configuration z, by name, at which all loops close.
-
-    Newton's method solves the constraints at the reference with the actuated coordinates fixed. If
-    ``q`` is given, the solution is continued along the straight line from the reference to q, on
-    the reference's branch.
-
-    Args:
-        mechanism: The description.
-        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre), where None
-            keeps the reference.
-
-    Returns:
-        Value of each entry of z (radian or metre); residuals are below ``CLOSED_LOOP``.
-
-    Raises:
-        LoopError: The loops do not close. The message names the loop with the largest
-            residual.
-    """
-    loops = ClosedLoops(mechanism)
-    w = loops.closed(loops.reference, loops.passive)
-    if q is not None:
-        w = loops.continued(w, loops.actuated_at(q))
-    return loops.configuration(w)
 
 
 class ClosedLoops:
@@ -106,18 +78,6 @@ class ClosedLoops:
         found = dict(zip(self.names, map(float, w), strict=True))
         found |= self.bodies.swings(found)
         return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
-
-    def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
-        """Returns the variables that the actuated coordinates determine, by index."""
-        coordinates = self.mechanism.coordinates
-        if len(q) != len(coordinates):
-            raise InputValueError(
-                f"robot {self.mechanism.name!r}: {len(q)} coordinates, expected {len(coordinates)}"
-            )
-        return {
-            self.names.index(c.moves): float(value) * self.bodies.number(c.ratio)
-            for c, value in zip(coordinates, q, strict=True)
-        }
 
     def evaluated(self, w: Vector) -> Evaluated:
         """Returns residuals, Jacobian (equations, len(w)) and the terms that detect flips, at w."""
@@ -182,37 +142,6 @@ class ClosedLoops:
             here = self.evaluated(w)
         return w, here
 
-    def continued(self, w: Vector, goal: Mapping[int, float]) -> Vector:
-        """Continues the closed configuration from w to the goal of the actuated entries."""
-        index = list(goal)
-        start, end = w[index], np.array(list(goal.values()))
-        done, step = 0.0, 1.0
-        while done < 1:
-            part = min(done + step, 1.0)
-            trial = w.copy()
-            trial[index] = end if part == 1 else start + part * (end - start)
-            try:
-                reached = self.closed(trial, self.passive)
-                self._check_branch(w, trial, reached)
-            except DescriptionError as error:
-                if part == 1:
-                    at_goal = error
-                step /= 2
-                if step < 1 / 2**HALVINGS:
-                    raise at_goal from error
-            else:
-                w, done = reached, part
-        return w
-
-    def _check_branch(self, w: Vector, trial: Vector, reached: Vector) -> None:
-        """Raises DescriptionError if passive entries moved much farther than the actuated ones."""
-        if self._distance(reached - w) > 2 * self._distance(trial - w) + SAMPLED_RANGE:
-            residual, _, _ = self.evaluated(trial)
-            name, _ = self._widest(residual)
-            raise DescriptionError(
-                f"robot {self.mechanism.name!r}: the loop of {name!r} changes its branch on the way"
-            )
-
     def rank(self) -> int:
         """Returns the rank of the Jacobian at generic closed configurations near the reference."""
         return self._rank_at(self.generic[0])[0] if self._rows.owners else 0
@@ -273,9 +202,6 @@ class ClosedLoops:
 
     def _scaled(self, w: Vector) -> Vector:
         return np.where(self.is_length, self.size, 1.0) * w
-
-    def _distance(self, difference: Vector) -> float:
-        return float(np.max(np.abs(difference) / self._scaled(np.ones(len(difference)))))
 
     def _open(self, residual: Vector, facing: Vector) -> LoopError:
         name, left = self._widest(residual)

@@ -10,11 +10,11 @@ from chasles.derive import derive, read_text
 from chasles.derive.description.arrangement import Distances, arranged
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.checks.nearly_met import nearly_met
-from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.rounded_mechanisms import awkward_turn, rounded
 from tests.support.loops import mechanisms
+from tests.support.loops.continued import closed_configuration
 from tests.support.loops.solved import solved
 
 R = sp.Rational

@@ -9,7 +9,6 @@ import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError
-from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.loops.model.constraints import (
     configuration_names,
     constraints,
@@ -21,6 +20,7 @@ from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
 from tests.support.loops import mechanisms
+from tests.support.loops.continued import closed_configuration
 from tests.support.loops.mechanisms import BASE, at, body_poses, pin
 from tests.support.tolerances import DERIVATIVES
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from chasles.derive.loops.closing.closed_loops import ClosedLoops, closed_configuration
+from chasles.derive.loops.closing.closed_loops import ClosedLoops
 from chasles.derive.loops.model.numeric_mechanism import NumericMechanism
 from chasles.derive.loops.model.numeric_rows import NumericRows
 from tests.support.loops import mechanisms
+from tests.support.loops.continued import closed_configuration
 
 NAMES = ("four_bar", "slider_crank", "parallelogram", "bennett", "sarrus", "stewart", "delta")
 STEP = 1e-6

@@ -27,13 +27,13 @@ from chasles.derive import (
 )
 from chasles.derive.loops.checks.closable import doubts_of
 from chasles.derive.loops.closing import gaps
-from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.loops.closing.gaps import open_loop
 from chasles.derive.loops.closing.swapped_ends import doubtful_ends
 from chasles.derive.loops.model.numeric_mechanism import NumericMechanism
 from chasles.derive.model.mechanism import Closure
 from tests.support.derivations import ROBOTS
 from tests.support.loops.closed_in_numbers import Model
+from tests.support.loops.continued import closed_configuration
 from tests.support.loops.mechanisms import BASE, at, near, pin
 from tests.support.loops.solved import solved
 

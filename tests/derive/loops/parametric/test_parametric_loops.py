@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 
 from chasles.derive import DescriptionError, read
 from chasles.derive.chain.poe import placement_matrix
-from chasles.derive.loops.closing.closed_loops import closed_configuration
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.model.placements import Translation
 from tests.support.derivations import ROBOTS
+from tests.support.loops.continued import closed_configuration
 from tests.support.loops.parametric import loops_of, nominal, reference
 from tests.support.loops.solved import solved
 
