@@ -109,8 +109,8 @@ static int read_screws(Arm *self, PyObject *rows)
     const double *row = PyArray_DATA(array);
     self->n_screws = (int)PyArray_DIM(array, 0);
     self->screws = malloc((self->n_screws + 1) * sizeof(Screw));
-    int fit = self->screws && self->link < self->n_links;
-    for (int k = 0; fit && k < self->n_screws; k++, row += 2 + TWIST) {
+    int fit = self->link < self->n_links;
+    for (int k = 0; self->screws && fit && k < self->n_screws; k++, row += 2 + TWIST) {
         Screw *screw = &self->screws[k];
         screw->link = (int)row[0];
         screw->joint = (int)row[1];
@@ -119,10 +119,12 @@ static int read_screws(Arm *self, PyObject *rows)
               screw->joint < self->n_joints;
     }
     Py_DECREF(array);
-    if (!fit) {
+    if (!self->screws) {
+        PyErr_NoMemory();
+    } else if (!fit) {
         PyErr_SetString(PyExc_ValueError, "link or screws: an index is out of range");
     }
-    return fit ? 0 : -1;
+    return self->screws && fit ? 0 : -1;
 }
 
 /* Reads the limits, the start configurations and the start poses; -1 with an error set. */

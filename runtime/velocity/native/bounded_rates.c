@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "numerics/_tolerances.h"
-#include "velocity/native/damped_box.h"
 
 #define BISECTIONS 40 /* number of bisections of the scale in [0, 1], to 1e-12 */
 
@@ -15,7 +14,8 @@ int rate_problem_new(RateProblem *p, int n)
     size_t doubles = (size_t)TWIST * (2 * n + longer) + 12 * (size_t)n;
     p->n = p->svd.n = n;
     p->memory = calloc(doubles * sizeof(double) + 4 * (size_t)n + 1, 1);
-    if (!p->memory) {
+    if (!p->memory || !damped_box_new(&p->box, n)) {
+        free(p->memory);
         return -1;
     }
     double *next = p->memory;
@@ -35,6 +35,7 @@ int rate_problem_new(RateProblem *p, int n)
 
 void rate_problem_free(RateProblem *p)
 {
+    damped_box_free(&p->box);
     free(p->memory);
 }
 
@@ -188,18 +189,15 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
  * solution, fixing joints one by one never releases a joint. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
-    DampedBox box;
-    if (!damped_box_new(&box, p->n, p->border, p->border)) {
-        return;
-    }
-    damped_box_decompose(&box, p->J);
-    damped_box_solve(&box, p->V);
-    damped_box_bound(&box, p->lo, p->hi);
+    DampedBox *box = &p->box;
+    damped_box_start(box, p->border, p->border);
+    damped_box_decompose(box, p->J);
+    damped_box_solve(box, p->V);
+    damped_box_bound(box, p->lo, p->hi);
     for (int k = 0; k < p->n; k++) {
-        p->held[k] = p->locked[k] || box.at[k] != 0;
-        p->held_rate[k] = box.at[k] ? box.x[k] : 0;
+        p->held[k] = p->locked[k] || box->at[k] != 0;
+        p->held_rate[k] = box->at[k] ? box->x[k] : 0;
     }
-    damped_box_free(&box);
     if (decompose_free(p)) {
         keep_better(p, compute_candidate(p), best);
     }

@@ -11,6 +11,7 @@
 
 #include "numerics/_svd.h"
 #include "numerics/_vectors.h"
+#include "velocity/native/damped_box.h"
 
 typedef struct {
     int n, rank;   /* number of joints; number of rows that count, at most n */
@@ -29,6 +30,7 @@ typedef struct {
     double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of joints fixed at bounds */
     double *best_a, *best_b;   /* (n,) */
     char *best_held;           /* (n,) */
+    DampedBox box;
     double *memory;
 } RateProblem;
 

@@ -11,17 +11,14 @@
 #define MAX_AGE 64 /* maximum decompositions until U is reset: rounding errors accumulate */
 #define ROUNDS 8   /* maximum number of active-set iterations per variable */
 
-int damped_box_new(DampedBox *box, int n, double border, double damping)
+int damped_box_new(DampedBox *box, int n)
 {
     size_t N = (size_t)n;
     double *block = malloc((N * (TWIST + 3 + 2 * N)) * sizeof(double) + 2 * N * sizeof(int));
     if (!block) {
         return 0;
     }
-    *box = (DampedBox){
-        .n = n, .moving = n, .border = border, .least_damping = damping, .damping = damping};
-    box->age = MAX_AGE;
-    box->rows = block;
+    *box = (DampedBox){.n = n, .rows = block};
     box->x = box->rows + TWIST * N;
     box->g = box->x + N;
     box->z = box->g + N;
@@ -30,6 +27,14 @@ int damped_box_new(DampedBox *box, int n, double border, double damping)
     box->at = (int *)(box->A + N * N);
     box->free = box->at + N;
     return 1;
+}
+
+void damped_box_start(DampedBox *box, double border, double damping)
+{
+    box->moving = box->n;
+    box->border = border;
+    box->least_damping = box->damping = damping;
+    box->age = MAX_AGE;
 }
 
 void damped_box_free(DampedBox *box)

@@ -34,7 +34,10 @@ typedef struct {
 } DampedBox;
 
 /* Allocates memory for n columns; 0 on failure. */
-int damped_box_new(DampedBox *box, int n, double border, double damping);
+int damped_box_new(DampedBox *box, int n);
+
+/* Begins a sequence of Jacobians. */
+void damped_box_start(DampedBox *box, double border, double damping);
 
 void damped_box_free(DampedBox *box);
 

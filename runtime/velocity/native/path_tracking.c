@@ -11,13 +11,11 @@ int tracking_new(Tracking *t, double border, double damping)
 {
     size_t n = (size_t)t->n;
     t->memory = malloc((2 * TWIST + 3) * n * sizeof(double));
-    if (!t->memory) {
-        return 0;
-    }
-    if (!damped_box_new(&t->box, t->n, border, damping)) {
+    if (!t->memory || !damped_box_new(&t->box, t->n)) {
         free(t->memory);
         return 0;
     }
+    damped_box_start(&t->box, border, damping);
     t->box.moving = 0;
     for (size_t j = 0; j < n; j++) {
         t->box.moving += t->rate[j] > 0;

@@ -260,9 +260,10 @@ static int check_box(void)
     double T[POSE], y[TWIST], *q = new_doubles(n), *J = new_doubles((size_t)TWIST * n);
     double *low = new_doubles(n), *high = new_doubles(n);
     DampedBox solver;
-    if (!damped_box_new(&solver, n, TRACK_BORDER, TRACK_DAMPING)) {
+    if (!damped_box_new(&solver, n)) {
         fail("no memory", 0);
     }
+    damped_box_start(&solver, TRACK_BORDER, TRACK_DAMPING);
     for (int step = 0; step < STEPS; step++) {
         /* Moves the joints towards 0, where axes of most arms are aligned. */
         for (int k = 0; k < n; k++) {

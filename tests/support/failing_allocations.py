@@ -1,0 +1,90 @@
+"""Lets each allocation of some calls fail in turn; prints the ends of the calls as JSON.
+
+Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
+"""
+
+import ctypes
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import chasles
+
+OWN = f"{Path(chasles.__file__).parent}/".encode()
+LOADS = 40
+"""Number of allocations of a load that fail; a load has hundreds."""
+POSES = 20_000
+"""Number of poses that take two threads."""
+LIBRARY = ctypes.PyDLL(None)
+LIBRARY.fail_allocation.argtypes = [ctypes.c_char_p, ctypes.c_long]
+LIBRARY.count_allocations.restype = ctypes.c_long
+
+
+def calls() -> dict[str, Callable[[], object]]:
+    """Returns calls of all compiled code of the runtime, keyed by name."""
+    arm = chasles.load("ur5e")
+    rng = np.random.default_rng(1)
+    q, many = rng.uniform(-2, 2, (20, 6)), rng.uniform(-2, 2, (POSES, 6))
+    large = rng.uniform(-2, 2, (15 * POSES, 6))
+    T, V, path = arm.fk(q), rng.normal(size=(20, 6)), q[0] + np.linspace(0, 0.1, 10)[:, None]
+    poses = arm.fk(path)
+    return {
+        "load": lambda: chasles.load("scara").fk([0.1, 0.2, 0.03, 0.4]),
+        "fk": lambda: arm.fk(many, threads=2),
+        "fk in pooled memory": lambda: arm.fk(large),
+        "ik": lambda: arm.ik(T).q,
+        "ik_nearest": lambda: arm.ik_nearest(T, q).q,
+        "ik_numeric": lambda: arm.ik_numeric(T[:5], q[:5]).q,
+        "ik_path": lambda: arm.ik_path(poses, path[0]).q,
+        "nearest": lambda: arm.ik(T).nearest(q),
+        "sorted_by_distance": lambda: arm.ik(T).sorted_by_distance(q).q,
+        "distinct": lambda: arm.ik(T).distinct().valid,
+        "within_limits": lambda: arm.ik(T).within_limits().q,
+        "joint_rates": lambda: arm.joint_rates(q, V, rate_limits=np.full(6, 0.3)).qd,
+        "manipulability": lambda: arm.joint_rates(q, V, redundancy="manipulability").qd,
+        "track": lambda: arm.track(poses, path[0], dt=0.01).q,
+    }
+
+
+def ends(call: Callable[[], object]) -> Counter[str]:
+    """Returns how often the call ended in each way."""
+    expected = call()
+    found = Counter()
+    number = allocations(call)
+    for k in range(0, number, max(1, number // LOADS)):
+        found[end(call, k, expected)] += 1
+        chasles.release_memory()
+        if not np.array_equal(call(), expected, equal_nan=True):
+            found["the next call differs"] += 1
+        chasles.release_memory()
+    return found
+
+
+def allocations(call: Callable[[], object]) -> int:
+    """Returns the number of counted allocations of a call."""
+    chasles.release_memory()
+    LIBRARY.fail_allocation(OWN, -1)
+    call()
+    return LIBRARY.count_allocations()
+
+
+def end(call: Callable[[], object], k: int, expected: object) -> str:
+    """Returns "MemoryError", or the other result of an allocation fault."""
+    LIBRARY.fail_allocation(OWN, k)
+    try:
+        result = call()
+    except MemoryError:
+        return "MemoryError"
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    finally:
+        LIBRARY.fail_allocation(None, -1)
+    same = np.array_equal(result, expected, equal_nan=True)
+    return "the same result" if same else "another result"
+
+
+json.dump({name: ends(call) for name, call in calls().items()}, sys.stdout)

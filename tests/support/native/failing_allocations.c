@@ -1,0 +1,107 @@
+/* Lets one allocation of a thread fail: malloc, calloc, realloc and mmap, for LD_PRELOAD.
+ *
+ * An allocation counts if it is large, or if code of the given folder asks for it, also through
+ * Python. NumPy and Python themselves do not survive every failed small allocation: an iterator of
+ * NumPy crashes, and a lock of Python's thread pool remains locked. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <execinfo.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#define LARGE 100000 /* in bytes */
+#define DEPTH 12     /* frames between an allocation and its caller */
+
+extern void *__libc_malloc(size_t);
+extern void *__libc_calloc(size_t, size_t);
+extern void *__libc_realloc(void *, size_t);
+
+static _Thread_local const char *folder;
+static _Thread_local long seen, failing;
+
+/* Counts allocations from 0; allocation n fails, none if n is negative. A folder of NULL ends. */
+void fail_allocation(const char *own, long n)
+{
+    folder = NULL;
+    void *frames[1];
+    backtrace(frames, 1); /* the first call allocates */
+    failing = n;
+    seen = 0;
+    folder = own;
+}
+
+/* Returns the number of allocations since the last call of fail_allocation. */
+long count_allocations(void)
+{
+    return seen;
+}
+
+static int is_in(const char *file, const char *name)
+{
+    const char *last = strrchr(file, '/');
+    return !strncmp(last ? last + 1 : file, name, strlen(name));
+}
+
+/* Tests whether code of the folder calls an allocation, possibly through Python's allocators. */
+static int is_own(const char *own)
+{
+    void *frames[DEPTH];
+    int depth = backtrace(frames, DEPTH);
+    Dl_info self;
+    dladdr((void *)fail_allocation, &self);
+    for (int i = 0; i < depth; i++) {
+        Dl_info info;
+        if (!dladdr(frames[i], &info) || !info.dli_fname) {
+            return 0;
+        }
+        if (!strncmp(info.dli_fname, own, strlen(own)) && !strstr(info.dli_fname, "/numpy")) {
+            return 1;
+        }
+        if (info.dli_sname && !strcmp(info.dli_sname, "_PyEval_EvalFrameDefault")) {
+            return 0;
+        }
+        if (info.dli_fbase != self.dli_fbase && !is_in(info.dli_fname, "libpython") &&
+            !is_in(info.dli_fname, "python")) {
+            return 0;
+        }
+    }
+    return 0;
+}
+
+static int fails(size_t size)
+{
+    const char *own = folder;
+    folder = NULL; /* allocations of backtrace do not count */
+    int is_counted = own && (size >= LARGE || is_own(own));
+    folder = own;
+    if (!is_counted || seen++ != failing) {
+        return 0;
+    }
+    errno = ENOMEM;
+    return 1;
+}
+
+void *malloc(size_t size)
+{
+    return fails(size) ? NULL : __libc_malloc(size);
+}
+
+void *calloc(size_t count, size_t size)
+{
+    return fails(count * size) ? NULL : __libc_calloc(count, size);
+}
+
+void *realloc(void *memory, size_t size)
+{
+    return fails(size) ? NULL : __libc_realloc(memory, size);
+}
+
+void *mmap(void *at, size_t size, int protection, int flags, int file, off_t offset)
+{
+    return fails(size) ? MAP_FAILED
+                       : (void *)syscall(SYS_mmap, at, size, protection, flags, file, offset);
+}
