@@ -72,6 +72,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except MemoryError as error:
+        return _failed(str(error) or "out of memory")
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception:

@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import typer
 
 import chasles
@@ -144,7 +145,8 @@ def workspace(
         found.save(file)
     else:
         stream = io.BytesIO()
-        found.plot().figure.savefig(stream, dpi=200, bbox_inches="tight", format=file.suffix[1:])
+        figure = np.atleast_1d(found.plot())[0].figure
+        figure.savefig(stream, dpi=200, bbox_inches="tight", format=file.suffix[1:])
         write_files({file: stream.getvalue()})
     say(f"written: {file}")
 

@@ -3,6 +3,7 @@ arguments."""
 
 import json
 import math
+import re
 import tomllib
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from chasles.cli.app import app
 from chasles.cli.values import value
 from chasles.contract import temporary_folder
 from chasles.derive import derive, read, template
+from chasles.study import Workspace
 from tests.support.command_line import run
 from tests.support.tools import path_of
 
@@ -217,3 +219,22 @@ def test_every_extra_of_doctor_is_one_of_the_package():
 )
 def test_number_with_a_unit_is_converted(text, unit, expected):
     assert value(text, unit, "x") == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("robot", ["five_bar", "scara"])
+def test_workspace_is_drawn_or_saved(robot, tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    words = ("workspace", robot, "--samples", 1000, "--resolution", 10)
+    assert "1,000 configurations" in run(*words).stdout
+    assert (tmp_path / f"{robot}_workspace.svg").read_text().startswith("<?xml")
+    assert run(*words, "--to", "region.npz").exit_code == 0
+    saved = Workspace.load("region.npz")
+    assert saved.hits.sum() == saved.samples - saved.n_open == 1000 - saved.n_open
+
+
+def test_missing_memory_is_one_sentence():
+    words = ("workspace", "scara", "--samples", 10, "--resolution", 100_000, "--no-progress")
+    done = run(*words)
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert re.fullmatch(r"chasles: Unable to allocate .*\n", done.stderr)
