@@ -6,7 +6,7 @@ The compiler writes these records and the runtime reads them; both use the annot
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -81,6 +81,20 @@ class ActuatedVariable:
 
     index: int
     ratio: float
+
+
+def full_turns(
+    coordinates: Sequence[Coordinate], joints: Sequence[Coordinate], C: Sequence[Sequence[float]]
+) -> tuple[bool, ...]:
+    """Returns whether a full turn of each coordinate turns all joints theta = C q fully."""
+    return tuple(
+        coordinate.unit == "rad"
+        and all(
+            row[k] == 0 if joint.unit == "m" else row[k] == round(row[k])
+            for joint, row in zip(joints, C, strict=True)
+        )
+        for k, coordinate in enumerate(coordinates)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +246,7 @@ class Cleaning:
 
 @dataclass(frozen=True, slots=True)
 class LoopFacts:
-    """The loops of a robot; all fields are empty for a serial robot.
+    """The loops of a robot; all fields are empty for a serial robot without couplings.
 
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
@@ -242,6 +256,7 @@ class LoopFacts:
         reference: The reference configuration, or None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
+        coupling: C of theta = C q + c, the joints of a coupled serial robot; () without couplings.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -251,6 +266,7 @@ class LoopFacts:
     reference: Reference | None = None
     actuated_in_z: tuple[ActuatedVariable, ...] = ()
     solution: Annotated[str, one_of(("closed form", "newton", ""))] = ""
+    coupling: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -376,6 +392,8 @@ class Manifest:
 
         The value is false for geared motors and for motors that drive a spindle.
         """
+        if self.loops.coupling:
+            return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)
         ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
         return tuple(
             coordinate.unit == "rad" and abs(ratio) == 1

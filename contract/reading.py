@@ -89,6 +89,10 @@ def _check_loops(manifest: Manifest, place: Place) -> None:
         place["actuated_in_z"].fail(moved, f"{n} entries, one per coordinate")
     if any(item.index >= n_z for item in moved):
         place["actuated_in_z"].fail(moved, f"indices below {n_z}, the size of the configuration")
+    if any(len(row) != n for row in loops.coupling) or (
+        loops.coupling and len(loops.coupling) != len(loops.chain)
+    ):
+        place["coupling"].fail(loops.coupling, f"one row per joint of the chain, of {n} numbers")
     if solution == "newton" and not (reference and moved):
         place["solution"].fail(solution, '"closed form", or reference and actuated_in_z as well')
 

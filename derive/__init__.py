@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from .loops.closing.mobility import Mobility as Mobility
     from .loops.closing.mobility import kutzbach as kutzbach
     from .loops.closing.mobility import mobility as mobility
+    from .model.coupling import Coupling as Coupling
+    from .model.coupling import Motor as Motor
     from .model.errors import ChaslesError as ChaslesError
     from .model.errors import DescriptionError as DescriptionError
     from .model.errors import LoopError as LoopError
@@ -46,7 +48,6 @@ if TYPE_CHECKING:
     from .model.mechanism import Mechanism as Mechanism
     from .model.mechanism import Strut as Strut
     from .model.robot import Joint as Joint
-    from .model.robot import Mimic as Mimic
     from .model.robot import Parameter as Parameter
     from .model.robot import Rotation as Rotation
     from .model.robot import SerialRobot as SerialRobot
@@ -96,6 +97,10 @@ _ROOMS = {
         "kutzbach",
         "mobility",
     ),
+    "model.coupling": (
+        "Coupling",
+        "Motor",
+    ),
     "model.errors": (
         "ChaslesError",
         "DescriptionError",
@@ -111,7 +116,6 @@ _ROOMS = {
     ),
     "model.robot": (
         "Joint",
-        "Mimic",
         "Parameter",
         "Rotation",
         "SerialRobot",

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from .chain.body_shapes import Skeleton, skeleton
 from .chain.coordinates import InProportion
+from .chain.coupling_maps import coupling_maps
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .chain.parametric import PARAMETRIC, Parametric
@@ -29,7 +30,7 @@ from .loops.parametric.parametric_loops import ParametricLoops
 from .loops.solve.solved_loops import SolvedLoops, solved_loops
 from .model.errors import InputValueError
 from .model.geometry import Geometry
-from .model.mechanism import Coordinate, Described, Mechanism
+from .model.mechanism import Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
 from .terms.terms import Terms
 
@@ -75,7 +76,10 @@ class Derivation:
         """Returns the rigid bodies with their drawn shapes, at the reference configuration."""
         robot, hybrid = self.robot, self.hybrid
         reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
-        actuated = [c.moves if isinstance(c, Coordinate) else c.name for c in robot.coordinates]
+        if isinstance(robot, Mechanism):
+            actuated = [coordinate.moves for coordinate in robot.coordinates]
+        else:
+            actuated = [joint.name for joint in robot.moving]
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
@@ -141,11 +145,12 @@ def derive(
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     laws = transmissions(robot, terms, arguments["q"])
-    capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written, *laws]
+    maps = coupling_maps(robot, terms, arguments)
+    capabilities = [*FUNCTIONS, *maps, *(inverse.functions if inverse else ()), *written, *laws]
     called = {name: function.calls for name, function in written.items()}
     chosen = _chosen(robot.name, _with_called(functions, called), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
-    made |= laws
+    made |= laws | maps
     made |= kinematics.functions([name for name in chosen if name not in made])
     longer = None
     if asked := [name for name in chosen if name in PARAMETRIC]:

@@ -47,7 +47,7 @@ def _table(folder: Path) -> str:
 
 def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
-    axes = sum(joint.kind != "fixed" and joint.mimic is None for joint in robot.joints)
+    axes = len(robot.coordinates)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
     most = explanation.max_solutions
     cells = (f"`{robot.name}`", robot.title, axes, structure if most else "no closed form", most)

@@ -124,12 +124,12 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_has_no_loops)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the chain joints theta (..., n), equal to q for a robot without loops."""
+        """Return the chain joints theta (..., n), equal to q without loops and couplings."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_has_no_loops)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the coordinates q (..., n), equal to theta for a robot without loops."""
+        """Return the coordinates q (..., n), equal to theta without loops and couplings."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:

@@ -121,7 +121,7 @@ def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
     swivel = robot._roles.get(("redundancy", "actuators", ""))
     if swivel is not None and name == swivel.__name__:
         return np.ascontiguousarray(swivel(q_seed))
-    if robot.loops and name in joints and (is_parameter or name not in names):
+    if robot.manifest.loops.chain and name in joints and (is_parameter or name not in names):
         return np.ascontiguousarray(robot.chain(q_seed)[:, joints.index(name)])
     return np.ascontiguousarray(q_seed[:, names.index(name)])
 
@@ -150,7 +150,7 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
         return item % int(robot.n)
     if item in names:
         return names.index(item)
-    if item not in joints or robot.loop_solution != "closed form":
+    if item not in joints or robot.loop_solution == "newton":
         chain = ", ".join(joint for joint in joints if joint not in names)
         more = f"; joints of the chain: {chain}" if chain and item not in joints else ""
         why = "its loops are solved by iteration; " if item in joints else ""
@@ -170,9 +170,8 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
 @functools.lru_cache(maxsize=64)
 def follows(robot: RobotFacts) -> BoolArray:
     """Return a mask (n_theta, n): whether each main-chain joint depends on each coordinate."""
-    if not robot.loops:
-        return np.eye(robot.n, dtype=np.bool_)
-    assert robot.reference is not None
+    if robot.reference is None:
+        return np.asarray(np.array(robot.manifest.loops.coupling or np.eye(robot.n)) != 0)
     return following(robot.coordinates, robot.reference, robot.chain_D_q)
 
 

@@ -77,8 +77,7 @@ class Robot(
             task: `robot.free_coordinates["position"]`.
         loops: The loop names; () for a serial robot.
         loop_solution: How the loops are solved: "closed form", "newton", or "" without loops.
-        chain_joints: The joints of the main chain, in the order of `theta`; for a serial robot the
-            coordinates.
+        chain_joints: The joints of the main chain, in the order of `theta`.
         passive_joints: The joints that are neither actuated nor in the main chain.
         configuration_variables: All loop variables, in the order of `z`.
         reference: The configuration that selects the branch, or None without loops.

@@ -62,8 +62,16 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
     """Return the head and the tables of the file of a serial robot with exact drives."""
-    zero = np.zeros(robot.n)
-    T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
+    joints, couplings, zero, L = robot.chain_joints, "", np.zeros(robot.n), np.eye(robot.n)
+    if robot.manifest.loops.coupling:
+        if len(joints) != robot.n:
+            raise InputValueError(
+                f"{robot.name}: a joint follows others; write the identified parameters into the "
+                "file of the nominal robot"
+            )
+        couplings, zero = couplings_text(robot), robot.actuators(np.zeros(robot.n))
+        L = robot.actuators_D_chain(np.zeros(robot.n))
+    T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p) @ L
     head = [
         f"name = {json.dumps(name)}",
         f"title = {json.dumps(f'{robot.title}, calibrated')}",
@@ -77,10 +85,33 @@ def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[st
         f"xyz = {_row(T[:3, 3])}",
         f"rpy = {_row(roll_pitch_yaw(T[:3, :3]))}",
     ]
-    for coordinate, column in zip(robot.coordinates, J.T, strict=True):
+    for coordinate, column in zip(joints, J.T, strict=True):
         lines += ["", "[[joints]]", f"name = {json.dumps(coordinate.name)}"]
         lines += _screw(coordinate, column, T[:3, 3]) + _limits(coordinate)
-    return "\n".join(head) + "\n", "\n".join(lines) + "\n"
+    return "\n".join(head) + "\n", "\n".join(lines) + "\n" + couplings
+
+
+def couplings_text(robot: Robot) -> str:
+    """Return the tables of the couplings and motors of a robot."""
+    names, offsets = robot.coordinate_names, robot.chain(np.zeros(robot.n))
+    lines, motors = ["", "[couplings]"], ["", "[motors]"]
+    rows = zip(robot.chain_joints, robot.manifest.loops.coupling, offsets, strict=True)
+    for joint, row, offset in rows:
+        parts = {name: ratio for name, ratio in zip(names, row, strict=True) if ratio != 0}
+        if parts != {joint.name: 1.0} or offset != 0:
+            parts |= {"offset": float(offset)} if offset else {}
+            lines.append(
+                f"{joint.name} = {{ {', '.join(f'{k} = {v!r}' for k, v in parts.items())} }}"
+            )
+            motors += [_motor(c) for c in robot.coordinates if c.name in parts]
+    alone = {joint.name for joint in robot.chain_joints} - {line.split()[0] for line in lines[2:]}
+    kept = [line for line in dict.fromkeys(motors[2:]) if line.split()[0] not in alone]
+    return "\n".join([*lines, *motors[:2], *kept]) + "\n"
+
+
+def _motor(coordinate: Coordinate) -> str:
+    fields = [f'type = "{coordinate.kind}"', *_limits(coordinate)]
+    return f"{coordinate.name} = {{ {', '.join(fields)} }}"
 
 
 def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:

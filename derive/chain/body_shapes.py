@@ -76,7 +76,7 @@ def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
         joint = body.joint
-        if joint is None or joint.kind == "fixed" or joint.name in actuated:
+        if joint is None or joint.kind == "fixed" or body.is_part or joint.name in actuated:
             continue
         if joint.kind == "prismatic" and None not in body.limits:
             continue
@@ -171,7 +171,8 @@ class _Shapes:
         """Returns the root of each rigid group per body, and the body frame in the root frame."""
         root, frames = [0], [np.eye(4)]
         for k, body in enumerate(self.bodies[1:], 1):
-            is_fixed = body.joint is not None and body.joint.kind == "fixed"
+            joint = body.joint
+            is_fixed = joint is not None and (joint.kind == "fixed" or body.is_part)
             root.append(root[body.parent] if is_fixed else k)
             frames.append(frames[body.parent] @ body.placement if is_fixed else np.eye(4))
         return root, frames
@@ -205,7 +206,9 @@ class _Shapes:
     def _joint(self, k: int) -> None:
         body = self.bodies[k]
         joint, row = body.joint, self.row_of.get(k, [k])
-        if joint is None or joint.kind == "fixed" or row[0] != k or _slides(self.rigid, row) > 1:
+        if joint is None or joint.kind == "fixed" or body.is_part or row[0] != k:
+            return
+        if _slides(self.rigid, row) > 1:
             return
         # A row of revolute joints counts as one joint from the parent of the first body to the last
         # body.

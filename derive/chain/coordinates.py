@@ -45,16 +45,16 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """Joint motion of a serial robot: each joint has its own coordinate or is a mimic joint."""
+    """Joint motion of a serial robot: each joint has its own coordinate or is coupled."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
-        """Computes the joint values from the coordinates and mimic equations."""
+        """Computes the joint values from the coordinates and couplings."""
         self.terms = terms
         self.values = robot.joint_values(q)
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Returns the constant derivatives: 1, -1 or mimic multipliers."""
+        """Returns the constant derivatives: 1, -1 or ratios of couplings."""
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 
+from chasles.contract import BodyJoint
+
 from ..model.mechanism import Mechanism
 from .rigid_bodies import Array, RigidBodies, motions
 
@@ -54,9 +56,20 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
 
 
 def _choices(rigid: RigidBodies, k: int) -> list[float]:
-    body = next(body for body in rigid.bodies if body.joint and body.joint.coordinate == k)
-    low, high = body.limits
-    if body.joint and body.joint.kind == "prismatic":
+    bodies = [b for b in rigid.bodies if b.joint and b.joint.coordinate == k]
+    body = max(bodies, key=lambda body: abs(body.joint.ratio) if body.joint else 0.0)
+    assert body.joint is not None
+    scale = abs(body.joint.ratio)
+    low, high = (None if limit is None else limit * scale for limit in body.limits)
+    found = _of_joint(rigid, body.joint, low, high)
+    return found if scale == 1 else [_round(value / scale) for value in found]
+
+
+def _of_joint(
+    rigid: RigidBodies, joint: BodyJoint, low: float | None, high: float | None
+) -> list[float]:
+    """Returns the values of a joint between two limits."""
+    if joint.kind == "prismatic":
         low, high = low if low is not None else 0.0, high if high is not None else 0.3 * rigid.size
         return [_round(low + part * (high - low)) for part in SLIDES]
     angles = [math.radians(angle) for angle in ANGLES]

@@ -66,7 +66,7 @@ def gravity_torques(
     derivatives = sp.Matrix(
         [[dot(terms, turned[min(j, k)], works[max(j, k)]) for j in count] for k in count]
     )
-    # The torque of a mimic joint acts on the coordinate of its leader.
+    # The torque of a coupled joint acts on all its coordinates.
     by_q = robot.joint_values_D_q()
     of_q = by_q.T * sp.Matrix(torques)
     D_q = by_q.T * derivatives * by_q

@@ -211,5 +211,7 @@ def _lengthened(robot: SerialRobot, motions: Placement) -> tuple[SerialRobot, tu
             add("revolute", motion.axis, motion.angle)
         else:
             waiting += (motion,)
-    longer = replace(robot, joints=tuple(joints), base=(), tool=waiting, parameters=(), load=None)
+    longer = replace(
+        robot.uncoupled, joints=tuple(joints), base=(), tool=waiting, parameters=(), load=None
+    )
     return longer, tuple(values)

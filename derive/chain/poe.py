@@ -17,7 +17,7 @@ def product_of_exponentials(
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
-    joints. If there are no mimic joints and all joint directions are 1, theta equals q.
+    joints. Without couplings, and if all joint directions are 1, theta equals q.
 
     Args:
         description: A serial robot.
@@ -25,7 +25,7 @@ def product_of_exponentials(
     Returns:
         ``S_space`` (6, moving joints) with one screw (v; omega) per column, in the base frame; and
         the home pose ``M_0_ee`` (4, 4) of the tool with all joints at zero. The home pose excludes
-        the offsets of mimic joints.
+        the offsets of couplings.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

@@ -5,8 +5,9 @@ The pose of a body on a joint is
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
 where z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
-about or translates along the joint axis in the body frame. A strut connects two bodies; the z axes
-of its sections are along the strut.
+about or translates along the joint axis in the body frame. A joint that several coordinates move is
+a series of such motions about one axis, each on a body of its own. A strut connects two bodies; the
+z axes of its sections are along the strut.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from chasles.contract import BodyJoint, ClosureFrames, Span
 
+from ..model.coupling import Limits
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Placement, inverse
 from ..model.robot import Joint
@@ -38,7 +40,8 @@ class TreeBody:
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
         span: The end points of the strut, or None for bodies that are not sections of a strut.
-        limits: Minimum and maximum of the joint, or None if unbounded.
+        limits: Minimum and maximum of the coordinate, or None if unbounded.
+        is_part: Whether another coordinate of the same joint moves the next body.
     """
 
     name: str
@@ -47,10 +50,11 @@ class TreeBody:
     joint: BodyJoint | None = None
     span: Span | None = None
     limits: tuple[float | None, float | None] = (None, None)
+    is_part: bool = False
 
 
 class RigidBodies:
-    """The bodies of a description: the ground, one body per joint, then the strut sections.
+    """The bodies of a description: the ground, the bodies of each joint, then the strut sections.
 
     Attributes:
         robot: The description.
@@ -76,8 +80,9 @@ class RigidBodies:
         self.names = tuple(reference)
         self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
         self.index = {robot.base_frame: 0}
-        for k, (joint, link) in enumerate(zip(robot.joints, _links(robot), strict=True)):
-            parent = self.index[joint.parent] if isinstance(robot, Mechanism) else k
+        for joint, link in zip(robot.joints, _links(robot), strict=True):
+            is_tree = isinstance(robot, Mechanism)
+            parent = self.index[joint.parent] if is_tree else len(self.bodies) - 1
             self._add(joint, link, parent)
         self.poses = tree_poses(self.bodies, list(reference.values()))
         last = len(self.bodies) - 1
@@ -88,31 +93,50 @@ class RigidBodies:
     def _add(self, joint: Joint, link: str, parent: int) -> None:
         placement = self._on(parent, joint.before + joint.after)
         back = placed(self.terms, inverse(joint.after))
-        own = self._joint(joint, vector(back[:3, 3]), vector(back[:3, 2]))
+        *parts, own = self._motions(joint, vector(back[:3, 3]), vector(back[:3, 2]))
+        motion, bounds = own
+        for part, limits in parts:
+            name = f"{link}_by_{self.names[part.coordinate]}"
+            body = TreeBody(name, parent, placement, part, limits=limits, is_part=True)
+            self.bodies.append(body)
+            parent, placement = len(self.bodies) - 1, np.eye(4)
         self.index[link] = len(self.bodies)
-        low, high = (None if x is None else float(self.terms.value(x)) for x in joint.limits)
-        self.bodies.append(TreeBody(link, parent, placement, own, limits=(low, high)))
+        self.bodies.append(TreeBody(link, parent, placement, motion, limits=bounds))
 
-    def _joint(self, joint: Joint, at: Vector, axis: Vector) -> BodyJoint:
+    def _motions(
+        self, joint: Joint, at: Vector, axis: Vector
+    ) -> list[tuple[BodyJoint, tuple[float | None, float | None]]]:
+        """Returns the motions of a joint with limits, one for each coordinate that moves it."""
         if joint.kind == "fixed":
-            return BodyJoint(joint.name, joint.kind, at, axis)
+            return [(BodyJoint(joint.name, joint.kind, at, axis), (None, None))]
         value = self.terms.value
-        ratio, offset = float(joint.direction), 0.0
-        leader = joint.name
-        if joint.mimic is not None:
-            leader = joint.mimic.leader
-            offset = ratio * float(value(joint.mimic.offset))
-            ratio *= float(value(joint.mimic.multiplier))
-        return BodyJoint(
-            joint.name,
-            joint.kind,
-            at,
-            axis,
-            self.names.index(leader),
-            ratio,
-            offset,
-            float(value(joint.pitch)) if joint.kind == "helical" else 0.0,
+        advance = float(value(joint.pitch)) if joint.kind == "helical" else 0.0
+        moved = self._moved(joint)
+        found = []
+        for last, (k, ratio, limits) in zip(range(1 - len(moved), 1), moved, strict=True):
+            low, high = (None if limit is None else float(value(limit)) for limit in limits)
+            offset = self._offset(joint) if last == 0 else 0.0
+            part = BodyJoint(joint.name, joint.kind, at, axis, k, ratio, offset, advance)
+            found.append((part, (low, high)))
+        return found
+
+    def _moved(self, joint: Joint) -> list[tuple[int, float, Limits]]:
+        """Returns the coordinates that move a joint: index, ratio and limits of each."""
+        if isinstance(self.robot, Mechanism) or not self.robot.couplings:
+            return [(self.names.index(joint.name), float(joint.direction), joint.limits)]
+        row = list(
+            self.robot.linear_map.C.row([j.name for j in self.robot.moving].index(joint.name))
         )
+        # A constant joint has the ratio 0 to the first coordinate.
+        moving = [k for k, ratio in enumerate(row) if ratio != 0] or [0]
+        coordinates = self.robot.coordinates
+        return [(k, float(joint.direction * row[k]), coordinates[k].limits) for k in moving]
+
+    def _offset(self, joint: Joint) -> float:
+        if isinstance(self.robot, Mechanism) or not self.robot.couplings:
+            return 0.0
+        k = [j.name for j in self.robot.moving].index(joint.name)
+        return float(joint.direction * self.robot.linear_map.c[k])
 
     def _size(self) -> float:
         points = [(self.poses[self.tip] @ self.tip_placement)[:3, 3]]

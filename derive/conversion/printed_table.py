@@ -15,7 +15,7 @@ from ..latex.setting.names import escape
 from ..model.cleaning import decimal_places
 from ..model.convention import Convention
 from ..model.placements import Placement
-from ..model.robot import Joint, SerialRobot
+from ..model.robot import Coupling, Joint, SerialRobot
 from .number_text import digits_for, nearest
 from .origins import placed
 
@@ -25,13 +25,14 @@ _POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
 def csv_table(robot: SerialRobot, convention: Convention) -> str:
     """Returns one row per joint between a row for the base and a row for the tool.
 
-    A column with the direction, screw pitch, mimic equation or limits exists if a joint has one.
+    A column with the direction, screw pitch, coupling or limits exists if a joint has one.
     """
     digits = digits_for(robot_size(robot))
-    joints = [_csv_row(joint, digits) for joint in robot.joints]
+    rules = {rule.joint: rule for rule in robot.couplings}
+    joints = [_csv_row(joint, digits, rules.get(joint.name)) for joint in robot.joints]
     known = {name for row in joints for name in row}
     fields = [name for field in convention.fields for name in field.components]
-    optional = ("direction", "pitch", "mimic", "multiplier", "offset", "lower", "upper")
+    optional = ("direction", "pitch", "coupling", "lower", "upper")
     columns = ["name", "type", *fields, *(name for name in optional if name in known), *_POSE]
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
@@ -42,17 +43,16 @@ def csv_table(robot: SerialRobot, convention: Convention) -> str:
     return text.getvalue()
 
 
-def _csv_row(joint: Joint, digits: int) -> dict[str, str]:
+def _csv_row(joint: Joint, digits: int, rule: Coupling | None) -> dict[str, str]:
     row = {"name": joint.name, "type": joint.kind}
     row |= {name: nearest(value, digits) for name, value in joint.given}
     if joint.direction != 1:
         row["direction"] = str(joint.direction)
     if joint.kind == "helical":
         row["pitch"] = nearest(joint.pitch)
-    if joint.mimic is not None:
-        row["mimic"] = joint.mimic.leader
-        row["multiplier"] = nearest(joint.mimic.multiplier)
-        row["offset"] = nearest(joint.mimic.offset)
+    if rule is not None:
+        parts = [f"{nearest(ratio)} * {name}" for name, ratio in rule.ratios]
+        row["coupling"] = " + ".join([*parts, *([nearest(rule.offset)] if rule.offset else [])])
     limits = zip(("lower", "upper"), joint.limits, strict=True)
     return row | {name: nearest(limit) for name, limit in limits if limit is not None}
 
@@ -112,16 +112,20 @@ def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[s
 
 def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
     """Returns the joint value at the coordinates q, plus a constant."""
-    names = [other.name for other in robot.coordinates]
-    law = joint.mimic
-    factor = joint.direction * (law.multiplier if law else 1)
-    constant += joint.direction * (law.offset if law else 0)
-    size = "" if abs(factor) == 1 else rf"{_tex(abs(factor))}\,"
-    q = f"q_{{{names.index(law.leader if law else joint.name) + 1}}}"
-    text = f"{'-' if factor < 0 else ''}{size}{q}"
-    if constant != 0:
-        text += f" {'-' if constant < 0 else '+'} {_tex(abs(constant))}"
-    return f"${text}$"
+    k = [other.name for other in robot.moving].index(joint.name)
+    own = robot.linear_map
+    constant += joint.direction * own.c[k]
+    shown = ""
+    for index, ratio in enumerate(own.C.row(k), 1):
+        factor = joint.direction * ratio
+        if factor != 0:
+            size = "" if abs(factor) == 1 else rf"{_tex(abs(factor))}\,"
+            sign = "-" if factor < 0 else "+"
+            shown += f"{f' {sign} ' if shown else sign.strip('+')}{size}q_{{{index}}}"
+    if constant != 0 or not shown:
+        sign = "-" if constant < 0 else "+"
+        shown += f"{f' {sign} ' if shown else sign.strip('+')}{_tex(abs(constant))}"
+    return f"${shown}$"
 
 
 def _tex(value: sp.Expr) -> str:

@@ -52,6 +52,7 @@ class _Writer:
             yield from ("", "[parameters]", *map(self._parameter, robot.parameters))
         for joint, link in zip(robot.joints, robot.link_names, strict=True):
             yield from self._joint(joint, link, common)
+        yield from _couplings(robot)
         for mass in robot.load.masses if robot.load else ():
             yield from ("", "[[masses]]", f"link = {_text(mass.link)}")
             yield from (f"mass = {literal(mass.mass)}", f"at = {literals(mass.at)}")
@@ -99,10 +100,6 @@ class _Writer:
         lower, upper = joint.limits
         if lower is not None and upper is not None:
             yield f"limits = {literals((lower, upper))}"
-        if joint.mimic:
-            mimic = joint.mimic
-            law = f"multiplier = {literal(mimic.multiplier)}, offset = {literal(mimic.offset)}"
-            yield f"mimic = {{ joint = {_text(mimic.leader)}, {law} }}"
         yield f"link = {_text(link)}"
         known = {*written, *(("limits",) if lower is not None else ()), "pitch"}
         assumed = [name for name in joint.assumed if name in known]
@@ -122,6 +119,25 @@ class _Writer:
 
 def _is_set(value: sp.Expr | Vector) -> bool:
     return any(value) if isinstance(value, tuple) else value != 0
+
+
+def _couplings(robot: SerialRobot) -> Iterator[str]:
+    """Yields the tables of the couplings and motors."""
+    if robot.couplings:
+        yield from ("", "[couplings]")
+    for rule in robot.couplings:
+        parts = [f"{name} = {literal(ratio)}" for name, ratio in rule.ratios]
+        parts += [f"offset = {literal(rule.offset)}"] if rule.offset != 0 or not parts else []
+        yield f"{rule.joint} = {{ {', '.join(parts)} }}"
+    if robot.motors:
+        yield from ("", "[motors]")
+    for motor in robot.motors:
+        parts = ['type = "prismatic"'] if motor.kind == "prismatic" else []
+        lower, upper = motor.limits
+        if lower is not None and upper is not None:
+            parts.append(f"limits = {literals((lower, upper))}")
+            parts += ["assumed = true"] if motor.assumed else []
+        yield f"{motor.name} = {{ {', '.join(parts)} }}"
 
 
 def _spring(spring: Spring) -> Iterator[str]:

@@ -13,8 +13,9 @@ from lxml import etree
 from ..description.conventions import urdf
 from ..description.importers.identifiers import identifier
 from ..model.convention import Convention
+from ..model.errors import InputValueError
 from ..model.placements import Placement, Vector
-from ..model.robot import Joint, Mimic, SerialRobot
+from ..model.robot import Coupling, Joint, SerialRobot
 from ..model.tolerances import UNLIMITED
 from .number_text import nearest
 from .origins import fields_of, placed
@@ -38,7 +39,18 @@ def robot_urdf(robot: SerialRobot) -> str:
 
     Args:
         robot: The robot; each joint has the convention `urdf`, without parameters.
+
+    Raises:
+        InputValueError: A joint has other couplings than one joint as leader.
     """
+    rules = {rule.joint: rule for rule in robot.couplings}
+    names_of_joints = {joint.name for joint in robot.joints}
+    for rule in robot.couplings:
+        if len(rule.ratios) != 1 or rule.has_own or rule.ratios[0][0] not in names_of_joints:
+            raise InputValueError(
+                f"{robot.name}: URDF cannot express the coupling of {rule.joint}; <mimic> has one "
+                "joint as leader"
+            )
     root = etree.Element("robot", name=robot.name)
     names = urdf_names(robot)
     has_tool = names.tool != robot.link_names[-1]
@@ -53,7 +65,7 @@ def robot_urdf(robot: SerialRobot) -> str:
     parent = names.base
     for joint in joints:
         etree.SubElement(root, "link", name=joint.link)
-        _write(root, joint, parent)
+        _write(root, joint, parent, rules.get(joint.name))
         parent = joint.link
     etree.indent(root)
     return f'<?xml version="1.0"?>\n{etree.tostring(root, encoding="unicode")}\n'
@@ -85,9 +97,10 @@ def _fixed(name: str, link: str, placement: Placement) -> Joint:
 
 
 def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with each helical joint as a revolute and a prismatic mimic joint."""
+    """Returns the robot with each helical joint as a revolute joint and a prismatic follower."""
     taken = {joint.name for joint in robot.joints} | set(robot.link_names)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    rules, couplings = {rule.joint: rule for rule in robot.couplings}, [*robot.couplings]
     joints: list[Joint] = []
     links = zip(robot.joints, robot.link_names, strict=True)
     for joint in (replace(joint, link=link) for joint, link in links):
@@ -97,10 +110,12 @@ def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
         name = _free(f"{joint.name}_advance", taken)
         link = _free(f"{name}_link", taken)
         taken |= {name, link}
-        law, pitch = joint.mimic or Mimic(joint.name), joint.pitch.xreplace(values)
+        rule = rules.get(joint.name) or Coupling(joint.name, ((joint.name, sp.S.One),))
+        pitch = joint.pitch.xreplace(values)
         bare = replace(joint, pitch=sp.S.Zero, convention=None, given=(), assumed=())
         joints.append(replace(bare, kind="revolute", after=(), link=link))
-        follower = Mimic(law.leader, pitch * law.multiplier, pitch * law.offset)
+        ratios = tuple((leader, pitch * ratio) for leader, ratio in rule.ratios)
+        couplings.append(Coupling(name, ratios, pitch * rule.offset))
         joints.append(
             replace(
                 bare,
@@ -108,13 +123,12 @@ def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
                 kind="prismatic",
                 before=(),
                 limits=(None, None),
-                mimic=follower,
             )
         )
-    return replace(robot, joints=tuple(joints))
+    return replace(robot, joints=tuple(joints), couplings=tuple(couplings))
 
 
-def _write(root: etree._Element, joint: Joint, parent: str) -> None:
+def _write(root: etree._Element, joint: Joint, parent: str, rule: Coupling | None) -> None:
     """Appends the element of a joint."""
     convention: Convention = urdf
     fields = fields_of(joint, convention)
@@ -131,14 +145,14 @@ def _write(root: etree._Element, joint: Joint, parent: str) -> None:
     etree.SubElement(element, "axis", xyz=_row((x, y, z)))
     if kind != "continuous":
         etree.SubElement(element, "limit", _limits(joint))
-    if joint.mimic:
-        law = joint.mimic
+    if rule is not None:
+        leader, multiplier = rule.ratios[0]
         etree.SubElement(
             element,
             "mimic",
-            joint=law.leader,
-            multiplier=nearest(law.multiplier),
-            offset=nearest(law.offset),
+            joint=leader,
+            multiplier=nearest(multiplier),
+            offset=nearest(rule.offset),
         )
 
 

@@ -157,7 +157,10 @@ def _in_chain(
         raise DescriptionError("masses and springs refer to the whole chain from its base")
     start, end = frames[base], frames[tip]
     path = tuple(outwards(_path(joints, start.body, end.body), start.body))
-    coordinates = {joint.name for joint in path if joint.mimic is None}
+    couplings = tuple(
+        robot.coupling_of(joint.name) for joint in path if robot.is_coupled(joint.name)
+    )
+    coordinates = {joint.name for joint in path}.union(*(dict(rule.ratios) for rule in couplings))
     return replace(
         robot,
         joints=tuple(replace(joint, parent="") for joint in path),
@@ -166,6 +169,8 @@ def _in_chain(
         base_frame=base,
         tool_frame=tip,
         transmissions=tuple(t for t in robot.transmissions if t.coordinate in coordinates),
+        couplings=couplings,
+        motors=tuple(motor for motor in robot.motors if motor.name in coordinates),
     )
 
 

@@ -165,7 +165,7 @@ class MechanismFile(RobotFile):
                 after=inverse(z_to_axis),
                 link=end if is_last else f"{name}_{coordinate}",
                 parent=parent,
-                limits=self._limits((*keys, "limits", k), joint_kind),
+                limits=self.limits((*keys, "limits", k), joint_kind),
                 assumed=self.assumed(keys, ("limits", "xyz", "rpy")),
             )
             yield joint
@@ -194,7 +194,7 @@ class MechanismFile(RobotFile):
     def _cylinder(self, keys: Keys, bodies: Sequence[str]) -> Strut:
         self.check_fields(keys, self.table_at(keys), CYLINDER_FIELDS)
         length = self.number((*keys, "retracted"), "length")
-        limits = self._limits((*keys, "limits"), "prismatic")
+        limits = self.limits((*keys, "limits"), "prismatic")
         if limits[0] is not None and not self.at_defaults(length) + limits[0] > 0:
             self.fail((*keys, "limits", 0), "a limit that keeps the cylinder length above 0")
         strut = self._strut(keys, bodies, length, is_cylinder=True)

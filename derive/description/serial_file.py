@@ -1,7 +1,6 @@
 """Reads serial robots from robot files: joints in order from base to tool."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import ClassVar, NoReturn
 
 import sympy as sp
@@ -14,7 +13,6 @@ from ..model.placements import Placement, Vector, from_xyz_rpy
 from ..model.robot import (
     Joint,
     Load,
-    Mimic,
     PointMass,
     SerialRobot,
     Spring,
@@ -23,6 +21,7 @@ from ..model.robot import (
 )
 from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
+from .coupling_tables import CoordinateFile
 from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
@@ -40,6 +39,7 @@ ROBOT_FIELDS = (
     "joints",
     "transmissions",
 )
+COUPLING_FIELDS = ("couplings", "motors")
 TRANSMISSION_FIELDS = ("coordinate", "gain", "sin1", "cos1", "sin2", "cos2")
 LOAD_FIELDS = ("masses", "gravity", "springs")
 SPRING_FIELDS = ("coordinate", "compliance", "axis", "point", "mass", "center")
@@ -56,7 +56,7 @@ IN_SERIES: Mapping[str, str] = {
 """Multi-DOF joint types, and the equivalent one-DOF joints to write in a file."""
 
 
-class RobotFile(TomlFile):
+class RobotFile(CoordinateFile):
     """A file that describes a serial robot."""
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
@@ -92,13 +92,14 @@ class RobotFile(TomlFile):
         Raises:
             DescriptionError: The file is invalid.
         """
-        self.check_fields((), self.table, (*ROBOT_FIELDS, *LOAD_FIELDS))
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *COUPLING_FIELDS, *LOAD_FIELDS))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
         base, base_frame = self._frame("base", "0")
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
+        couplings, motors = self.couplings(joints)
         load = self._load()
         transmissions = tuple(map(self._transmission, self._each("transmissions")))
         parameters = tuple(self.parameter(name) for name in self.symbols)
@@ -117,6 +118,8 @@ class RobotFile(TomlFile):
                 load=load,
                 transmissions=transmissions,
                 springs=self._springs(),
+                couplings=couplings,
+                motors=motors,
             )
         except DescriptionError as error:
             if error.file:
@@ -201,11 +204,10 @@ class RobotFile(TomlFile):
         return len(joints)
 
     def _joints(self) -> tuple[Joint, ...]:
-        read = [self._joint(k) for k in range(self._joint_count())]
-        leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
-        if not leaders:
+        read = tuple(self._joint(k) for k in range(self._joint_count()))
+        if all(joint.kind == "fixed" for joint in read):
             self.fail(("joints",), "a joint with its own coordinate", None)
-        return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
+        return read
 
     def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
         """Reads the type of a joint, which must be one of ``kinds``."""
@@ -232,10 +234,9 @@ class RobotFile(TomlFile):
             before=before,
             after=after,
             link=self._new((*keys, "link"), f"link{k + 1}", "link"),
-            limits=self._limits((*keys, "limits"), kind),
+            limits=self.limits((*keys, "limits"), kind),
             pitch=self._pitch(keys, kind),
             direction=int(self.option((*keys, "direction"), ("1", "-1"), "1")),
-            mimic=self._mimic(keys, kind),
             convention=convention,
             given=convention.scalars(given),
             assumed=self.assumed(keys, ("limits", "pitch", *names)),
@@ -279,22 +280,6 @@ class RobotFile(TomlFile):
                 self.fail((*keys, field.name), f"a direction: {error}")
         self.fail(keys, f"a joint of convention {convention.name!r} ({error})", shown=None)
 
-    def _limits(self, keys: Keys, kind: JointKind) -> tuple[sp.Expr | None, sp.Expr | None]:
-        value = self.at(keys)
-        if value is None:
-            return None, None
-        if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
-            self.fail(keys, "two numbers, [minimum, maximum]")
-        if kind == "fixed":
-            self.fail(keys, "no value for a fixed joint")
-        scale = self._coordinate_scale(kind)
-        if kind != "prismatic":
-            self.check_degrees(keys, value, "angle")
-        lower, upper = (self.literal((*keys, side)) * scale for side in (0, 1))
-        if not float(lower) < float(upper):
-            self.fail(keys, "a minimum below the maximum")
-        return lower, upper
-
     def _pitch(self, keys: Keys, kind: JointKind) -> sp.Expr:
         keys = (*keys, "pitch")
         if kind == "helical" and self.at(keys) is None:
@@ -302,34 +287,6 @@ class RobotFile(TomlFile):
         if kind != "helical" and self.at(keys) is not None:
             self.fail(keys, f"no pitch for a {kind} joint")
         return self.number(keys, "length") if kind == "helical" else sp.Integer(0)
-
-    def _mimic(self, keys: Keys, kind: JointKind) -> Mimic | None:
-        keys = (*keys, "mimic")
-        if self.at(keys) is None:
-            return None
-        if kind == "fixed":
-            self.fail(keys, "no value for a fixed joint")
-        table = self.table_at(keys)
-        self.check_fields(keys, table, ("joint", "multiplier", "offset"))
-        return Mimic(
-            leader=self.name((*keys, "joint")),
-            multiplier=self.literal((*keys, "multiplier"), 1),
-            offset=self.literal((*keys, "offset"), 0) * self._coordinate_scale(kind),
-        )
-
-    def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
-        """Returns a mimic joint with its multiplier converted to metre and radian."""
-        if joint.mimic is None:
-            return joint
-        leader = joint.mimic.leader
-        if leader not in leaders:
-            keys = ("joints", k, "mimic", "joint")
-            self.fail(keys, f"a joint with its own coordinate ({listed(leaders)})")
-        ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
-        return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
-
-    def _coordinate_scale(self, kind: JointKind) -> sp.Expr:
-        return self.scale["length" if kind == "prismatic" else "angle"]
 
     def _value(self, keys: Keys, kind: FieldKind) -> sp.Expr | Vector:
         match kind:

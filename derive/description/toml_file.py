@@ -14,8 +14,9 @@ import sympy as sp
 from ..model.errors import DescriptionError
 from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
+from ..model.names import check_robot_name
 from ..model.placements import Vector
-from ..model.robot import Parameter, check_robot_name
+from ..model.robot import Parameter
 from ..model.roots import at, drawn_out
 from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at

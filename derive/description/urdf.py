@@ -4,7 +4,7 @@ Decimals are read as written, then snapped (:mod:`~chasles.derive.description.cl
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +17,7 @@ from ..model.errors import DescriptionError
 from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
-from ..model.robot import Joint, Mimic, SerialRobot
+from ..model.robot import Coupling, Joint, SerialRobot
 from ..model.tolerances import UNLIMITED
 from .chain_between import outwards
 from .conventions.urdf_origin import urdf
@@ -135,6 +135,7 @@ class UrdfFile:
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
                 base_frame=_identifier(base),
                 tool_frame=_identifier(tip),
+                couplings=tuple(self._couplings(elements)),
             )
         except DescriptionError as error:
             if error.file:
@@ -223,7 +224,6 @@ class UrdfFile:
             link=_identifier(self._link_of(element, "child")),
             parent=_identifier(self._link_of(element, "parent")),
             limits=self._limits(element, kind),
-            mimic=None if kind == "fixed" else self._mimic(element),
             convention=urdf,
             given=urdf.scalars(given),
         )
@@ -240,16 +240,17 @@ class UrdfFile:
             self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")
         return lower, upper
 
-    def _mimic(self, element: etree._Element) -> Mimic | None:
-        """Returns the mimic relation of a joint to a joint that has a coordinate of its own."""
-        multiplier, offset = sp.Integer(1), sp.Integer(0)
-        laws, leader = self._followed(element)
-        for mimic in laws:
-            offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
-            multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
-        if not laws:
-            return None
-        return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
+    def _couplings(self, elements: Iterable[etree._Element]) -> Iterator[Coupling]:
+        """Yields the couplings of joints to the joint at the end of their chain of leaders."""
+        for element in (e for e in elements if e.get("type") != "fixed"):
+            multiplier, offset = sp.Integer(1), sp.Integer(0)
+            laws, leader = self._followed(element)
+            for mimic in laws:
+                offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
+                multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
+            if laws:
+                name, own = (_identifier(self._attribute(e, "name")) for e in (leader, element))
+                yield Coupling(own, ((name, multiplier),), offset)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
         """Returns the chain of <mimic> elements of a joint, and the last leader."""

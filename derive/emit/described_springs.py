@@ -27,7 +27,7 @@ def springs_template(robot: Described) -> str:
     """
     if not isinstance(robot, SerialRobot) or robot.load is None:
         return ""
-    if any(joint.mimic or joint.kind == "helical" for joint in robot.joints):
+    if robot.couplings or any(joint.kind == "helical" for joint in robot.joints):
         return ""
     return "\n".join(_lines(robot)) + "\n"
 

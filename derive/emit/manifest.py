@@ -41,7 +41,7 @@ from ..loops.functions.constraint_functions import equations
 from ..loops.solve.solved_loops import SolvedLoops
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
-from ..model.robot import UNITS, Joint, Parameter, SerialRobot
+from ..model.robot import UNITS, Joint, Motor, Parameter, SerialRobot
 from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
@@ -85,7 +85,7 @@ def manifest(
             *(_function(robot, f, programs.whole[f.name]) for f in derivation.functions),
             *(_written(robot, function) for function in derivation.written),
         ),
-        loops=_loops(hybrid) if hybrid else LoopFacts(),
+        loops=_loops(hybrid) if hybrid else _coupling(derivation),
         inverse=_inverse(derivation.inverse) if derivation.inverse else InverseFacts(),
         skeleton=skeleton_facts(derivation.skeleton),
         tolerances=ContractTolerances(DEAD_POINT),
@@ -115,9 +115,10 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 
 def description_text(robot: Described) -> str:
-    """Returns the description as text; it mentions load, transmissions and springs if present."""
+    """Returns the description as text, with load, transmissions, springs and couplings if any."""
     load, springs = (robot.load, robot.springs) if isinstance(robot, SerialRobot) else (None, None)
-    parts = (robot, *(part for part in (load, robot.transmissions, springs) if part))
+    own = (robot.couplings, robot.motors) if isinstance(robot, SerialRobot) else ()
+    parts = (robot, *(part for part in (load, robot.transmissions, springs, *own) if part))
     return " ".join(map(repr, parts))
 
 
@@ -202,17 +203,27 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
     )
 
 
+def _coupling(derivation: Derivation) -> LoopFacts:
+    """Returns the joints of a coupled serial robot and their map; empty without couplings."""
+    robot = derivation.robot
+    if not isinstance(robot, SerialRobot) or not robot.couplings:
+        return LoopFacts()
+    C = robot.linear_map.C
+    rows = tuple(tuple(float(entry) for entry in C.row(j)) for j in range(C.rows))
+    return LoopFacts(chain=tuple(map(_coordinate, robot.moving)), coupling=rows)
+
+
 def _rounded(value: float) -> float:
     """Rounds a number to the digits that are equal on all machines."""
     return float(f"{value:.12g}") + 0.0
 
 
-def _coordinate(joint: Coordinate | Joint) -> contract.Coordinate:
+def _coordinate(joint: Coordinate | Joint | Motor) -> contract.Coordinate:
     lower, upper = (None if limit is None else float(limit) for limit in joint.limits)
     return contract.Coordinate(joint.name, joint.kind, joint.unit, lower, upper, _is_assumed(joint))
 
 
-def _is_assumed(joint: Coordinate | Joint) -> bool:
+def _is_assumed(joint: Coordinate | Joint | Motor) -> bool:
     """Whether the limits of a joint are assumed."""
     return joint.assumed if isinstance(joint, Coordinate) else "limits" in joint.assumed
 

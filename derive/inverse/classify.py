@@ -201,10 +201,9 @@ def _near(
 
 def unfit(robot: SerialRobot) -> str:
     """Returns the reason why a chain cannot be classified; empty if it can."""
-    followers = [joint.name for joint in robot.moving if joint.mimic]
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
-    if followers:
-        return f"{', '.join(followers)} follows another joint"
+    if robot.couplings:
+        return f"{', '.join(rule.joint for rule in robot.couplings)} follows other coordinates"
     if helical:
         return f"{', '.join(helical)} is a screw joint"
     return ""

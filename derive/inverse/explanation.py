@@ -18,6 +18,7 @@ from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
 from .chosen_joints import hybrid_inverses_for_fixed, inverses_for_fixed
 from .classify import Attempt, Classification
+from .coupled_chain import CoupledChain
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
@@ -111,10 +112,8 @@ class Explanation:
         parts = [title, _structure(classification, is_general=self.inverses.general is not None)]
         if self.inverses.self_motion:
             parts.append(f"{self._singular('The arm is ')}.")
-        free = [joint.name for joint in self.chain.moving if joint.mimic]
-        if classification.found is not None and free:
-            one = "follows another joint, and is" if len(free) == 1 else "follow others, and are"
-            parts.append(f"{listed(free)} {one} free in these steps; the residual is by the law.")
+        if classification.found is not None and self.inverses.chain is not None:
+            parts.append(_couplings(self.inverses.chain))
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
         if self.inverses.general is not None:
@@ -122,6 +121,19 @@ class Explanation:
         if classification.found is None and classification.attempts:
             parts.append(_nearest(classification))
         return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
+
+
+def _couplings(chain: CoupledChain) -> str:
+    """States the joints that others absorb, and how the coordinates follow."""
+    sentences = [
+        f"{listed(names)} act as one joint, {joint.name}."
+        for joint, names in zip(chain.robot.moving, chain.members, strict=True)
+        if len(names) > 1
+    ]
+    if chain.surplus > 0:
+        sentences.append("All joints are free in these steps; the residual includes the couplings.")
+    sentences.append("The coordinates follow linearly from the joints.")
+    return " ".join(sentences)
 
 
 def explain(

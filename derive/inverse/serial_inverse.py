@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
+from ..chain.kinematics import common_unit
 from ..model.robot import SerialRobot
 from ..model.tolerances import (
     CONVERGENCE_CLEAR,
@@ -22,6 +23,13 @@ from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task, solve_chain
 from .classify import Attempt, Classification, classify, others_that_fit
+from .coupled_chain import CoupledChain, coupled_chain
+from .coupled_inverse import (
+    coordinates_at,
+    in_coordinates,
+    of_coordinates,
+    refined_in_coordinates,
+)
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import (
@@ -39,7 +47,15 @@ from .steps.work import Work
 from .structure.lines import Lines, axes_of, home_of
 from .structure.numeric_arm import NumericArm
 from .structure.self_motion import joints_of_self_motion, self_motion
-from .tasks.slots import POSE_SYMBOLS, branches, pose_argument, pose_residual, tool_of, values_of
+from .tasks.slots import (
+    POSE_SYMBOLS,
+    function_of,
+    pose_argument,
+    pose_residual,
+    tool_of,
+    values_of,
+    with_rounding,
+)
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
@@ -61,6 +77,7 @@ class Inverses:
         polished: The inverse of an arm that is close to a known family; ``solved`` then contains
             the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that start from the nominal arm.
+        chain: The chain with free joints that was solved, for a coupled robot.
     """
 
     classification: Classification
@@ -69,6 +86,7 @@ class Inverses:
     general: GeneralInverse | None = None
     polished: WrittenFunction | None = None
     polished_tasks: tuple[WrittenFunction, ...] = ()
+    chain: CoupledChain | None = None
 
     @property
     def written(self) -> tuple[WrittenFunction, ...]:
@@ -237,14 +255,32 @@ def _by_tool_axis(
     return None if found is None else _searching(robot, Inverses(*found))
 
 
-def _by_free_followers(
+def _by_couplings(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the pose task of a chain with mimic joints."""
-    if classification.give:
+    """Derives the inverse of a coupled robot from a chain whose joints are free.
+
+    The free chain has no joint that others can absorb. Its solutions include all solutions of the
+    robot; the coordinates follow from them linearly.
+    """
+    if not robot.couplings:
         return None
-    found = by_free_followers(robot, classification.lines.terms, families)
-    return None if found is None else Inverses(found[0], {"ik": found[1]})
+    terms, chain = classification.lines.terms, coupled_chain(robot)
+    if chain.surplus > 0:
+        return None if classification.give else _by_free_followers(robot, chain, terms, families)
+    give = tuple(chain.index(robot.moving[k].name) for k in classification.give)
+    found = inverses(chain.robot, terms, families=families, give=give)
+    if found.general is not None:
+        reason = "coupled joints need a closed form; ik_numeric finds one solution by iteration"
+        return Inverses(replace(found.classification, found=None, missing=reason), {})
+    solved = {
+        name: mapped
+        for name, task in found.solved.items()
+        if (mapped := in_coordinates(robot, chain, terms, task)) is not None
+    }
+    others = tuple(of_coordinates(robot, chain, terms, function) for function in found.others)
+    polished = found.polished and refined_in_coordinates(robot, chain, found.polished, solved)
+    return replace(found, solved=solved, others=others, polished=polished, chain=chain)
 
 
 def _by_self_motion(
@@ -276,10 +312,10 @@ def _by_determinant(
 
 Way = Callable[[SerialRobot, Classification, Sequence[Family]], Inverses | None]
 WAYS: tuple[Way, ...] = (
+    _by_couplings,
     _by_structure,
     _by_nominal,
     _by_tool_axis,
-    _by_free_followers,
     _by_self_motion,
     _by_determinant,
 )
@@ -288,44 +324,38 @@ STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
 """Derivation methods with printable solution steps; excludes the general arm."""
 
 
-def by_free_followers(
-    robot: SerialRobot, terms: Terms, families: Sequence[Family]
-) -> tuple[Classification, Solved] | None:
-    """Classifies the chain with all joints free and derives the task ``ik`` of the robot.
+def _by_free_followers(
+    robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
+) -> Inverses | None:
+    """Derives the task ``ik`` of a robot with joints that follow others, with all joints free.
 
-    The solutions of the free chain include all solutions of the mimic chain. The residual is
-    evaluated with the mimic equations, so solutions that violate them are invalid.
+    The residual is evaluated at the coordinates, so solutions that violate a coupling are invalid.
 
     Args:
         robot: The description.
+        chain: The chain with free joints, more than there are coordinates.
         terms: Table of named terms.
         families: The families to try, in order.
 
     Returns:
-        None without mimic joints, with a non-integer mimic multiplier (whole turns are then
-        ambiguous), or if the pose does not determine all free joints.
+        None if a joint follows a fraction of another (whole turns are then ambiguous), or if the
+        pose does not determine all free joints.
     """
-    laws = [joint.mimic for joint in robot.moving if joint.mimic]
-    if not laws or not all(law.multiplier.is_Integer for law in laws):
+    if not chain.keeps_turns:
         return None
-    free = replace(robot, joints=tuple(replace(joint, mimic=None) for joint in robot.joints))
-    classification = classify(free, terms, families=families)
+    classification = classify(chain.robot, terms, families=families)
     found = classification.found
     if found is None or found.given or not found.family.solves_pose or found.family.inputs:
         return None
     work = Work(terms)
-    target = of_pose(terms, POSE_SYMBOLS, home_of(free, terms))
+    target = of_pose(terms, POSE_SYMBOLS, home_of(chain.robot, terms))
     solve_chain(work, classification.lines, found, target, {})
-    solved = zip(robot.moving, values_of(work, free, {}), strict=True)
-    own = [value for joint, value in solved if joint.mimic is None]
-    q = [joint.direction * value for joint, value in zip(robot.coordinates, own, strict=True)]
-    pose = tool_of(terms, robot, robot.joint_values(q))
-    return classification, branches(
-        "ik",
-        robot,
-        work,
-        (pose_argument(robot),),
-        own,
-        pose_residual(terms, pose, POSE_SYMBOLS),
-        "fk(q[k]) = T wherever residual[k] is rounding",
-    )
+    q = coordinates_at(chain, terms, values_of(work, chain.robot, {}))
+    pose = tool_of(terms, chain.robot, chain.joints_at(q))
+    residual = pose_residual(terms, pose, POSE_SYMBOLS)
+    lengths = [e for e, c in zip(q, robot.coordinates, strict=True) if c.unit == "m"]
+    unit = common_unit([c.unit for c in robot.coordinates])
+    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    residual = with_rounding(terms, residual, lengths)
+    function = function_of("ik", work, (pose_argument(robot),), q, unit, residual, identity)
+    return Inverses(classification, {"ik": Solved(function, work)}, chain=chain)

@@ -11,6 +11,14 @@ from ..inverse.mechanisms.mode_check import LEGS
 from ..loops.modes.platforms import is_platform, triad_of
 from ..model.mechanism import Mechanism
 from ..program.programs import Programs
+from .chain.coupled_page import (
+    CoupledPage,
+    couplings,
+    example_of_coupled,
+    inverse_of_coupled,
+    singularities_of_coupled,
+)
+from .chain.coupled_page import description as coupled_description
 from .chain.example_fragment import worked_example
 from .chain.functions_fragment import forward_kinematics, jacobians
 from .chain.geometry_fragment import link_transforms, screws
@@ -51,6 +59,14 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "example": ("Worked example", worked_example),
 }
 """Heading of each fragment, and the function that writes it, in reading order."""
+_OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
+    "parameters": ("Description", coupled_description),
+    "couplings": ("Couplings", couplings),
+    "inverse": ("Inverse kinematics", inverse_of_coupled),
+    "singularities": ("Singular configurations", singularities_of_coupled),
+    "example": ("Worked example", example_of_coupled),
+}
+"""Fragments of a serial robot with couplings, in place of those of its chain."""
 _DRAWING = "drawing"
 """Name of the fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -155,8 +171,11 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
         return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
-    chain = Page.of(derivation)
+    coupled = CoupledPage.of(derivation) if derivation.robot.couplings else None
+    chain = coupled.chain if coupled else Page.of(derivation)
     made = {name: partial(writer, chain) for name, (_, writer) in _FRAGMENTS.items()}
+    if coupled:
+        made |= {name: partial(writer, coupled) for name, (_, writer) in _OF_COUPLED.items()}
     for name, picture in ((_DRAWING, arm_drawing), (_WORKSPACE, workspace)):
         made[name] = partial(picture, derivation.robot, derivation.skeleton)
     return _written({name: made[name] for name in _headings(derivation)})
@@ -184,6 +203,8 @@ def _headings(derivation: Derivation) -> dict[str, str]:
             if name != _NEEDS_GEOMETRY or derivation.geometry is not None:
                 found[name] = heading
             found |= _PICTURES.get(name, {})
+            if name == "symbols" and robot.couplings:
+                found["couplings"] = _OF_COUPLED["couplings"][0]
         return found
     return {
         name: heading

@@ -32,7 +32,7 @@ import sympy as sp
 from .convention import Convention, Field, Placements
 from .mechanism import Coordinate, Described
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
-from .robot import Joint, SerialRobot
+from .robot import Joint, Motor, SerialRobot
 
 Part = Literal["joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"]
 """Groups of parameters: values and coordinate offset of a joint; corrections of its axis; gain and
@@ -227,17 +227,16 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """Returns each moving joint's value in terms of q and p, mimic joints included."""
-    leaders = {
-        joint.name: driven(joint, coordinate, made)
+    """Returns each moving joint's value in terms of q and p, couplings included."""
+    driven_q = [
+        driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
-    }
-    for joint, torque in zip(robot.coordinates, torques, strict=False):
-        leaders[joint.name] += _compliance(joint, made) * torque
+    ]
+    for k, (joint, torque) in enumerate(zip(robot.coordinates, torques, strict=False)):
+        driven_q[k] += _compliance(joint, made) * torque
+    theta = robot.linear_map.at(driven_q) if robot.couplings else driven_q
     values = {}
-    for joint in robot.moving:
-        own = leaders[joint.mimic.leader if joint.mimic else joint.name]
-        followed = joint.mimic.multiplier * own + joint.mimic.offset if joint.mimic else own
+    for joint, followed in zip(robot.moving, theta, strict=True):
         offset = sp.S.Zero
         if not (joint.convention and joint.convention.variable(joint.kind)):
             offset = made.new(joint.name, "offset", joint.unit, "offset", part="offset")
@@ -245,7 +244,7 @@ def _values(
     return values
 
 
-def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
+def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
     """Returns the drive's output for a joint or motor, without direction and offset."""
     value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
@@ -254,7 +253,7 @@ def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -
     return value
 
 
-def _compliance(joint: Joint, made: Parameters) -> sp.Symbol:
+def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Symbol:
     """Returns the compliance symbol: rotation per torque, or translation per force."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")

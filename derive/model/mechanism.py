@@ -16,17 +16,14 @@ import sympy as sp
 from .cleaning import Cleaning
 from .errors import DescriptionError
 from .exact import exact
+from .names import check_choice, check_name, check_robot_name, check_unique
 from .robot import (
     Joint,
     Parameter,
     Placement,
     SerialRobot,
     Transmission,
-    check_choice,
-    check_name,
-    check_robot_name,
     check_transmissions,
-    check_unique,
     symbols_of,
 )
 

@@ -9,29 +9,29 @@ and ``after`` are products of elementary motions. All numbers are exact; lengths
 angles in radians.
 """
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import get_args
 
 import sympy as sp
 
 from .cleaning import Cleaning
 from .convention import Convention
+from .coupling import Coupling, LinearMap, Motor, MotorKind, linear_map
 from .errors import DescriptionError
 from .exact import exact, exact_vector
 from .kinds import UNITS, JointKind, ParameterKind
+from .names import check_choice, check_name, check_robot_name, check_unique
 from .placements import Placement, Rotation, Translation, Vector, symbols_of
 from .tolerances import MAX_WAVES
 
-OWN_PREFIX = "chasles_"
-"""Prefix of the C files that are shared by all robots."""
-
 __all__ = [
     "UNITS",
+    "Coupling",
     "Joint",
     "JointKind",
-    "Mimic",
+    "Motor",
     "Parameter",
     "ParameterKind",
     "Placement",
@@ -39,10 +39,7 @@ __all__ = [
     "SerialRobot",
     "Translation",
     "Transmission",
-    "check_choice",
-    "check_name",
-    "check_robot_name",
-    "check_unique",
+    "check_transmissions",
     "symbols_of",
 ]
 
@@ -74,19 +71,6 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Mimic:
-    """The equation of a mimic joint: the joint value is ``multiplier * leader + offset``."""
-
-    leader: str
-    multiplier: sp.Expr = sp.S.One
-    offset: sp.Expr = sp.S.Zero
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "multiplier", exact(self.multiplier))
-        object.__setattr__(self, "offset", exact(self.offset))
-
-
-@dataclass(frozen=True)
 class Joint:
     """A joint and the link that it carries.
 
@@ -101,7 +85,6 @@ class Joint:
         limits: Lowest and highest value of the coordinate (radian or metre), or None if unbounded.
         pitch: Translation of a helical joint per radian (metre).
         direction: 1, or -1 if the joint moves against its coordinate.
-        mimic: The mimic equation, or None if the joint has its own coordinate.
         convention: The convention of the description, or None if the description has plain
             placements.
         given: Values of the convention's fields in the description, vectors by component, for the
@@ -118,7 +101,6 @@ class Joint:
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
     pitch: sp.Expr = sp.S.Zero
     direction: int = 1
-    mimic: Mimic | None = None
     convention: Convention | None = None
     given: tuple[tuple[str, sp.Expr], ...] = ()
     assumed: tuple[str, ...] = ()
@@ -279,10 +261,13 @@ class SerialRobot:
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
+        couplings: The equations of joints that do not move with a coordinate of their own alone.
+        motors: The coordinates of the couplings that are not joints, and limits of the own
+            coordinates of coupled joints.
 
     Raises:
-        DescriptionError: Two names are equal, a mimic joint has no leader, a symbol is not a
-            parameter, or no joint has its own coordinate.
+        DescriptionError: Two names are equal, a symbol is not a parameter, the joints do not
+            determine the coordinates, or no joint moves.
     """
 
     name: str
@@ -299,6 +284,8 @@ class SerialRobot:
     load: Load | None = field(default=None, repr=False)
     transmissions: tuple[Transmission, ...] = field(default=(), repr=False)
     springs: Springs | None = field(default=None, repr=False)
+    couplings: tuple[Coupling, ...] = field(default=(), repr=False)
+    motors: tuple[Motor, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -307,16 +294,35 @@ class SerialRobot:
         check_unique("joint", [joint.name for joint in self.joints])
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
+        self._check_motors()
         if not self.coordinates:
             raise DescriptionError(f"robot {self.name!r} has no joint with its own coordinate")
         check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
         self._check_springs()
-        leaders = {joint.name for joint in self.coordinates}
-        for joint in self.joints:
-            if joint.mimic and joint.mimic.leader not in leaders:
+
+    def _check_motors(self) -> None:
+        """Checks that the coordinates of the couplings are motors or joints."""
+        if not self.couplings and not self.motors:
+            return
+        check_unique("motor", [motor.name for motor in self.motors])
+        own = {joint.name for joint in self.moving} - {rule.joint for rule in self.couplings}
+        own |= {rule.joint for rule in self.couplings if rule.has_own}
+        known = own | {motor.name for motor in self.motors}
+        alone = {joint.name for joint in self.joints} - {
+            rule.joint for rule in self.couplings if rule.has_own
+        }
+        for motor in self.motors:
+            if motor.name in alone or motor.name not in self.linear_map.coordinates:
                 raise DescriptionError(
-                    f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which has no coordinate "
-                    f"of its own (expected one of {', '.join(sorted(leaders))})"
+                    f"motor {motor.name!r}: expected the coordinate of a coupling, not of a joint "
+                    "alone"
+                )
+        fixed = {joint.name for joint in self.joints if joint.kind == "fixed"}
+        for name in self.linear_map.coordinates:
+            if name not in known or name in fixed:
+                raise DescriptionError(
+                    f"coordinate {name!r} is none of the motors and joints "
+                    f"({', '.join(sorted(known - fixed))})"
                 )
 
     def _check_symbols(self) -> None:
@@ -345,16 +351,16 @@ class SerialRobot:
     def _check_springs(self) -> None:
         rows = self.springs.rows if self.springs else ()
         expected = [joint.name for joint in self.coordinates]
-        if rows and ([row.coordinate for row in rows] != expected or len(self.moving) > len(rows)):
+        if rows and ([row.coordinate for row in rows] != expected or self.couplings):
             raise DescriptionError(
                 f"robot {self.name!r}: expected a spring for each coordinate in their order "
-                f"({', '.join(expected)}) and no joints that mimic others; a rigid joint has the "
+                f"({', '.join(expected)}) and no coupled joints; a rigid joint has the "
                 "compliance 0"
             )
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The moving joints, including mimic joints, in order from the base."""
+        """The moving joints, including coupled joints, in order from the base."""
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
@@ -363,9 +369,43 @@ class SerialRobot:
         return (self.base, *(p for j in self.joints for p in (j.before, j.after)), self.tool)
 
     @property
-    def coordinates(self) -> tuple[Joint, ...]:
-        """The joints with their own coordinate, in the order of ``q``."""
-        return tuple(joint for joint in self.moving if joint.mimic is None)
+    def coordinates(self) -> "tuple[Joint | Motor, ...]":
+        """The joints and motors whose values are the elements of ``q``, in order."""
+        if not self.couplings:
+            return self.moving
+        joints = {joint.name: joint for joint in self.moving}
+        motors = {motor.name: motor for motor in self.motors}
+        coupled = {rule.joint for rule in self.couplings}
+        found: list[Joint | Motor] = []
+        for name in self.linear_map.coordinates:
+            if name in motors:
+                found.append(motors[name])
+            elif name in coupled:
+                kind: MotorKind = "prismatic" if joints[name].kind == "prismatic" else "revolute"
+                found.append(Motor(name, kind))
+            else:
+                found.append(joints[name])
+        return tuple(found)
+
+    @cached_property
+    def linear_map(self) -> LinearMap:
+        """The map from the coordinates to the moving joints."""
+        return linear_map([joint.name for joint in self.moving], self.couplings)
+
+    def is_coupled(self, joint: str) -> bool:
+        """Whether a joint moves with other coordinates than one of its own alone."""
+        return any(rule.joint == joint for rule in self.couplings)
+
+    def coupling_of(self, joint: str) -> Coupling:
+        """Returns the equation of a joint in coordinates, with the equations of its leaders."""
+        k = [other.name for other in self.moving].index(joint)
+        own = self.linear_map
+        return Coupling(joint, tuple(zip(own.coordinates, own.C.row(k), strict=True)), own.c[k])
+
+    @property
+    def uncoupled(self) -> "SerialRobot":
+        """The chain whose coordinates are its joints."""
+        return replace(self, couplings=(), motors=(), transmissions=(), springs=None)
 
     @property
     def link_names(self) -> tuple[str, ...]:
@@ -373,31 +413,16 @@ class SerialRobot:
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the values of all moving joints at q, with mimic equations and directions."""
-        index = {joint.name: k for k, joint in enumerate(self.coordinates)}
-        values = []
-        for joint in self.moving:
-            if joint.mimic is None:
-                values.append(joint.direction * q[index[joint.name]])
-            else:
-                leader = q[index[joint.mimic.leader]]
-                follower = joint.mimic.multiplier * leader + joint.mimic.offset
-                values.append(joint.direction * follower)
-        return tuple(values)
+        """Returns the motions of all moving joints at q, with couplings and directions."""
+        theta = self.linear_map.at(q) if self.couplings else q
+        return tuple(
+            joint.direction * value for joint, value in zip(self.moving, theta, strict=True)
+        )
 
     def joint_values_D_q(self) -> sp.ImmutableMatrix:
         """Returns the constant derivative of the joint values with respect to q, (moving, n)."""
-        q = sp.symbols(f"q1:{len(self.coordinates) + 1}")
-        return sp.ImmutableMatrix(sp.Matrix(self.joint_values(q)).jacobian(sp.Matrix(q)))
-
-
-def check_unique(what: str, names: Sequence[str]) -> None:
-    """Raises DescriptionError if two names are equal."""
-    known: set[str] = set()
-    for name in names:
-        if name in known:
-            raise DescriptionError(f"two {what}s are called {name!r}; names must differ")
-        known.add(name)
+        signs = sp.diag(*(joint.direction for joint in self.moving))
+        return sp.ImmutableMatrix(signs * self.linear_map.C)
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
@@ -405,31 +430,3 @@ def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequ
     check_unique("transmission", [law.coordinate for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.coordinate, law.coordinate, coordinates)
-
-
-def check_name(what: str, name: object) -> None:
-    """Raises DescriptionError if a name is not an identifier."""
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-        raise DescriptionError(f"{what} {name!r}: expected a name of letters, digits and _")
-
-
-def check_robot_name(name: object) -> None:
-    """Raises DescriptionError if a name cannot be the prefix of generated names.
-
-    CasADi does not allow two consecutive underscores, and an underscore follows the prefix.
-    """
-    check_name("robot", name)
-    if "__" in f"{name}_":
-        raise DescriptionError(
-            f"robot {name!r}: expected a name without __ and without a trailing _"
-        )
-    if f"{name}_".lower().startswith(OWN_PREFIX):
-        expected = f"a name that does not start with {OWN_PREFIX}, the prefix of chasles' own files"
-        raise DescriptionError(f"robot {name!r}: expected {expected}")
-
-
-def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
-    """Raises DescriptionError if a value is not among the choices."""
-    if value not in choices:
-        expected = ", ".join(map(str, choices))
-        raise DescriptionError(f"{what} {name!r}: {value!r} is none of {expected}")

@@ -16,7 +16,6 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputValueError
 from ..fixed import values_at
-from ..size import limits_of
 from ..tolerances import SELF_MOTION_STEP
 
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
@@ -109,12 +108,11 @@ class _Search:
         own = {item.name: item for item in robot.redundancy}
         start = np.stack([values_at(robot, name, self.seeds) for name in free], -1)
         low, high = np.empty_like(start), np.empty_like(start)
-        joints = robot.manifest.loops.chain
+        joints = robot.joint_names if robot.manifest.loops.chain else ()
         for k, name in enumerate(free):
             index, bounds = own[name].index, (-np.inf, np.inf)
-            if joints:
-                at = [joint.name for joint in joints].index(name)
-                bounds = tuple(limit[at] for limit in limits_of(joints))
+            if name in joints:
+                bounds = tuple(robot.joint_limits[joints.index(name)])
             elif index is not None:
                 bounds = moves.lower[index], moves.upper[index]
             half = np.pi if own[name].unit == "rad" else robot.unit_length

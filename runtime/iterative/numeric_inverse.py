@@ -304,19 +304,22 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     outside the main chain raises an InputValueError.
     """
     assert manifest.skeleton is not None
-    bodies = {body.name: body.joint for body in manifest.skeleton.bodies}
     variables = manifest.loops.configuration or manifest.coordinates
-    moved = [joint.name for joint in manifest.loops.chain or manifest.coordinates]
-    rows = []
-    for k, name in enumerate(manifest.frames.links[: link + 1]):
-        joint = bodies[name]
+    moved = [j.name for j in (manifest.loops.configuration and manifest.loops.chain) or variables]
+    names, bodies, rows = manifest.frames.links[: link + 1], manifest.skeleton.bodies, []
+    way = [next(body for body in bodies if body.name == names[-1])]
+    while parent := way[0].parent:
+        way.insert(0, bodies[parent])
+    # A joint that several coordinates move is a series of bodies, the last one the link.
+    for i, body in enumerate(way):
+        k, joint = sum(one.name in names for one in way[:i]), body.joint
         if joint is None or joint.kind == "fixed":
             continue
         mover = variables[joint.coordinate].name
         if mover not in moved:
             raise InputValueError(
-                f"{manifest.name}.ik_numeric: {name} follows {mover}, which is not a joint of the "
-                "main chain"
+                f"{manifest.name}.ik_numeric: {body.name} follows {mover}, which is not a joint of "
+                "the main chain"
             )
         axis = joint.ratio * np.array(joint.axis)
         along, omega = joint.advance * axis, axis

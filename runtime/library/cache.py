@@ -221,7 +221,7 @@ def _nearest_rows(index: int, function: FunctionInfo) -> list[str]:
         "    const double *q_seed, ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
         "{",
         "    const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};",
-        f"#ifdef {name.upper()}_NEAREST_ROWS",
+        f"#if defined {name.upper()}_NEAREST_ROWS && !defined chasles_nearest_slots",
         "    const chasles_seeds seeds = {q_seed, seed_step, &by, tolerance};",
         f"    {name.upper()}_NEAREST_ROWS",
         "#endif",

@@ -80,7 +80,7 @@ def check_motions(seed: int) -> bool:
     """Compares the Hessian, twists and accelerations of the chain for a seed with Pinocchio.
 
     Returns:
-        Whether the chain has a mimic joint, which shares the coordinate of its leader.
+        Whether the chain has a coupled joint, which shares the coordinate of its leader.
     """
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(2, 9))
@@ -105,7 +105,7 @@ def check_motions(seed: int) -> bool:
         if name == "mixed":
             H = _shaped(functions["hessian_mixed"](q), (6, n, n))
             _close(H @ qd, J_dot, ORACLE_RATES, seed)
-    return any(joint.mimic for joint in robot.joints)
+    return bool(robot.couplings)
 
 
 def _shaped(value, shape):

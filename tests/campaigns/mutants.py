@@ -87,7 +87,7 @@ def serial_robots() -> list[SerialRobot]:
     return [
         robot
         for robot in robots
-        if all(j.kind != "helical" and j.mimic is None for j in robot.joints)
+        if not robot.couplings and all(j.kind != "helical" for j in robot.joints)
     ]
 
 

@@ -28,6 +28,7 @@ NAMES = (
     ),
     *("mechanisms", "platforms", "planar", "loops", "as_built", "least_squares", "scenes"),
     *(
+        "couplings",
         "legs",
         "slides",
         "urdf",

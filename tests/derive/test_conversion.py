@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from chasles.contract.errors import InputValueError
-from chasles.derive import Joint, Mimic, SerialRobot, Translation, convert, read, read_text
+from chasles.derive import Coupling, Joint, SerialRobot, Translation, convert, read, read_text
 from chasles.derive.description.conventions import dh, poe
 from tests.campaigns.convert import ACCURACY, differences
 from tests.support.command_line import run
@@ -19,9 +19,10 @@ SCREW_ARM = SerialRobot(
     (
         Joint("a", "revolute", *dh("revolute", a="0.3", alpha="pi/2"), direction=-1),
         Joint("b", "helical", *dh("helical", d="0.2", theta="0.4"), pitch="0.01"),
-        Joint("c", "revolute", *dh("revolute", a="0.1"), mimic=Mimic("b", "-1/2", "0.1")),
+        Joint("c", "revolute", *dh("revolute", a="0.1")),
         Joint("d", "prismatic", *dh("prismatic", alpha="1/3"), limits=(0, "0.7")),
     ),
+    couplings=(Coupling("c", (("b", "-1/2"),), "0.1"),),
 )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read, read_text
+from chasles.derive import Coupling, Joint, Parameter, SerialRobot, derive, read, read_text
 from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, files
 from chasles.derive.model.mechanism import Mechanism
@@ -42,18 +42,18 @@ HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + 
 
 
 def hostile():
-    """A helical joint, a mimic joint, an unusual offset, and special characters of LaTeX."""
+    """A helical joint, a coupled joint, an unusual offset, and special characters of LaTeX."""
     h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
     zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
     rows = (
-        ("revolute", s_1, quarter, odd, None),
-        ("helical", h, sp.Rational(2, 5), zero, None),
-        ("revolute", long_name, zero, odd, Mimic("joint_0", sp.Integer(-2), odd)),
-        ("prismatic", zero, quarter, zero, None),
-        ("revolute", s_1, odd, zero, None),
+        ("revolute", s_1, quarter, odd),
+        ("helical", h, sp.Rational(2, 5), zero),
+        ("revolute", long_name, zero, odd),
+        ("prismatic", zero, quarter, zero),
+        ("revolute", s_1, odd, zero),
     )
     joints = []
-    for k, (kind, a, alpha, theta, mimic) in enumerate(rows):
+    for k, (kind, a, alpha, theta) in enumerate(rows):
         before, after = dh(kind, a=a, alpha=alpha, d=zero, theta=theta)
         pitch = h if kind == "helical" else zero
         given = (("a", a), ("alpha", alpha), ("d", zero), ("theta", theta))
@@ -65,7 +65,6 @@ def hostile():
                 after,
                 limits=(-odd, odd),
                 pitch=pitch,
-                mimic=mimic,
                 convention=dh,
                 given=given,
             )
@@ -80,6 +79,7 @@ def hostile():
         base_frame="base_frame",
         tool_frame="tool_frame",
         notes=(HOSTILE,),
+        couplings=(Coupling("joint_2", (("joint_0", -2),), odd),),
     )
 
 

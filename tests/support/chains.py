@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, SerialRobot
+from chasles.derive import Coupling, Joint, SerialRobot
 from chasles.derive.description.conventions import urdf
 
 KINDS = ("revolute", "revolute", "revolute", "prismatic", "helical", "fixed")
@@ -23,7 +23,7 @@ class Link:
     xyz: tuple
     rpy: tuple
     axis: tuple
-    mimic: Mimic | None = None
+    coupling: Coupling | None = None
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,11 @@ class Chain:
         for k, link in enumerate(self.links):
             before, after = urdf(link.kind, xyz=link.xyz, rpy=link.rpy, axis=link.axis)
             pitch = PITCH if link.kind == "helical" else sp.Integer(0)
-            joint = Joint(f"j{k}", link.kind, before, after, pitch=pitch, mimic=link.mimic)
+            joint = Joint(f"j{k}", link.kind, before, after, pitch=pitch)
             joints.append(joint)
         tool, _ = urdf("fixed", xyz=self.tool.xyz, rpy=self.tool.rpy, axis=self.tool.axis)
-        return SerialRobot("chain", tuple(joints), tool=tool)
+        couplings = tuple(link.coupling for link in self.links if link.coupling)
+        return SerialRobot("chain", tuple(joints), tool=tool, couplings=couplings)
 
     def pinocchio(self):
         """Returns the Pinocchio model, and the frame indices of all links and the tool."""
@@ -69,15 +70,16 @@ def random_chain(generator: random.Random, joints: int) -> Chain:
     links: list[Link] = []
     for k in range(joints):
         kind = generator.choice(KINDS) if k else "revolute"
-        leaders = [j for j, link in enumerate(links) if link.kind != "fixed" and not link.mimic]
+        leaders = [j for j, link in enumerate(links) if link.kind != "fixed" and not link.coupling]
         follows = kind in ("revolute", "prismatic") and leaders and generator.random() < 0.15
-        mimic = None
+        coupling = None
         if follows:
             multiplier = sp.Rational(generator.randint(-20, 20) or 3, 10)
             offset = sp.Rational(generator.randint(-9, 9), 10)
-            mimic = Mimic(f"j{generator.choice(leaders)}", multiplier, offset)
+            leader = f"j{generator.choice(leaders)}"
+            coupling = Coupling(f"j{k}", ((leader, multiplier),), offset)
         axis = generator.choice(AXES)
-        links.append(Link(kind, _xyz(generator), _rpy(generator), _exact(axis), mimic))
+        links.append(Link(kind, _xyz(generator), _rpy(generator), _exact(axis), coupling))
     tool = Link("fixed", _xyz(generator), _rpy(generator), _exact((0, 0, 1)))
     return Chain(tuple(links), tool)
 

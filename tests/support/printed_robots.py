@@ -5,7 +5,7 @@ from functools import cache
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read
+from chasles.derive import Coupling, Joint, Parameter, SerialRobot, derive, read
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import fragments
 from chasles.derive.model.placements import rotation, translation
@@ -16,7 +16,7 @@ R = sp.Rational
 BY_NAME = {convention.name: convention for convention in CONVENTIONS}
 
 
-def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
+def joint(name, convention, kind="revolute", *, pitch=0, direction=1, **given):
     """Returns a joint in a convention; unspecified fields are zero."""
     convention = BY_NAME[convention]
     fields = {f.name: sp.sympify(given.get(f.name, 0)) for f in convention.fields}
@@ -28,7 +28,6 @@ def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None
         after,
         pitch=sp.sympify(pitch),
         direction=direction,
-        mimic=mimic,
         convention=convention,
         given=convention.scalars(fields),
     )
@@ -42,7 +41,7 @@ def awkward():
         joint("lift", "dh", "prismatic", d=c1),
         joint("turn", "dh", a=t1, theta=R(3, 10)),
         joint("screw", "dh", "helical", a=s_1, alpha=alpha_2, pitch=h),
-        joint("follow", "dh", a=p_1, alpha=sp.pi / 2, mimic=Mimic("turn", sp.Integer(2), R(1, 10))),
+        joint("follow", "dh", a=p_1, alpha=sp.pi / 2),
         joint("back", "mdh", alpha=sp.pi / 3, a=R(1, 4), direction=-1),
         joint("down", "mdh", alpha=sp.pi, a=R(1, 8)),
         joint("wrist", "hayati", a=R(1, 8), alpha=R(1, 10), beta=R(1, 20)),
@@ -51,8 +50,14 @@ def awkward():
     base = translation(R(0), R(0), R(1, 2)) + rotation("z", sp.pi / 4)
     tool = translation(R(0), R(0), R(1, 10)) + rotation("x", R(1, 5))
     parameters = (*lengths, Parameter("alpha_2", R(2, 5), "angle"))
+    couplings = (Coupling("follow", (("turn", 2),), R(1, 10)),)
     return SerialRobot(
-        "awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters
+        *("awkward", joints),
+        base=base,
+        tool=tool,
+        base_frame="w",
+        parameters=parameters,
+        couplings=couplings,
     )
 
 

@@ -35,7 +35,7 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
     """Returns the determinant of the nonzero rows of a robot's Jacobian.
 
     Args:
-        robot: A serial robot without mimic joints.
+        robot: A serial robot without couplings.
         q: The coordinates.
 
     Returns:
@@ -50,16 +50,16 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
     """Returns the largest minors of the Jacobian, without minors that are always 0.
 
     Args:
-        robot: A serial robot without mimic joints.
+        robot: A serial robot without couplings.
         q: The coordinates.
 
     Returns:
         The factored minors, up to sign. The robot is singular in the configurations in which all
-        minors are 0. () if all minors are 0 in every configuration. None for mimic or helical
+        minors are 0. () if all minors are 0 in every configuration. None for coupled or helical
         joints, for inexact decimal numbers in the description, or if a minor has no small blocks.
     """
     joints = robot.moving
-    if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
+    if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):
         return None
     if len(joints) > MAX_JOINTS or _oblique(robot) > MAX_OBLIQUE:
         return None

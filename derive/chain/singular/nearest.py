@@ -37,11 +37,11 @@ def nearest_singular(
         most: Maximum number of results.
 
     Returns:
-        Up to ``most`` configurations (n,) within the limits. () with mimic or helical joints, with
-        more than twelve joints, or if the Jacobian never has full rank.
+        Up to ``most`` configurations (n,) within the limits. () with couplings or helical joints,
+        with more than twelve joints, or if the Jacobian never has full rank.
     """
     joints = robot.moving
-    is_plain = all(not j.mimic and j.kind != "helical" for j in joints)
+    is_plain = not robot.couplings and all(j.kind != "helical" for j in joints)
     if not len(start) == len(joints) <= len(PRIMES) or not is_plain:
         return ()
     S, length = _screws(robot)
@@ -67,7 +67,7 @@ def general_rank(robot: SerialRobot) -> int:
     """Returns the generic (maximum) rank of the Jacobian.
 
     Args:
-        robot: A serial robot without mimic and helical joints.
+        robot: A serial robot without couplings and helical joints.
     """
     S, _ = _screws(robot)
     drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))

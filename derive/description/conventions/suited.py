@@ -52,7 +52,7 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with each joint in a suitable convention.
 
-    The tool pose, coordinates, limits and mimic relations do not change. Link frames follow the
+    The tool pose, coordinates, limits and couplings do not change. Link frames follow the
     conventions, and fixed joints become parts of the links. Multiples of 15 degrees, and numbers of
     fewer than 25 digits, stay exact.
 

@@ -104,8 +104,8 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
         first, last = names.index(moving[0].name), names.index(moving[-1].name)
-        turning = all(j.kind == "revolute" and not j.mimic and j.direction == 1 for j in moving)
-        if turning and len(moving) == len(LINKS) == last - first + 1:
+        turning = all(j.kind == "revolute" and j.direction == 1 for j in moving)
+        if turning and not robot.couplings and len(moving) == len(LINKS) == last - first + 1:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
     raise DescriptionError(

@@ -8,7 +8,7 @@ from pathlib import Path
 from chasles import contract
 
 from ...model.mechanism import Coordinate, Described
-from ...model.robot import Joint
+from ...model.robot import Joint, Motor
 from ...program.counting import count_operations
 from ...program.programs import Programs
 from ...terms.symbolic_function import (
@@ -39,7 +39,7 @@ def header(
     # A robot may be called hexapod or lanes; this prefix prevents a clash with the include guards
     # of chasles' own headers.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
-    moved: Sequence[Joint | Coordinate] = robot.coordinates
+    moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(
         f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)
     )

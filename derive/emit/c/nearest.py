@@ -9,12 +9,13 @@ from collections.abc import Iterable, Sequence
 
 from ...derivation import Derivation
 from ...model.mechanism import Coordinate, Described
-from ...model.robot import Joint
+from ...model.robot import Joint, Motor, SerialRobot
 from ...terms.symbolic_function import Signature, SymbolicFunction
 from .expressions import WIDTH, number
 from .header import notice, support
 from .lanes import sizes
 from .scalar import branches_flag
+from .windings import unwinding
 
 LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
@@ -35,12 +36,14 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
         return {}
     public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
-    if any(_is_in_lanes(function) for function in inverses):
+    unwound = unwinding(derivation, _wraps(derivation))
+    if not unwound and any(_is_in_lanes(function) for function in inverses):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
-    lines += ["", *(_limits(robot) if public else ())]
+    lines += ["", *unwound, *(_limits(robot) if public else ())]
     for function in inverses:
-        lines += _in_lanes(derivation, function) if _is_in_lanes(function) else []
-        lines += _by_moves(derivation, function)
+        in_lanes = _is_in_lanes(function) and not unwound
+        lines += _in_lanes(derivation, function) if in_lanes else []
+        lines += _by_moves(derivation, function, in_lanes=in_lanes, is_unwound=bool(unwound))
         lines += _definition(derivation, function) if function in public else []
     return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in SUPPORTS}}
 
@@ -78,16 +81,29 @@ def _parameters(derivation: Derivation, function: Signature) -> list[str] | None
         return []
     if [available[name].role.name for name in names if name in available] == ["redundancy"]:
         return [f"  double {names[0]};", f"  {prefix}_{names[0]}(q_seed, &{names[0]});"]
+    robot = derivation.robot
+    if isinstance(robot, SerialRobot) and robot.couplings:
+        return _of_joints(derivation, names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
         given = function.role.given
         return [
             f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
         ]
     joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
-    if "chain" not in available or not set(names) <= set(joints):
+    if "chain" not in available:
+        return None
+    return _of_joints(derivation, names, joints)
+
+
+def _of_joints(
+    derivation: Derivation, names: Sequence[str], joints: Sequence[str]
+) -> list[str] | None:
+    """Returns the lines for inputs that are joints of the chain; None if they are not."""
+    if not set(names) <= set(joints):
         return None
     values = [f"  const double {name} = theta[{joints.index(name)}];" for name in names]
-    return [f"  double theta[{len(joints)}];", f"  {prefix}_chain(q_seed, theta);", *values]
+    chain = f"  {derivation.robot.name}_chain(q_seed, theta);"
+    return [f"  double theta[{len(joints)}];", chain, *values]
 
 
 def _limits(robot: Described) -> list[str]:
@@ -100,7 +116,7 @@ def _limits(robot: Described) -> list[str]:
     ]
 
 
-def _bounds(coordinate: Joint | Coordinate) -> tuple[str, str]:
+def _bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
     low, high = coordinate.limits
     return (
         "-INFINITY" if low is None else number(float(low)),
@@ -111,19 +127,28 @@ def _bounds(coordinate: Joint | Coordinate) -> tuple[str, str]:
 def _turns(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the period of each coordinate; 0 for coordinates that must not wrap."""
     fixed = {*function.role.given, *function.role.free}
-    moved: Sequence[Joint | Coordinate] = derivation.robot.coordinates
     return [
-        "CHASLES_FULL_TURN" if k not in fixed and _wraps(derivation, coordinate) else "0"
-        for k, coordinate in enumerate(moved)
+        "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
+        for k, wraps in enumerate(_wraps(derivation))
     ]
 
 
-def _wraps(derivation: Derivation, coordinate: Joint | Coordinate) -> bool:
-    """Whether a full turn of a coordinate leaves the pose unchanged."""
-    if isinstance(coordinate, Joint):
-        return coordinate.unit == "rad"
-    ratio = float(derivation.terms.value(coordinate.ratio))
-    return coordinate.unit == "rad" and abs(ratio) == 1
+def _wraps(derivation: Derivation) -> list[bool]:
+    """Whether a full turn of each coordinate leaves the pose unchanged."""
+    robot = derivation.robot
+    if isinstance(robot, SerialRobot):
+        return [
+            coordinate.unit == "rad" and (not robot.couplings or _turns_fully(robot, k))
+            for k, coordinate in enumerate(robot.coordinates)
+        ]
+    ratios = (float(derivation.terms.value(c.ratio)) for c in robot.coordinates)
+    return [c.unit == "rad" and abs(r) == 1 for c, r in zip(robot.coordinates, ratios, strict=True)]
+
+
+def _turns_fully(robot: SerialRobot, k: int) -> bool:
+    """Whether a full turn of a coordinate turns all its joints fully."""
+    ratios = zip(robot.linear_map.C.col(k), robot.moving, strict=True)
+    return all(ratio == 0 if joint.unit == "m" else ratio.is_Integer for ratio, joint in ratios)
 
 
 def _signature(derivation: Derivation, function: Signature) -> str:
@@ -170,7 +195,9 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
     ]
 
 
-def _by_moves(derivation: Derivation, function: Signature) -> list[str]:
+def _by_moves(
+    derivation: Derivation, function: Signature, *, in_lanes: bool, is_unwound: bool
+) -> list[str]:
     """Returns the function with the distance metric as argument, which the runtime also calls."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
@@ -179,9 +206,10 @@ def _by_moves(derivation: Derivation, function: Signature) -> list[str]:
         f"  double slots[{n * k}], residuals[{k}], margins[{k}];",
         f"  const chasles_slots of = {{{n}, {k}, slots, residuals, margins, tolerance}};",
         f"  {name}({inputs}, slots, residuals, margins);",
+        *([f"  {derivation.robot.name}_unwind({k}, q_seed, slots);"] if is_unwound else []),
         "  return chasles_nearest(&of, moves, q_seed, q, residual, margin);",
     ]
-    if _is_in_lanes(function):
+    if in_lanes:
         call = f"  return LANES_NAME({name}_nearest_lanes)("
         arguments = f"      {inputs}, moves, tolerance, q_seed, q, residual, margin);"
         flag = branches_flag(derivation.robot)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...model.mechanism import Coordinate
-from ...model.robot import Joint
+from ...model.robot import Joint, Motor
 from ...program.programs import Programs
 from ...terms.symbolic_function import (
     Argument,
@@ -74,7 +74,7 @@ def safe(name: str) -> str:
     return f"{name}_" if name in RESERVED else name
 
 
-def _constants(coordinates: Sequence[Joint | Coordinate]) -> str:
+def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
     n = len(coordinates)
     names = ", ".join(f'"{coordinate.name}"' for coordinate in coordinates)
     units = ", ".join(f'"{coordinate.unit}"' for coordinate in coordinates)

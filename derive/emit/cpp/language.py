@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...derivation import Derivation
 from ...model.mechanism import Coordinate
-from ...model.robot import Joint
+from ...model.robot import Joint, Motor
 from ...program.programs import Programs
 from ...terms.symbolic_function import Signature
 from ..c import language as c
@@ -82,7 +82,7 @@ def _start(derivation: Derivation) -> list[float]:
     return [_within(joint) for joint in derivation.robot.coordinates]
 
 
-def _within(joint: Joint | Coordinate) -> float:
+def _within(joint: Joint | Motor | Coordinate) -> float:
     """Returns the start value of a joint, at least the amplitude away from its limits."""
     low, high = (math.nan if limit is None else float(limit) for limit in joint.limits)
     if low + _AMPLITUDE > _START or high - _AMPLITUDE < _START:

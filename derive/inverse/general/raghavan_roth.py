@@ -93,9 +93,9 @@ def placements(robot: SerialRobot) -> list[Array]:
     """Returns the exact constant placements (4, 4) before, between and after the joints.
 
     Raises:
-        DescriptionError: A joint is neither revolute nor prismatic, or is a mimic joint.
+        DescriptionError: A joint is neither revolute nor prismatic, or is coupled.
     """
-    if not all(map(_is_free, robot.moving)):
+    if robot.couplings or not all(map(_is_free, robot.moving)):
         raise DescriptionError(
             f"{robot.name} needs revolute or prismatic joints, each with its own coordinate"
         )
@@ -143,12 +143,13 @@ def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) 
     """
     others = [joint for k, joint in enumerate(robot.moving) if k not in given]
     slides = [k for k, joint in enumerate(others) if joint.kind == "prismatic"]
-    return len(others) == joints and all(map(_is_free, robot.moving)) and bool(splits(slides))
+    is_free = not robot.couplings and all(map(_is_free, robot.moving))
+    return len(others) == joints and is_free and bool(splits(slides))
 
 
 def _is_free(joint: Joint) -> bool:
-    """Whether a joint is revolute or prismatic and has its own coordinate."""
-    return joint.kind in ("revolute", "prismatic") and joint.mimic is None
+    """Whether a joint is revolute or prismatic."""
+    return joint.kind in ("revolute", "prismatic")
 
 
 def doubled(six: Array) -> Array:

@@ -13,7 +13,7 @@ from ...inverse.general.split_choice import choice_at, slides_left, slides_of, w
 from ...inverse.lost_poses import TARGETS, WHOLE
 from ...inverse.structure.words import listed
 from ...model.mechanism import Coordinate
-from ...model.robot import Joint
+from ...model.robot import Joint, Motor
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
@@ -23,6 +23,7 @@ from ..setting.page import Page, sentence, text
 from .tables import Column, tabular
 
 FloatArray = NDArray[np.float64]
+AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Angles (degree) of the joints in the example, used cyclically if within the limits."""
 SLIDE = 0.3
@@ -44,7 +45,7 @@ def worked_example(page: Page) -> str:
     """Prints a configuration of a serial robot, its tool pose, and all solutions for this pose."""
     angles = cycle(ANGLES)
     coordinates = page.robot.coordinates
-    q = np.array([_within(c, math.radians(next(angles))) for c in coordinates])
+    q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
     # Inputs of an inverse have the names of the coordinates in the equations.
@@ -96,7 +97,7 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
 def example(
     fk: SymbolicFunction,
     functions: Iterable[SymbolicFunction],
-    coordinates: Sequence[Joint | Coordinate],
+    coordinates: Sequence[AnyCoordinate],
     symbols: Sequence[str],
     q: FloatArray,
     known: Mapping[str, float],
@@ -127,7 +128,7 @@ def example(
 
 def _pose_at(
     T: FloatArray,
-    coordinates: Sequence[Joint | Coordinate],
+    coordinates: Sequence[AnyCoordinate],
     symbols: Sequence[str],
     q: FloatArray,
     pose: str,
@@ -142,11 +143,11 @@ def _pose_at(
 def solutions_of_pose(
     fk: SymbolicFunction,
     name: str,
-    joints: Sequence[Joint | Coordinate],
+    joints: Sequence[AnyCoordinate],
     symbols: Sequence[str],
     theta: FloatArray,
     pose: str,
-    coordinates: Sequence[Joint | Coordinate],
+    coordinates: Sequence[AnyCoordinate],
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
@@ -174,7 +175,8 @@ def solutions_of_pose(
     )
 
 
-def _within(coordinate: Joint | Coordinate, angle: float) -> float:
+def within(coordinate: AnyCoordinate, angle: float) -> float:
+    """Returns a round value of a coordinate within its limits."""
     lower, upper = bounds(coordinate)
     wished = SLIDE if coordinate.unit == "m" else angle
     if lower <= wished <= upper:
@@ -187,7 +189,7 @@ def rounded(value: float, unit: str) -> float:
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
-def bounds(coordinate: Joint | Coordinate) -> tuple[float, float]:
+def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
     """Returns the limits of a coordinate (radian, metre); infinite if not stated."""
     lower, upper = coordinate.limits
     return (
@@ -210,7 +212,7 @@ def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
 def _solutions(
     inverse: SymbolicFunction,
     symbols: Sequence[str],
-    coordinates: Sequence[Joint | Coordinate],
+    coordinates: Sequence[AnyCoordinate],
     known: Mapping[str, float],
     called: Mapping[str, str],
     T: FloatArray,
@@ -249,7 +251,7 @@ def _solutions(
 
 
 def _columns(
-    symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], found: Sequence[FloatArray]
+    symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
     """Returns a table column of values for each coordinate."""
     places = 2 if len(coordinates) <= MAX_WIDE else 1
@@ -259,7 +261,7 @@ def _columns(
     ]
 
 
-def _measured(coordinates: Sequence[Joint | Coordinate]) -> str:
+def _measured(coordinates: Sequence[AnyCoordinate]) -> str:
     """States the units of the table values."""
     units = {coordinate.unit for coordinate in coordinates}
     return " and ".join(words for unit, words in _UNITS.items() if unit in units)
@@ -273,7 +275,7 @@ def _count(count: int) -> str:
     return "one solution" if count == 1 else f"{count} solutions"
 
 
-def _value(coordinate: Joint | Coordinate, value: float, places: int) -> str:
+def _value(coordinate: AnyCoordinate, value: float, places: int) -> str:
     """Formats a value in degrees or metres, and marks a value outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
@@ -297,13 +299,11 @@ def _short(value: float, places: int) -> str:
     return f"{round(value, places) + 0.0:.{places}f}".rstrip("0").rstrip(".")
 
 
-def _listed(
-    symbols: Sequence[str], coordinates: Sequence[Joint | Coordinate], q: FloatArray
-) -> str:
+def _listed(symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], q: FloatArray) -> str:
     return ", ".join(map(at_value, symbols, coordinates, q))
 
 
-def at_value(symbol: str, coordinate: Joint | Coordinate, value: float) -> str:
+def at_value(symbol: str, coordinate: AnyCoordinate, value: float) -> str:
     """Formats a coordinate with its value, in degrees or metres."""
     if coordinate.unit == "rad":
         return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"

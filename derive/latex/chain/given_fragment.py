@@ -24,9 +24,14 @@ FEW = 4
 """Maximum number of names joined by "and"; longer lists have commas or dots."""
 
 
-def parameters(page: Page) -> str:
-    """Prints the joints in their conventions, and the parameter values."""
-    given = text(_coordinates(page), joints(page), values(page)).rstrip()
+def parameters(page: Page, vector: str = "q") -> str:
+    """Prints the joints in their conventions, and the parameter values.
+
+    Args:
+        page: The chain.
+        vector: LaTeX of the vector of its coordinates.
+    """
+    given = text(_coordinates(page, vector), joints(page), values(page)).rstrip()
     legend = tables.legend(given)
     return text(given, legend, cleaned(page.robot), noted(page.robot))
 
@@ -77,7 +82,7 @@ def symbols(page: Page) -> str:
     return text(angles, constants) if angles or constants else ""
 
 
-def _coordinates(page: Page) -> str:
+def _coordinates(page: Page, vector: str) -> str:
     notation = page.equations.notation
     joints = dict(zip(notation.q, page.robot.coordinates, strict=True))
     parts = []
@@ -91,8 +96,8 @@ def _coordinates(page: Page) -> str:
     units = UNITS_OF_TABLES
     subject = "joint coordinates" if " are " in parts[0] else "joint coordinate"
     if notation.called:
-        vector = ", ".join(notation.tex[q] for q in notation.q)
-        return f"{units} The {subject} are $q = ({vector})$, where {' and '.join(parts)}."
+        entries = ", ".join(notation.tex[q] for q in notation.q)
+        return f"{units} The {subject} are ${vector} = ({entries})$, where {' and '.join(parts)}."
     if len(parts) > 1:
         return f"{units} {subject.capitalize()} {parts[0]}, and {parts[1]}."
     return f"{units} The {subject} {parts[0]}."
@@ -142,8 +147,6 @@ def _legend(page: Page) -> str:
         this = f"{one.capitalize()} {count[joint.name]}"
         if joint.kind == "helical":
             sentences.append(f"{this} advances by ${page.tex(joint.pitch)}$ (m) per radian.")
-        if joint.mimic is not None:
-            sentences.append(f"{this} follows {one} {count[joint.mimic.leader]}.")
     return " ".join(sentences)
 
 

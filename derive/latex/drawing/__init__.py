@@ -108,7 +108,9 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     Returns:
         A ``tikzpicture`` that needs :data:`PREAMBLE`; the bytes are the same on any machine.
     """
-    names = [joint.name for joint in robot.coordinates]
+    # A motor has no place in the picture, so the joints of a coupled robot are labelled.
+    letter = r"\theta" if robot.couplings else "q"
+    names = [joint.name for joint in robot.moving]
     members = DrawnMembers(
         {name: k for k, name in enumerate(names, 1)}, {j.name for j in robot.joints}
     )
@@ -117,8 +119,8 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     marks = _marks(parts, Paper.around(directions, parts.points), is_planar=is_planar)
     taken = marks.obstacles
     wanted = [
-        _label(*_coordinate(k, joint.name), *marks.anchors[joint.name], "coordinate name")
-        for k, joint in enumerate(robot.coordinates, 1)
+        _label(*_coordinate(k, name, letter), *marks.anchors[name], "coordinate name")
+        for k, name in enumerate(names, 1)
     ]
     wanted.append(_label(*_name(robot.tool_frame), *marks.anchors["tool"], "name"))
     return _picture(marks, [line for label in wanted for line in placed(label, taken)])
@@ -173,12 +175,12 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
     return Label(text, letters, point, radius, style)
 
 
-def _coordinate(k: int, name: str) -> tuple[str, float]:
+def _coordinate(k: int, name: str, letter: str = "q") -> tuple[str, float]:
     """Returns the label of a coordinate (index in q and name), and its width in letters."""
-    if name in ("q", f"q{k}", f"q_{k}"):
-        return f"$q_{{{k}}}$", 2
+    if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
+        return f"${letter}_{{{k}}}$", 2
     text, letters = _name(name)
-    return f"$q_{{{k}}}$ {text}", 2.6 + letters
+    return f"${letter}_{{{k}}}$ {text}", 2.6 + letters
 
 
 def _name(name: str) -> tuple[str, float]:

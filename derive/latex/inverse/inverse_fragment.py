@@ -117,22 +117,12 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
         )
     if classification.found is None or not found.solved:
         return text(missing_structure(classification))
-    if any(joint.mimic for joint in page.robot.moving):
-        return text(structure(page, classification, classification.found), _FREE, _residual())
     tasks = list(printed_tasks(page, found, actuators).values())
     parts = [structure(page, classification, classification.found), _method(tasks)]
     for task in tasks:
         earlier = tasks[0] if task is not tasks[0] else None
         parts += _task(page, task, earlier, titled=len(tasks) > 1)
     return text(*parts, _together_at_last(found), _residual())
-
-
-_FREE = (
-    "This is the structure of the chain with its dependent joints free. The solutions of the"
-    " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
-    " includes the couplings. The command"
-    r" \texttt{chasles explain} prints the steps."
-)
 
 
 def _together_at_last(found: Inverses) -> str:

@@ -45,7 +45,7 @@ def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction])
     """Returns a pose near the reference, and all actuated coordinates for this pose."""
     if not {"chain_fk", "actuators_all"} <= named.keys():
         return ""
-    joints = page.chain.robot.coordinates
+    joints = page.chain.robot.moving
     reference = [page.hybrid.at_reference[joint.name] for joint in joints]
     (kernel,) = lower([named["actuators_all"]], "example")
     chosen: tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]] | None = None

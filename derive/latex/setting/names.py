@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping
 
-from ...model.robot import Joint, SerialRobot
+from ...model.robot import Joint, Motor, SerialRobot
 
 _LOWER = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi"
 _LOWER_FROM_PI = "pi rho"
@@ -111,7 +111,7 @@ def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _is_own_symbol(joint: Joint) -> bool:
+def _is_own_symbol(joint: Joint | Motor) -> bool:
     if not is_symbol(joint.name) or joint.name[0] == "q":
         return False
     return head(parameter(joint.name)).startswith("\\") or (

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, SerialRobot, product_of_exponentials, read
+from chasles.derive import Coupling, Joint, SerialRobot, product_of_exponentials, read
 from chasles.derive.chain.groups import groups
 from chasles.derive.description.conventions import dh, urdf
 from chasles.derive.terms.terms import Terms
@@ -184,13 +184,15 @@ def test_axis_rotated_back_joins_parallel_group():
     assert angles == [[q[0], q[0] + q[1]]]
 
 
-def test_mimic_joint_adds_scaled_leader_angle():
+def test_coupled_joint_adds_scaled_leader_angle():
     row = {"alpha": ZERO, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("a", "revolute", *dh("revolute", a=ONE, **row)),
-        Joint("b", "revolute", *dh("revolute", a=ONE, **row), mimic=Mimic("a", sp.Rational(-1, 2))),
+        Joint("b", "revolute", *dh("revolute", a=ONE, **row)),
     )
-    _, angles = shaped(SerialRobot("follower", joints))
+    _, angles = shaped(
+        SerialRobot("follower", joints, couplings=(Coupling("b", (("a", "-1/2"),)),))
+    )
     assert angles == [[q[0], q[0] / 2]]
 
 

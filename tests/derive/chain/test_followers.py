@@ -1,4 +1,4 @@
-"""Chains with mimic joints: solutions for independent joints that satisfy the mimic equations."""
+"""Chains with couplings: solutions for independent joints that satisfy the couplings."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from chasles.derive import Mimic, derive, explain, files
+from chasles.derive import Coupling, derive, explain, files
 from tests.support.generators.synthetic import Function, robot_of
 
 POSES = 100
@@ -18,12 +18,12 @@ CHAINS = (
 
 
 def followed(chain, laws):
-    """Returns a random chain with a given structure and mimic joints."""
+    """Returns a random chain with a given structure and coupled joints."""
     robot = robot_of(chain)
-    joints = (
-        replace(j, mimic=Mimic(*laws[j.name]) if j.name in laws else None) for j in robot.joints
+    couplings = (
+        Coupling(name, ((leader, ratio),), offset) for name, (leader, ratio, offset) in laws.items()
     )
-    return replace(robot, joints=tuple(joints))
+    return replace(robot, couplings=tuple(couplings))
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def followed(chain, laws):
     CHAINS,
     ids=lambda value: "+".join(value) if isinstance(value, dict) else None,
 )
-def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
+def test_ik_with_coupled_joints_recovers_generating_configuration(chain, laws):
     found = derive(followed(chain, laws))
     fk, ik = (Function(found.function(name)) for name in ("fk", "ik"))
     n = len(found.robot.coordinates)
@@ -44,24 +44,26 @@ def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
     reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
     wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
     np.testing.assert_allclose(reached, wanted, atol=3e-9)
-    # The mimic equations exclude most solutions of the chain with independent joints.
+    # The couplings exclude most solutions of the chain with independent joints.
     assert not answers.valid.all()
 
 
-def test_article_and_explanation_state_that_mimic_joints_are_free():
+def test_article_and_explanation_state_that_coupled_joints_are_free():
     robot = followed(*CHAINS[0])
     written = files(robot)
     (article,) = (
         text.decode() for name, text in written.items() if name.endswith("latex/inverse.tex")
     )
     assert "the chain with its dependent joints free" in article
-    assert "j4 follows another joint, and is free in these steps" in str(explain(robot))
+    assert "All joints are free in these steps" in str(explain(robot))
 
 
-def test_fractional_mimic_multiplier_has_no_analytic_inverse():
-    assert "follows another joint" in explain(followed("R+R=R=R", {"j3": ("j2", "1/2", 0)})).line
+def test_fractional_ratio_has_no_analytic_inverse():
+    assert (
+        "follows other coordinates" in explain(followed("R+R=R=R", {"j3": ("j2", "1/2", 0)})).line
+    )
 
 
-def test_redundant_chain_with_mimic_joint_has_no_analytic_inverse():
+def test_redundant_chain_with_coupled_joint_has_no_analytic_inverse():
     robot = followed("R/R/R/R/R/R/R", {"j4": ("j3", 1, 0)})
-    assert "follows another joint" in explain(robot).line
+    assert "follows other coordinates" in explain(robot).line

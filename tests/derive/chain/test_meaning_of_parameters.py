@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from chasles.derive import Joint, Mimic, SerialRobot, read
+from chasles.derive import Coupling, Joint, SerialRobot, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.mechanism import Strut
 from chasles.derive.model.placements import Rotation, rotation, translation
@@ -105,14 +105,17 @@ def of_chain(robot, at, q):
     """Returns the tool pose of a serial robot with the values `at`."""
     T = corrected(at, "base") @ matrix(robot.base, robot)
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
+    followed = {
+        rule.joint: lambda laws, rule=rule: (
+            sum(float(ratio) * laws[name] for name, ratio in rule.ratios) + float(rule.offset)
+        )
+        for rule in robot.couplings
+    }
     for joint in robot.joints:
         if joint.kind == "fixed":
             T = T @ matrix(joint.before, robot) @ matrix(joint.after, robot)
             continue
-        follows = joint.mimic
-        value = laws[follows.leader if follows else joint.name]
-        if follows:
-            value = float(follows.multiplier) * value + float(follows.offset)
+        value = laws[joint.name] if joint.name in laws else followed[joint.name](laws)
         variable = joint.convention and joint.convention.variable(joint.kind)
         value = joint.direction * value + (0 if variable else at[joint.name, "offset"])
         T = T @ moved(at, joint, value, robot)
@@ -125,11 +128,12 @@ PLAIN = SerialRobot(
         Joint("a", "revolute", translation(0, "0.1", "0.4"), direction=-1),
         Joint("plate", "fixed", rotation("x", "0.3") + translation("0.1", 0, "0.2")),
         Joint("b", "revolute", rotation("y", "0.2"), translation("0.5", 0, 0)),
-        Joint("c", "prismatic", rotation("x", "1.1"), mimic=Mimic("b", "1/2", "0.1"), direction=-1),
+        Joint("c", "prismatic", rotation("x", "1.1"), direction=-1),
         Joint("d", "prismatic", rotation("y", "0.7"), rotation("z", "0.2")),
     ),
     base=translation(0, "0.2", 0) + rotation("z", "0.5"),
     tool=rotation("x", "0.4") + translation("0.1", "0.2", "0.3"),
+    couplings=(Coupling("c", (("b", "1/2"),), "0.1"),),
 )
 
 

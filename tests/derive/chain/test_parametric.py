@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chasles import InputValueError
-from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read
+from chasles.derive import Coupling, Joint, Parameter, SerialRobot, derive, read
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.model.placements import rotation, translation
 from tests.support.derivations import ROBOTS
@@ -44,9 +44,11 @@ def test_parametric_derivatives_match_casadi_with_fixed_and_mimic_joints():
         Joint("a", "revolute", translation(0, 0, h.symbol)),
         Joint("plate", "fixed", rotation("x", "0.3") + translation("0.1", 0, h.symbol)),
         Joint("b", "revolute", rotation("y", "0.2"), translation(h.symbol, 0, 0)),
-        Joint("c", "prismatic", mimic=Mimic("b", "1/2", "0.1")),
+        Joint("c", "prismatic"),
     )
-    robot = SerialRobot("mixed", joints, base=translation(0, "0.2", 0), parameters=(h,))
+    couplings = (Coupling("c", (("b", "1/2"),), "0.1"),)
+    base = translation(0, "0.2", 0)
+    robot = SerialRobot("mixed", joints, base=base, parameters=(h,), couplings=couplings)
     check(*functions_of(robot, IN_TOOL_FRAME))
 
 

@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from chasles import UnknownRobotError
-from chasles.derive import DescriptionError, read, read_text
+from chasles.derive import Coupling, DescriptionError, read, read_text
 from tests.support.counting import calls_of
 
 ARM = """\
@@ -58,8 +58,8 @@ def test_robot_file_fields_are_read_with_units():
     assert sp.expand(second.before[0].vector[2] - (k * d2 + sp.Rational(5, 1000))) == 0
     assert sp.expand(second.after[0].angle - tilt - sp.pi / 2) == 0
     assert third.pitch == a1 / 100
-    assert (third.direction, third.mimic.multiplier) == (-1, sp.Rational(-1, 2))
-    assert third.mimic.offset == sp.pi / 4
+    assert third.direction == -1
+    assert robot.couplings == (Coupling("third", (("first", "-1/2"),), sp.pi / 4),)
     assert robot.link_names == ("link1", "carriage", "link3")
     assert (robot.base_frame, robot.tool_frame) == ("w", "ee")
     assert [joint.name for joint in robot.coordinates] == ["first", "second"]

@@ -106,14 +106,15 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """The files mix sums, functions of angles, pitches and mimic joints. Only names differ."""
+    """The files mix sums, functions of angles, pitches and couplings. Only names differ."""
     metric, same = read_text(METRIC), read_text(MILLIMETRES)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
     assert metric.parameters == same.parameters
     assert metric.base == same.base
     assert replace(metric, name="r", title="r") == replace(same, name="r", title="r")
-    assert metric.joints[3].mimic.multiplier == sp.Rational(36, 1000) / sp.pi
+    assert metric.couplings[0].ratios == (("joint1", sp.Rational(36, 1000) / sp.pi),)
+    assert metric.couplings == same.couplings
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():

@@ -94,7 +94,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
     path.write_text(wrist.replace("</robot>", last))
     robot = read(path)
     assert (len(robot.moving), len(robot.coordinates)) == (5, 4)
-    assert "follows another joint" in explain(robot).line
+    assert "follows other coordinates" in explain(robot).line
 
 
 @pytest.mark.parametrize("seed", [604])

@@ -210,7 +210,7 @@ a = "0.2"
 @pytest.mark.parametrize(
     ("more", "reason"),
     [
-        ('mimic = { joint = "a", multiplier = "1/2" }', "b follows another joint"),
+        ('mimic = { joint = "a", multiplier = "1/2" }', "b follows other coordinates"),
         ('type = "helical"\npitch = "0.1"', "b is a screw joint"),
     ],
     ids=["fractional mimic", "helical"],

@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, Joint, Mimic, Parameter, SerialRobot, derive
+from chasles.derive import Coupling, DescriptionError, Joint, Parameter, SerialRobot, derive
 from chasles.derive.description.conventions import dh, poe, urdf
 
 
@@ -25,7 +25,7 @@ def test_exact_number_types_are_accepted():
     assert screw[0][0].vector == (sp.Rational(1, 10), 0, 0)
     joint = Joint("j", "revolute", *screw, limits=("-pi", 3), pitch=0)
     assert joint.limits == (-sp.pi, 3)
-    assert Mimic("j", "1/2", 1).multiplier == sp.Rational(1, 2)
+    assert Coupling("k", (("j", "1/2"),)).ratios == (("j", sp.Rational(1, 2)),)
     assert len(derive(SerialRobot("r", (joint,)), functions=("fk",)).functions) == 1
 
 
@@ -58,7 +58,7 @@ def test_invalid_robot_parts_raise_specific_errors(make, words):
     assert words in str(caught.value)
 
 
-def test_mimic_of_unknown_joint_is_rejected():
-    follower = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
-    with pytest.raises(DescriptionError, match="joint 'k' mimics 'x'"):
-        SerialRobot("r", (turning(), follower))
+def test_coupling_with_unknown_coordinate_is_rejected():
+    follower = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0))
+    with pytest.raises(DescriptionError, match="coordinate 'x' is none of the motors and joints"):
+        SerialRobot("r", (turning(), follower), couplings=(Coupling("k", (("x", 1),)),))

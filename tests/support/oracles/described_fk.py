@@ -1,7 +1,7 @@
 """Poses of the tool with 50 digits, from a description and from a table of joint parameters."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mpmath
 import sympy as sp
@@ -35,15 +35,23 @@ def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
     with mpmath.workdps(DIGITS):
         base, *rows, tool = csv.DictReader(text.splitlines())
         moving = [row for row in rows if row["type"] != "fixed"]
-        names = [row["name"] for row in moving if not row.get("mimic")]
+        names = [row["name"] for row in moving if not row.get("coupling")]
         coordinates = dict(zip(names, map(mpmath.mpf, q), strict=True))
         T = _pose_row(base)
         for row in rows:
-            leader = coordinates.get(row.get("mimic") or row["name"], mpmath.mpf(0))
-            theta = _number(row, "multiplier", 1) * leader + _number(row, "offset", 0)
+            theta = _coupled(row.get("coupling") or f"1 * {row['name']}", coordinates)
             theta *= _number(row, "direction", 1)
             T *= _link(row, convention, theta if row["type"] != "fixed" else mpmath.mpf(0))
         return T * _pose_row(tool)
+
+
+def _coupled(equation: str, coordinates: Mapping[str, mpmath.mpf]) -> mpmath.mpf:
+    """Returns the value of a joint from its equation, such as `2 * a + 0.1`."""
+    total = mpmath.mpf(0)
+    for term in equation.split(" + "):
+        ratio, _, name = term.partition(" * ")
+        total += mpmath.mpf(ratio) * (coordinates.get(name, mpmath.mpf(0)) if name else 1)
+    return total
 
 
 def distance(one: Matrix, other: Matrix) -> float:

@@ -74,8 +74,8 @@ def screws_of(chain: SerialRobot) -> Screws:
     """Returns the screws of a chain from its placements."""
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []
+    assert not chain.couplings
     for joint in chain.joints:
-        assert joint.mimic is None
         frame = frame @ _placed(joint.before, values)
         if joint.kind != "fixed":
             frames.append(frame)

@@ -18,7 +18,7 @@ import sympy as sp
 from ....model.errors import DescriptionError
 from ....model.kinds import JointKind
 from ....model.placements import Vector
-from ....model.robot import Joint, Mimic
+from ....model.robot import Coupling, Joint
 from ....model.tolerances import EVALUATION_DIGITS
 from ...conventions.urdf_origin import urdf
 from ..identifiers import identifier
@@ -47,7 +47,7 @@ class BodyJoint:
         rpy: Roll, pitch, yaw of the origin (radian).
         axis: Direction of the motion in the origin frame.
         limits: Minimum and maximum coordinate (radian or metre).
-        mimic: Linear relation to a leader joint, or None without a leader.
+        coupling: Linear equation of a joint with a leader, or None without a leader.
         leader: Name of the leader joint in the model.
         notes: Notes on angles snapped to multiples of pi/12.
     """
@@ -60,7 +60,7 @@ class BodyJoint:
     rpy: Vector = ORIGIN
     axis: Vector = (sp.S.Zero, sp.S.Zero, sp.S.One)
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
-    mimic: Mimic | None = None
+    coupling: Coupling | None = None
     leader: str = ""
     notes: tuple[str, ...] = ()
 
@@ -85,7 +85,6 @@ class BodyJoint:
             link=identifier(self.child),
             parent=identifier(self.parent),
             limits=self.limits,
-            mimic=self.mimic,
             convention=urdf,
             given=urdf.scalars(given),
         )
@@ -97,14 +96,14 @@ class BodyJoint:
             return TreeJoint(self.name, "fixed", self.parent, self.child)
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
             return TreeJoint(self.name, self.kind, self.parent, self.child)
-        kind: TreeJointKind = "follower" if self.mimic else "moving"
+        kind: TreeJointKind = "follower" if self.coupling else "moving"
         slides = self.kind == "prismatic"
         return TreeJoint(self.name, kind, self.parent, self.child, self.leader, slides)
 
     @property
     def is_unlimited(self) -> bool:
         """Whether the joint has its own coordinate and no limits."""
-        return self.kind in KINDS.values() and self.mimic is None and self.limits == (None, None)
+        return self.kind in KINDS.values() and self.coupling is None and self.limits == (None, None)
 
 
 class Bodies:
@@ -187,7 +186,7 @@ class Bodies:
         else:
             at = at + _rotated(turned, -reference * self.arrays.jnt_axis[k])
         rpy, notes = snapped(roll_pitch_yaw(turned))
-        mimic, leader = self._mimic(k, laws)
+        coupling, leader = self._coupling(k, laws)
         return BodyJoint(
             name,
             parent,
@@ -197,7 +196,7 @@ class Bodies:
             rpy=rpy,
             axis=axis,
             limits=self._limits(k),
-            mimic=mimic,
+            coupling=coupling,
             leader=leader,
             notes=_of_joint(name, notes),
         )
@@ -209,10 +208,10 @@ class Bodies:
         lower, upper = (exact(value) for value in self.arrays.jnt_range[k])
         return lower, upper
 
-    def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Mimic | None, str]:
-        """Returns the mimic relation of a joint and its leader name.
+    def _coupling(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Coupling | None, str]:
+        """Returns the equation of a joint with a leader, and the leader's name.
 
-        If the leader is itself a mimic joint, the relations are combined.
+        If the leader itself has a leader, the equations are combined.
         """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:
@@ -224,7 +223,8 @@ class Bodies:
         if leader == k:
             return None, ""
         name = self.joint_name(leader)
-        return Mimic(identifier(name), multiplier, offset), name
+        own = identifier(self.joint_name(k))
+        return Coupling(own, ((identifier(name), multiplier),), offset), name
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:

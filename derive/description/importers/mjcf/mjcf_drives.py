@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from ....model.errors import DescriptionError
+from ..identifiers import identifier
 
 OF_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
 
@@ -23,6 +25,8 @@ class Tendon:
         name: Name of the tendon, or a name derived from its index.
         joints: The joints of a fixed tendon.
         bodies: The bodies with the sites of a spatial tendon.
+        ratios: The joints of a fixed tendon with the tendon length per unit of each.
+        limits: Minimum and maximum length; None if unbounded.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
         is_fixed: Whether an equality constraint fixes the tendon length.
@@ -34,6 +38,8 @@ class Tendon:
     is_spring: bool
     is_driven: bool
     is_fixed: bool
+    ratios: tuple[tuple[str, sp.Expr], ...] = ()
+    limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
         """Whether the tendon runs over one of the joints or bodies."""
@@ -72,14 +78,21 @@ class Drives:
     cranks: tuple[str, ...]
     springs: tuple[str, ...]
 
-    def notes(self, joints: Collection[str], bodies: Collection[str]) -> Iterator[str]:
+    def notes(
+        self, joints: Collection[str], bodies: Collection[str], coordinates: Collection[str] = ()
+    ) -> Iterator[str]:
         """Yields a note on each element of the robot that is not modelled.
 
         Args:
             joints: Names of the robot joints.
             bodies: Names of the robot links.
+            coordinates: Names of the tendons whose lengths are coordinates.
         """
-        yield from (tendon.note for tendon in self.tendons if tendon.moves(joints, bodies))
+        for tendon in self.tendons:
+            if identifier(tendon.name) not in coordinates and tendon.moves(joints, bodies):
+                yield tendon.note
+        if coordinates:
+            yield f"q holds the lengths of the driven tendons {', '.join(coordinates)}"
         if self.cranks:
             yield f"actuators with slider and crank are not modelled: {', '.join(self.cranks)}"
         springs = [name for name in self.springs if name in joints]
@@ -127,7 +140,8 @@ def _tendon(
     tendon: Any, name: str, driven: Collection[str], constrained: Collection[str], mujoco: Any
 ) -> Tendon:
     wraps = list(tendon.path)
-    joints = [w.target for w in wraps if w.type == mujoco.mjtWrap.mjWRAP_JOINT]
+    parts = [w for w in wraps if w.type == mujoco.mjtWrap.mjWRAP_JOINT]
+    joints = [w.target for w in parts]
     sites = [w.target for w in wraps if w.type == mujoco.mjtWrap.mjWRAP_SITE]
     return Tendon(
         name,
@@ -136,4 +150,21 @@ def _tendon(
         is_spring=bool(np.any(np.asarray(tendon.stiffness))),
         is_driven=name in driven,
         is_fixed=name in constrained,
+        ratios=_ratios((str(w.target.name), float(w.coef)) for w in parts),
+        limits=_limits(tendon),
     )
+
+
+def _ratios(parts: Iterable[tuple[str, float]]) -> tuple[tuple[str, sp.Expr], ...]:
+    """Returns the sum of the coefficients of each joint."""
+    found: dict[str, sp.Expr] = {}
+    for name, coefficient in parts:
+        found[name] = found.get(name, sp.S.Zero) + sp.Rational(repr(coefficient))
+    return tuple(found.items())
+
+
+def _limits(tendon: Any) -> tuple[sp.Expr | None, sp.Expr | None]:
+    lower, upper = (float(value) for value in tendon.range)
+    if not lower < upper:
+        return None, None
+    return sp.Rational(repr(lower)), sp.Rational(repr(upper))

@@ -1,6 +1,6 @@
 """Reads the chain between two bodies of a MuJoCo model, including its loops."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from ..tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .mjcf_bodies import Bodies, BodyJoint
 from .mjcf_loops import ModelLoops
 from .mjcf_model import compiled
+from .mjcf_tendons import tendon_couplings
 
 
 class MjcfFile:
@@ -89,6 +90,7 @@ class MjcfFile:
         check_leaders(way, ends)
         base = identifier(ends.base)
         joints = outwards([joint.joint() for joint in way], base)
+        pulled, motors = tendon_couplings(self.model.drives, way)
         return SerialRobot(
             name,
             tuple(replace(joint, parent="") for joint in joints),
@@ -96,7 +98,9 @@ class MjcfFile:
             self._source(ends),
             base_frame=base,
             tool_frame=identifier(ends.tip),
-            notes=(*ends.notes, *self._notes(way, closers)),
+            notes=(*ends.notes, *self._notes(way, closers, [motor.name for motor in motors])),
+            couplings=(*(joint.coupling for joint in way if joint.coupling), *pulled),
+            motors=motors,
         )
 
     def _with_loops(self, ends: Ends, name: str, closers: Sequence[Closure | Strut]) -> Described:
@@ -127,12 +131,17 @@ class MjcfFile:
     def _source(self, ends: Ends) -> str:
         return f"MJCF {self.file.name}, {ends.base} to {ends.tip}"
 
-    def _notes(self, tree: Sequence[BodyJoint], closers: Sequence[object]) -> Iterator[str]:
+    def _notes(
+        self,
+        tree: Sequence[BodyJoint],
+        closers: Sequence[object],
+        tendons: Collection[str] = (),
+    ) -> Iterator[str]:
         """Yields notes on the joints of a robot and on omitted parts of the model."""
         yield from self.loops.notes
         yield from (note for joint in tree for note in joint.notes)
         drives = self.model.drives
-        yield from drives.notes([j.name for j in tree], [j.child for j in tree])
+        yield from drives.notes([j.name for j in tree], [j.child for j in tree], tendons)
         # Passive loop joints need no limits.
         named = [
             j.name for j in tree if j.is_unlimited and (not closers or j.name in drives.joints)
@@ -144,10 +153,10 @@ class MjcfFile:
 
 
 def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:
-    """Raises an error for a mimic joint whose leader is outside the chain.
+    """Raises an error for a coupled joint whose leader is outside the chain.
 
     Raises:
-        NoChain: If a mimic joint has its leader outside the chain.
+        NoChain: If a coupled joint has its leader outside the chain.
     """
     names = {joint.name for joint in way}
     for joint in way:

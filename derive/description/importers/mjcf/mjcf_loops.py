@@ -96,7 +96,7 @@ class ModelLoops:
             if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
                 continue
             joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
-            if joint is not None and (joint.mimic is None or is_in_a_tree):
+            if joint is not None and (joint.coupling is None or is_in_a_tree):
                 name = self.model.named("mjOBJ_EQUALITY", k)
                 equality = f"equality {name!r}" if name else "an equality"
                 leader = int(self.arrays.eq_obj2id[k])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, read
+from chasles.derive import Coupling, derive, read
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.command_line import run
 from tests.support.mjcf_models import oracle, poses_of, random_model, read_model, wrong
@@ -81,14 +81,13 @@ def test_mjcf_import_keeps_names_limits_and_notes(path):
     assert any("joint slide: y = 0.523598775" in note for note in read_model(path, noisy).notes)
 
 
-def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
+def test_joint_equality_becomes_coupling_and_site_becomes_tip(path):
     law = (
         '<equality><joint joint1="slide" joint2="turn" polycoef="0.1 2 0 0 0"/></equality></mujoco>'
     )
     robot = read_model(path, ARM.replace("</mujoco>", law), tip="hand")
     assert [joint.name for joint in robot.coordinates] == ["turn"]
-    mimic = robot.joints[2].mimic
-    assert (mimic.leader, mimic.multiplier, mimic.offset) == ("turn", 2, sp.Rational(1, 10))
+    assert robot.couplings == (Coupling("slide", (("turn", 2),), "0.1"),)
     bent = law.replace("0.1 2 0", "0.1 2 1")
     message = wrong(path, ARM.replace("</mujoco>", bent))
     assert "joint 'slide' is coupled to 'turn' by an equality" in message

@@ -1,6 +1,7 @@
 """MJCF elements that chasles does not model: either a note names them, or an error rejects them."""
 
 import pytest
+import sympy as sp
 
 from chasles.derive import DescriptionError, derive
 from tests.support.mjcf_models import read_model, wrong
@@ -72,6 +73,30 @@ def test_tendons_springs_and_cranks_are_noted(path, parts, notes):
     for found, expected in zip(robot.notes, notes, strict=True):
         assert found.startswith(expected)
     assert [joint.name for joint in robot.coordinates] == ["shoulder", "pitch", "roll"]
+
+
+DIFFERENTIAL = """<tendon><fixed name="left"><joint joint="pitch" coef="1"/><joint joint="roll"
+coef="1"/></fixed><fixed name="right" range="-1 2"><joint joint="pitch" coef="1"/><joint
+joint="roll" coef="-2"/></fixed></tendon><actuator><position joint="shoulder"/>{}</actuator>"""
+PULLED = '<position tendon="left"/><position tendon="right"/>'
+
+
+def test_driven_tendons_that_determine_their_joints_are_coordinates(path):
+    robot = read_model(path, WRIST.format(parts=DIFFERENTIAL.format(PULLED)), tip="tcp")
+    assert [c.name for c in robot.coordinates] == ["shoulder", "left", "right"]
+    assert robot.coordinates[2].limits == (-1, 2)
+    q = sp.Matrix(sp.symbols("shoulder left right"))
+    _, pitch, roll = robot.linear_map.at(q)
+    assert sp.expand(pitch + roll) == q[1]
+    assert sp.expand(pitch - 2 * roll) == q[2]
+    assert "q holds the lengths of the driven tendons left, right" in robot.notes
+
+
+def test_tendon_and_actuated_joint_determine_both_joints(path):
+    actuators = '<position tendon="left"/><position joint="pitch"/>'
+    robot = read_model(path, WRIST.format(parts=DIFFERENTIAL.format(actuators)), tip="tcp")
+    assert [c.name for c in robot.coordinates] == ["shoulder", "pitch", "left"]
+    assert sp.Matrix([[1, 0, 0], [0, 1, 0], [0, -1, 1]]) == robot.linear_map.C
 
 
 def test_equality_of_tendons_is_refused_where_it_couples_the_robot(path):

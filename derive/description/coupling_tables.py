@@ -1,0 +1,118 @@
+"""Reads limits of coordinates, and the tables ``[couplings]`` and ``[motors]`` of a robot file."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import get_args
+
+import sympy as sp
+
+from ..model.coupling import Coupling, Limits, Motor, MotorKind
+from ..model.errors import DescriptionError
+from ..model.kinds import JointKind
+from ..model.robot import Joint
+from .suggestions import hint
+from .toml_file import Keys, TomlFile, is_name, listed
+
+MOTOR_FIELDS = ("type", "limits", "assumed")
+OFFSET = "offset"
+"""Field of a coupling for the joint value at which all its coordinates are 0."""
+
+
+class CoordinateFile(TomlFile):
+    """A file with coordinates: joints, and motors that move joints through couplings."""
+
+    def couplings(self, joints: Sequence[Joint]) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
+        """Reads the couplings, and the motors that they name.
+
+        A name that is neither a joint nor in ``[motors]`` is a revolute motor without limits.
+
+        Args:
+            joints: The joints of the file.
+
+        Raises:
+            DescriptionError: A table is invalid, or a coupled joint does not move.
+        """
+        kinds: dict[str, str] = {j.name: j.kind for j in joints if j.kind != "fixed"}
+        fixed = [joint.name for joint in joints if joint.kind == "fixed"]
+        rules = self.table_at(("couplings",), {})
+        motors = {name: self._motor(name) for name in self.table_at(("motors",), {})}
+        for joint in rules:
+            keys: Keys = ("couplings", joint)
+            if joint not in kinds:
+                self.fail(keys, f"a moving joint ({listed(kinds)}){hint(joint, kinds)}", joint)
+            for name in self.table_at(keys):
+                if not is_name(name) or name in fixed:
+                    self.fail((*keys, name), "the name of a motor or of a moving joint", name)
+                if name not in kinds and name != OFFSET:
+                    motors.setdefault(name, Motor(name))
+        known = kinds | {motor.name: motor.kind for motor in motors.values()}
+        found = [self._coupling(joint, kinds[joint], known) for joint in rules]
+        found += self._mimics(joints, known)
+        return tuple(found), tuple(motors.values())
+
+    def _mimics(self, joints: Iterable[Joint], kinds: Mapping[str, str]) -> Iterator[Coupling]:
+        """Yields the couplings of the joints with one leader (``mimic``)."""
+        for k, joint in enumerate(joints):
+            keys: Keys = ("joints", k, "mimic")
+            if self.at(keys) is None:
+                continue
+            if joint.kind == "fixed":
+                self.fail(keys, "no value for a fixed joint")
+            if self.at(("couplings", joint.name)) is not None:
+                self.fail(keys, f"one coupling of {joint.name}, which [couplings] has already")
+            self.check_fields(keys, self.table_at(keys), ("joint", "multiplier", "offset"))
+            others = [name for name in kinds if name != joint.name]
+            leader = self.option((*keys, "joint"), others, "")
+            own, its = (self.coordinate_scale(kinds[name]) for name in (joint.name, leader))
+            ratio = self.literal((*keys, "multiplier"), 1) * own / its
+            offset = self.literal((*keys, "offset"), 0) * own
+            yield Coupling(joint.name, ((leader, ratio),), offset)
+
+    def _coupling(self, joint: str, kind: str, kinds: Mapping[str, str]) -> Coupling:
+        keys: Keys = ("couplings", joint)
+        own = self.coordinate_scale(kind)
+        ratios = [
+            (name, self._ratio((*keys, name)) * own / self.coordinate_scale(kinds[name]))
+            for name in self.table_at(keys)
+            if name != OFFSET
+        ]
+        offset = self.number((*keys, OFFSET), "length" if kind == "prismatic" else "angle")
+        try:
+            return Coupling(joint, tuple(ratios), self.at_defaults(offset))
+        except DescriptionError as error:
+            self.fail(keys, f"ratios of coordinates ({error})", None)
+
+    def _ratio(self, keys: Keys) -> sp.Expr:
+        ratio = self.at_defaults(self.number(keys, "ratio"))
+        if ratio == 0:
+            self.fail(keys, "a nonzero ratio: the motion of the joint per unit of the coordinate")
+        return ratio
+
+    def _motor(self, name: str) -> Motor:
+        keys: Keys = ("motors", name)
+        self.check_fields(keys, self.table_at(keys), MOTOR_FIELDS)
+        if not is_name(name):
+            self.fail(keys, "the name of a motor", name)
+        kind: MotorKind = self.option((*keys, "type"), get_args(MotorKind), "revolute")
+        limits = self.limits((*keys, "limits"), kind)
+        return Motor(name, kind, limits, self.assumed(keys, ("limits",)))
+
+    def limits(self, keys: Keys, kind: JointKind) -> Limits:
+        """Reads the limits of a coordinate, a list of two numbers."""
+        value = self.at(keys)
+        if value is None:
+            return None, None
+        if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
+            self.fail(keys, "two numbers, [minimum, maximum]")
+        if kind == "fixed":
+            self.fail(keys, "no value for a fixed joint")
+        scale = self.coordinate_scale(kind)
+        if kind != "prismatic":
+            self.check_degrees(keys, value, "angle")
+        lower, upper = (self.literal((*keys, side)) * scale for side in (0, 1))
+        if not float(lower) < float(upper):
+            self.fail(keys, "a minimum below the maximum")
+        return lower, upper
+
+    def coordinate_scale(self, kind: str) -> sp.Expr:
+        """Returns metre or radian per unit of a coordinate in the file."""
+        return self.scale["length" if kind == "prismatic" else "angle"]

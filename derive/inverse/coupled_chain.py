@@ -1,0 +1,246 @@
+"""Shortens a coupled chain, so that each joint of the shorter chain has its own freedom.
+
+A coupled joint that follows others has no freedom of its own. Three identities remove such joints;
+M is the constant placement between two consecutive axes:
+
+    Rz(a) M Rz(b) = Rz(a + s b) M                           coaxial axes, s = 1 or -1
+    Tz(a) M Tz(b) = Tz(a + s b) M                           equal or opposite directions
+    Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a) T(t) R' Rz(b - s' a)     parallel axes
+
+In the last line, the rotations a and -s a cancel, so that the body between M and M' only
+translates. t is the translation of M; t' and R' are the translation and rotation of R M', with the
+rotation R of M.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ..chain.poe import placement_matrix
+from ..model.coupling import Limits
+from ..model.placements import Placement, Rotation, rotation, translation
+from ..model.robot import Joint, SerialRobot
+from ..model.tolerances import EVALUATION_DIGITS
+
+_ZERO = sp.Float(10) ** -(EVALUATION_DIGITS // 2)
+
+
+@dataclass(frozen=True)
+class CoupledChain:
+    """A chain and the linear map from the coordinates of the robot to its joints.
+
+    Attributes:
+        robot: The chain, without couplings; all directions are 1.
+        C: Joint motion per unit of each coordinate (joints, coordinates).
+        c: Joint motions if all coordinates are 0 (joints, 1).
+        members: Names of the described joints whose motions each joint combines.
+    """
+
+    robot: SerialRobot
+    C: sp.ImmutableMatrix
+    c: sp.ImmutableMatrix
+    members: tuple[tuple[str, ...], ...]
+
+    @property
+    def surplus(self) -> int:
+        """Number of joints without a freedom of their own."""
+        return int(self.C.rows - self.C.cols)
+
+    def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
+        """Returns L with q = L (theta - c) over the first independent joints, and these joints."""
+        _, pivots = self.C.T.rref()
+        rows = self.C.extract(list(pivots), list(range(self.C.cols)))
+        return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
+
+    @property
+    def keeps_turns(self) -> bool:
+        """Whether full turns of the independent joints are full turns of all joints."""
+        L, joints = self.inverse()
+        D = self.C * L
+        moving = self.robot.moving
+        return all(
+            D[i, k].is_Integer and (moving[i].kind == "revolute" or D[i, k] == 0)
+            for k, j in enumerate(joints)
+            for i in range(D.rows)
+            if moving[j].kind == "revolute" and i != j
+        )
+
+    def index(self, name: str) -> int:
+        """Returns the index of the joint that contains a described joint."""
+        return next(k for k, names in enumerate(self.members) if name in names)
+
+    def joints_at(self, q: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Returns the motions of the joints at coordinates q."""
+        return [
+            sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
+            for j in range(self.C.rows)
+        ]
+
+
+@dataclass(frozen=True)
+class _Link:
+    """A moving joint, the placement before it, and its equation.
+
+    ``before`` contains the placements of fixed joints.
+    """
+
+    joint: Joint
+    before: Placement
+    row: sp.Matrix
+    offset: sp.Expr
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    """The moving joints of a chain, and the placement behind the last one."""
+
+    links: tuple[_Link, ...]
+    after: Placement
+    values: Mapping[sp.Symbol, sp.Expr]
+
+    def shorter(self) -> "_State | None":
+        """Returns the chain with one joint less, or None."""
+        for k in range(len(self.links) - 1):
+            found = self._merged(k)
+            if found is not None and found.rank == self.rank:
+                return found
+        translating = (self._translating(k) for k in range(len(self.links) - 2))
+        return next((found for found in translating if found is not None), None)
+
+    @property
+    def rank(self) -> int:
+        """Number of coordinates that the joints determine."""
+        return int(sp.Matrix.vstack(*(link.row for link in self.links)).rank())
+
+    def _merged(self, k: int) -> "_State | None":
+        """Returns the chain with joints k and k+1 as one joint; None if their axes differ."""
+        one, other = self.links[k : k + 2]
+        sense = self._sense(one.joint.kind, other)
+        if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
+            return None
+        # A joint that moves with a coordinate of its own has the name that users know.
+        is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
+        named = one if is_free == [True, False] else other
+        merged = replace(
+            one,
+            joint=replace(one.joint, name=named.joint.name, limits=(None, None)),
+            row=one.row + sense * other.row,
+            offset=one.offset + sense * other.offset,
+            members=one.members + other.members,
+        )
+        return self._with(k, (merged,), other.before, 2)
+
+    def _translating(self, k: int) -> "_State | None":
+        """Returns the chain without joint k+1, if it cancels joint k and joint k+2 is parallel."""
+        one, other, last = self.links[k : k + 3]
+        sense, sense_of_last = self._sense("revolute", other), self._sense("revolute", last)
+        if one.joint.kind != "revolute" or sense * sense_of_last == 0:
+            return None
+        if any(one.row + sense * other.row):
+            return None
+        constant = rotation("z", one.offset + sense * other.offset)
+        turned = constant + _rotations(other.before)
+        shift, shift_before = (
+            translation(*placement_matrix(placement)[:3, 3])
+            for placement in (other.before, turned + last.before)
+        )
+        sign = sense * sense_of_last
+        first = replace(one, before=one.before + shift_before)
+        second = replace(
+            last,
+            before=shift + turned + _rotations(last.before),
+            row=last.row - sign * one.row,
+            offset=last.offset - sign * one.offset,
+            members=last.members + other.members,
+        )
+        return self._with(k, (first, second), (), 3)
+
+    def _with(self, k: int, links: tuple[_Link, ...], behind: Placement, count: int) -> "_State":
+        """Replaces ``count`` joints from k by others, with a placement behind them."""
+        rest = self.links[k + count :]
+        if not rest:
+            return replace(self, links=self.links[:k] + links, after=behind + self.after)
+        rest = (replace(rest[0], before=behind + rest[0].before), *rest[1:])
+        return replace(self, links=self.links[:k] + links + rest)
+
+    def _sense(self, kind: str, other: _Link) -> int:
+        """Returns 1 or -1 for parallel axes of a joint and the next one, of one kind; else 0."""
+        if kind != other.joint.kind or kind not in ("revolute", "prismatic"):
+            return 0
+        T = self._matrix(other)
+        if not self._is_zero(T[0, 2]) or not self._is_zero(T[1, 2]):
+            return 0
+        return 1 if sp.N(T[2, 2]) > 0 else -1
+
+    def _is_coaxial(self, other: _Link) -> bool:
+        T = self._matrix(other)
+        return self._is_zero(T[0, 3]) and self._is_zero(T[1, 3])
+
+    def _matrix(self, link: _Link) -> sp.Matrix:
+        return placement_matrix(link.before).xreplace(self.values)
+
+    @staticmethod
+    def _is_zero(entry: sp.Expr) -> bool:
+        return bool(abs(sp.N(entry, EVALUATION_DIGITS)) < _ZERO)
+
+
+def coupled_chain(robot: SerialRobot) -> CoupledChain:
+    """Returns the chain of a coupled robot without joints that other joints can absorb.
+
+    The chain has the tool pose and the coordinates of the robot. Joints are only removed while the
+    chain has more joints than coordinates.
+    """
+    state: _State | None = _described(robot)
+    found = state
+    while state is not None and len(state.links) > state.links[0].row.cols:
+        found, state = state, state.shorter()
+    if state is not None:
+        found = state
+    assert found is not None
+    plain = [
+        replace(
+            link.joint,
+            before=link.before,
+            after=(),
+            link="",
+            direction=1,
+            convention=None,
+            given=(),
+        )
+        for link in found.links
+    ]
+    plain[-1] = replace(plain[-1], after=found.after)
+    bare = replace(robot.uncoupled, joints=tuple(plain), base=(), load=None)
+    C = sp.ImmutableMatrix(sp.Matrix.vstack(*(link.row for link in found.links)))
+    c = sp.ImmutableMatrix([link.offset for link in found.links])
+    return CoupledChain(bare, C, c, tuple(link.members for link in found.links))
+
+
+def _described(robot: SerialRobot) -> _State:
+    """Returns the chain as described."""
+    links: list[_Link] = []
+    before, own = robot.base, robot.linear_map
+    for joint in robot.joints:
+        before += joint.before
+        if joint.kind != "fixed":
+            k = len(links)
+            row, offset = joint.direction * own.C.row(k), joint.direction * own.c[k]
+            mirrored = (
+                joint if joint.direction == 1 else replace(joint, limits=_negated(joint.limits))
+            )
+            links.append(_Link(mirrored, before, sp.Matrix(row), offset, (joint.name,)))
+            before = ()
+        before += joint.after
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    return _State(tuple(links), before, values)
+
+
+def _negated(limits: Limits) -> Limits:
+    lower, upper = (None if limit is None else -limit for limit in limits)
+    return upper, lower
+
+
+def _rotations(placement: Placement) -> Placement:
+    return tuple(part for part in placement if isinstance(part, Rotation))

@@ -1,0 +1,132 @@
+"""Expresses the inverse of a chain in the coordinates of a coupled robot, q = L (theta - c)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from ..chain.kinematics import arguments_of, common_unit
+from ..model.robot import SerialRobot
+from ..terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction
+from ..terms.terms import Terms
+from .coupled_chain import CoupledChain
+from .mechanisms.substitution import substituted
+from .polished_inverse import NOMINAL, TURN, RefinedTables
+from .tasks.task import Solved
+
+
+def in_coordinates(
+    robot: SerialRobot, chain: CoupledChain, terms: Terms, solved: Solved
+) -> Solved | None:
+    """Returns a task of the chain as a task of the robot.
+
+    Args:
+        robot: The coupled robot.
+        chain: The chain, with as many joints as the robot has coordinates.
+        terms: Table of named terms.
+        solved: The task of the chain.
+
+    Returns:
+        None if the task leaves joints free that share coordinates with other joints.
+    """
+    function = solved.function
+    free = _coordinates_of(chain, function.role.free)
+    if free is None:
+        return None
+    inputs, given = list(function.inputs), _coordinates_of(chain, function.role.given)
+    for k, joint in enumerate(function.role.given, 1):
+        inputs[k] = _joint_argument(chain, joint, inputs[k])
+    q, *others = function.outputs
+    unit = common_unit([c.unit for c in robot.coordinates])
+    entries = coordinates_at(chain, terms, q.entries)
+    made = replace(
+        function,
+        inputs=tuple(inputs),
+        outputs=(replace(q, entries=entries, unit=unit), *others),
+        role=replace(function.role, given=given or (), free=free),
+    )
+    return replace(solved, function=made)
+
+
+def coordinates_at(
+    chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
+) -> tuple[sp.Expr, ...]:
+    """Returns the coordinates q = L (theta - c), from the joints of a chain, as named terms."""
+    L, joints = chain.inverse()
+    moved = [theta[j] - chain.c[j] for j in joints]
+    return tuple(
+        terms.let(sp.Add(*(r * x for r, x in zip(L.row(k), moved, strict=True) if r != 0)))
+        for k in range(L.rows)
+    )
+
+
+def of_coordinates(
+    robot: SerialRobot, chain: CoupledChain, terms: Terms, function: SymbolicFunction
+) -> SymbolicFunction:
+    """Returns a function of the joints of a chain as a function of the coordinates."""
+    q = arguments_of([c.unit for c in robot.coordinates])["q"]
+    theta = dict(zip(function.inputs[0].symbols, chain.joints_at(q.symbols), strict=True))
+    outputs = tuple(
+        replace(result, entries=substituted(terms, result.entries, theta))
+        for result in function.outputs
+    )
+    return replace(function, inputs=(q, *function.inputs[1:]), outputs=outputs)
+
+
+def refined_in_coordinates(
+    robot: SerialRobot,
+    chain: CoupledChain,
+    refined: WrittenFunction,
+    solved: Mapping[str, Solved],
+) -> WrittenFunction:
+    """Returns the inverse of a calibrated chain, refined in the coordinates of the robot.
+
+    The general solver, which finds solutions of uncertain branches, knows the chain only.
+
+    Args:
+        robot: The coupled robot.
+        chain: The chain.
+        refined: The inverse of the chain.
+        solved: The tasks in coordinates; the start of the refinement is one of them.
+    """
+    assert isinstance(refined.tables, RefinedTables)
+    start = solved[NOMINAL].function
+    joints = chain.robot.moving
+    turns = tuple(
+        1 / TURN
+        if coordinate.unit == "rad"
+        and all(
+            x == 0 if joint.unit == "m" else x.is_Integer
+            for x, joint in zip(chain.C.col(k), joints, strict=True)
+        )
+        else 0.0
+        for k, coordinate in enumerate(robot.coordinates)
+    )
+    tables = replace(refined.tables, turns=turns, general=None, is_asked=False)
+    q, *others = refined.outputs
+    unit = common_unit([c.unit for c in robot.coordinates])
+    return replace(
+        refined,
+        inputs=start.inputs,
+        outputs=(replace(q, unit=unit), *others),
+        tables=tables,
+        role=replace(refined.role, given=start.role.given),
+    )
+
+
+def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argument:
+    """Returns the input for a fixed joint with the joint's name: it may be no coordinate."""
+    return replace(argument, name=chain.robot.moving[joint].name)
+
+
+def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
+    """Returns the coordinates that move only the given joints; None if others move them too."""
+    rows = range(chain.C.rows)
+    found = [
+        k
+        for k in range(chain.C.cols)
+        if all(chain.C[j, k] == 0 for j in rows if j not in joints)
+        and any(chain.C[j, k] for j in rows)
+    ]
+    moved = all(chain.C[j, k] == 0 for j in joints for k in range(chain.C.cols) if k not in found)
+    return tuple(found) if moved else None

@@ -1,0 +1,154 @@
+r"""Prints a coupled serial robot: its chain in joint coordinates, and the map from q to theta."""
+
+import math
+from dataclasses import dataclass, replace
+from itertools import cycle
+
+import numpy as np
+import sympy as sp
+
+from ...derivation import Derivation, derive
+from ...inverse.coupled_chain import coupled_chain
+from ...inverse.structure.words import listed
+from ...model.coupling import Motor
+from ...model.geometry import Geometry
+from ...model.robot import SerialRobot
+from ..inverse.inverse_fragment import inverse
+from ..inverse.structure_fragment import missing_structure, structure
+from ..setting.layout import aligned
+from ..setting.names import escape
+from ..setting.notation import LENGTH
+from ..setting.page import Page, sentence, text
+from ..setting.sharing import PRINTED
+from . import tables
+from .example_fragment import ANGLES, example, value_at, within
+from .given_fragment import parameters
+from .singularity_fragment import singularities
+
+JOINT = r"\theta"
+
+
+@dataclass(frozen=True)
+class CoupledPage:
+    """A coupled serial robot with everything that its article prints.
+
+    Attributes:
+        robot: The description.
+        derivation: Its functions of the coordinates.
+        chain: The chain of its joints, whose coordinates are called theta.
+    """
+
+    robot: SerialRobot
+    derivation: Derivation
+    chain: Page
+
+    @classmethod
+    def of(cls, derivation: Derivation) -> "CoupledPage":
+        """Derives the chain in joint coordinates."""
+        robot = derivation.robot
+        assert isinstance(robot, SerialRobot)
+        plain = derive(robot.uncoupled, functions=PRINTED, families=derivation.families)
+        called = [rf"{JOINT}_{{{k}}}" for k, _ in enumerate(robot.moving, 1)]
+        chain = Page.of(plain, called)
+        geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
+        return cls(robot, derivation, replace(chain, geometry=geometry))
+
+    @property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """The printed symbols of the coordinates."""
+        notation = self.chain.equations.notation
+        count = len(self.robot.coordinates)
+        return tuple(notation.symbol(f"q_{{{k}}}", (LENGTH, (80, k))) for k in range(1, count + 1))
+
+
+def description(page: CoupledPage) -> str:
+    """Prints the joints, and the motors with their limits."""
+    motors = [c for c in page.robot.coordinates if isinstance(c, Motor)]
+    if not motors:
+        return parameters(page.chain, JOINT)
+    numbers = {c.name: k for k, c in enumerate(page.robot.coordinates, 1)}
+    table = tables.tabular(
+        [
+            ("$q$", [f"$q_{{{numbers[motor.name]}}}$" for motor in motors]),
+            ("motor", [escape(motor.name) for motor in motors]),
+            ("limits", [tables.limits(motor.limits) for motor in motors]),
+        ],
+        repeated=1,
+    )
+    return text(parameters(page.chain, JOINT).rstrip(), sentence("Motors move the joints:", table))
+
+
+def couplings(page: CoupledPage) -> str:
+    """Prints the joints in terms of the coordinates, the reverse, and the Jacobians."""
+    own, printer = page.robot.linear_map, page.chain.equations.printer
+    theta = page.chain.equations.notation.q
+    forward = zip(theta, own.at(page.q), strict=True)
+    L, joints = own.inverse()
+    moved = sp.Matrix([theta[j] - own.c[j] for j in joints])
+    backward = zip(page.q, (sp.expand(value) for value in L * moved), strict=True)
+    shown, shown_back = (
+        aligned([(page.chain.tex(name), printer.terms(value)) for name, value in pairs])
+        for pairs in (forward, backward)
+    )
+    names = listed([escape(c.name) for c in page.robot.coordinates])
+    return text(
+        sentence(f"The coordinates $q$ ({names}) move the joints by", shown),
+        sentence("so that the coordinates follow from the joints as", shown_back),
+        r"With $\theta = C q + c$, the Jacobians with respect to $q$ are $J C$, with the Jacobians"
+        r" $J$ with respect to $\theta$ below.",
+    )
+
+
+def inverse_of_coupled(page: CoupledPage) -> str:
+    """Prints the inverse of the chain, or its structure if joints follow others."""
+    chain = coupled_chain(page.robot)
+    found = page.derivation.inverse or page.chain.inverse
+    if len(chain.robot.moving) == len(page.robot.moving) == chain.C.cols:
+        return text(inverse(page.chain).rstrip(), _LINEAR if page.chain.inverse.solved else "")
+    if found.classification.found is None or not found.solved:
+        return text(missing_structure(found.classification))
+    return text(
+        structure(page.chain, found.classification, found.classification.found),
+        _FREE if chain.surplus > 0 else _ABSORBED,
+        _LINEAR,
+    )
+
+
+def singularities_of_coupled(page: CoupledPage) -> str:
+    """Prints the singular configurations of the chain, if its joints are independent."""
+    independent = len(page.robot.moving) == len(page.robot.coordinates)
+    return singularities(page.chain) if independent else ""
+
+
+def example_of_coupled(page: CoupledPage) -> str:
+    """Prints a configuration, its tool pose, and all solutions in coordinates."""
+    coordinates, derivation = page.robot.coordinates, page.derivation
+    angles = cycle(ANGLES)
+    q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
+    functions = derivation.inverse.functions if derivation.inverse else {}
+    fk = derivation.function("fk")
+    known = dict(zip((joint.name for joint in page.robot.moving), _theta(page, q), strict=True))
+    for name, function in functions.items():
+        if function.role.name == "redundancy":
+            known[name] = float(value_at(function, q).item())
+    symbols = [f"q_{{{k}}}" for k, _ in enumerate(coordinates, 1)]
+    pose = page.chain.pose
+    return example(fk, functions.values(), coordinates, symbols, q, known, {}, pose)
+
+
+def _theta(page: CoupledPage, q: np.ndarray) -> list[float]:
+    own = page.robot.linear_map
+    C, c = (np.array(M.tolist(), dtype=float) for M in (own.C, own.c))
+    return [float(value) for value in C @ q + c[:, 0]]
+
+
+_LINEAR = r"The coordinates $q$ follow linearly from the joints."
+_ABSORBED = (
+    "In this structure, a joint that follows others is part of a joint with the same or a parallel"
+    r" axis. The command \texttt{chasles explain} prints the steps."
+)
+_FREE = (
+    "This is the structure of the chain with its dependent joints free. The solutions of the"
+    " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
+    r" includes the couplings. The command \texttt{chasles explain} prints the steps."
+)

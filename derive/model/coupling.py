@@ -1,0 +1,173 @@
+"""Couplings: joint coordinates as a linear map of motor coordinates, theta = C q + c."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import sympy as sp
+
+from .errors import DescriptionError
+from .exact import exact
+from .names import check_choice, check_name, check_unique
+
+Limits = tuple[sp.Expr | None, sp.Expr | None]
+MotorKind = Literal["revolute", "prismatic"]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """An actuated coordinate that is not a joint: it moves joints through couplings.
+
+    Attributes:
+        name: Unique name among joints and motors.
+        kind: ``revolute`` or ``prismatic``.
+        limits: Lowest and highest value (radian or metre); None if unbounded.
+        assumed: Names of the fields that the source of the description does not state.
+    """
+
+    name: str
+    kind: MotorKind = "revolute"
+    limits: Limits = (None, None)
+    assumed: tuple[str, ...] = ()
+
+    direction = 1
+    """A motor has the sign of its coordinate."""
+
+    def __post_init__(self) -> None:
+        check_name("motor", self.name)
+        check_choice("motor", self.name, self.kind, get_args(MotorKind))
+        lower, upper = (None if limit is None else exact(limit) for limit in self.limits)
+        object.__setattr__(self, "limits", (lower, upper))
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate: m for a prismatic motor, else rad."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
+
+    A coordinate is a motor or a joint with its own coordinate. A joint that names itself has its
+    own coordinate, to which other coordinates are added. A leader may itself be a coupled joint
+    without its own coordinate; its equation is then inserted.
+
+    Attributes:
+        joint: Name of the joint.
+        ratios: The coordinates or leaders, each with the joint motion per unit of it. A joint
+            without nonzero ratios is constant.
+        offset: Value of the joint if all coordinates are 0 (radian or metre).
+    """
+
+    joint: str
+    ratios: tuple[tuple[str, sp.Expr], ...]
+    offset: sp.Expr = sp.S.Zero
+
+    def __post_init__(self) -> None:
+        rows = [(name, exact(ratio)) for name, ratio in self.ratios]
+        check_unique(f"leader of joint {self.joint!r}", [name for name, _ in rows])
+        object.__setattr__(self, "ratios", tuple(row for row in rows if row[1] != 0))
+        object.__setattr__(self, "offset", exact(self.offset))
+
+    @property
+    def has_own(self) -> bool:
+        """Whether the joint has its own coordinate."""
+        return self.joint in dict(self.ratios)
+
+
+Row = tuple[Mapping[str, sp.Expr], sp.Expr]
+"""The ratios of a joint, keyed by coordinate, and its offset."""
+
+
+@dataclass(frozen=True)
+class LinearMap:
+    """The map theta = C q + c from the coordinates to the joints.
+
+    Attributes:
+        coordinates: Names of the coordinates, in the order of q.
+        C: The ratios (joints, coordinates).
+        c: The offsets (joints, 1).
+    """
+
+    coordinates: tuple[str, ...]
+    C: sp.ImmutableMatrix
+    c: sp.ImmutableMatrix
+
+    def at(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """Returns theta = C q + c."""
+        # A sum over all columns would give long expressions that SymPy has to shorten.
+        return tuple(
+            sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
+            for j in range(self.C.rows)
+        )
+
+    def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
+        """Returns L with q = L (theta - c), and the joints on which L depends.
+
+        L has a column for each of these joints, the first independent ones from the base.
+        """
+        _, pivots = self.C.T.rref()
+        return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)
+
+
+def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMap:
+    """Returns the map from the coordinates to the moving joints.
+
+    The coordinates are in the order of the joints; a motor precedes the coordinates of the joints
+    behind the first joint that it moves.
+
+    Args:
+        joints: Names of the moving joints, in order from the base.
+        couplings: The equations of the coupled joints.
+
+    Raises:
+        DescriptionError: A coupling has no moving joint, a chain of leaders is a circle, or the
+            joints do not determine the coordinates.
+    """
+    rules = {rule.joint: rule for rule in couplings}
+    check_unique("coupling of joint", [rule.joint for rule in couplings])
+    for rule in couplings:
+        if rule.joint not in joints:
+            expected = ", ".join(joints)
+            raise DescriptionError(
+                f"coupling of {rule.joint!r}: expected a moving joint ({expected})"
+            )
+    rows = [_row(name, rules, ()) for name in joints]
+    # A joint's own coordinate has the place of the joint, a motor that of the first joint it moves.
+    placed = [
+        name
+        for joint, (ratios, _) in zip(joints, rows, strict=True)
+        for name in ratios
+        if name == joint or name not in joints
+    ]
+    names = tuple(dict.fromkeys((*placed, *(name for ratios, _ in rows for name in ratios))))
+    C = sp.ImmutableMatrix([[ratios.get(name, 0) for name in names] for ratios, _ in rows])
+    c = sp.ImmutableMatrix([offset for _, offset in rows])
+    if len(names) > len(joints) or (rules and C.rank() < len(names)):
+        raise DescriptionError(
+            f"the {len(joints)} joints do not determine the {len(names)} coordinates "
+            f"{', '.join(names)}; several motors move the same joints"
+        )
+    return LinearMap(names, C, c)
+
+
+def _row(name: str, rules: Mapping[str, Coupling], way: tuple[str, ...]) -> Row:
+    """Returns the equation of a joint in coordinates; ``way`` are the joints that follow it."""
+    if name in way:
+        circle = " follows ".join((*way[way.index(name) :], name))
+        raise DescriptionError(f"couplings form a circle: {circle}")
+    rule = rules.get(name)
+    if rule is None:
+        return {name: sp.S.One}, sp.S.Zero
+    found: dict[str, sp.Expr] = {}
+    offset = rule.offset
+    for leader, ratio in rule.ratios:
+        is_coordinate = leader not in rules or rules[leader].has_own
+        ratios, shift = (
+            ({leader: sp.S.One}, sp.S.Zero) if is_coordinate else _row(leader, rules, (*way, name))
+        )
+        offset += ratio * shift
+        for other, own in ratios.items():
+            found[other] = found.get(other, sp.S.Zero) + ratio * own
+    return {other: own for other, own in found.items() if own != 0}, offset

@@ -1,0 +1,120 @@
+"""Couplings: joints as linear functions of motors, and the inverse in motor coordinates."""
+
+import re
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+from chasles.derive import DescriptionError, derive, explain, read_text
+from tests.support.generators.coupled_arms import coupled_arm
+from tests.support.generators.synthetic import Function
+from tests.support.oracles.matrix_product import product_errors
+
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "couplings.md"
+FILES = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+ROUNDING = 1e-13
+ARM = """\
+name = "arm"
+convention = "dh"
+joints = [
+  { name = "a", a = "0.3" },
+  { name = "b", a = "0.2" },
+  { name = "c", type = "prismatic" },
+]
+"""
+TELESCOPE = """\
+name = "telescope"
+convention = "dh"
+joints = [
+  { name = "turn", alpha = "pi/2" },
+  { name = "lift", alpha = "pi/2", a = "0.3" },
+  { name = "inner", type = "prismatic", d = "0.5" },
+  { name = "middle", type = "prismatic", d = "0.1" },
+  { name = "outer", type = "prismatic", d = "0.1" },
+]
+[couplings]
+middle = { inner = 1 }
+outer = { middle = 1 }
+"""
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 12, 20])
+def test_coupled_arm_equals_the_matrix_product(seed):
+    found = product_errors(coupled_arm(seed), 3, np.random.default_rng(seed))
+    assert max(found.pose, found.jacobian, found.rate, found.maps) < ROUNDING
+    assert found.lost == 0
+    assert found.solutions > 0 or seed % 2
+
+
+@pytest.mark.parametrize("text", FILES, ids=lambda text: text.split('"')[1])
+def test_ik_of_documented_arms_recovers_motor_coordinates(text):
+    _check_inclusion(derive(read_text(text)), 1000)
+
+
+def test_stages_of_a_telescope_are_one_prismatic_joint():
+    robot = read_text(TELESCOPE)
+    assert sp.Matrix([[1, 0, 0], [0, 1, 0], *[[0, 0, 1]] * 3]) == robot.linear_map.C
+    found = derive(robot)
+    q = np.array([0.4, -0.7, 0.2])
+    fk, ik = (Function(found.function(name)) for name in ("fk", "ik_position"))
+    T = np.array(fk.kernel(ca.DM(q))).reshape(4, 4)
+    answers = ik(T[None, :3, 3])
+    assert (np.abs(answers.q[0] - q).max(axis=-1) < 1e-9).any()
+    assert "inner, middle and outer act as one joint, outer." in str(explain(robot))
+
+
+def _check_inclusion(found, poses):
+    fk, ik = (Function(found.function(name)) for name in ("fk", "ik"))
+    turns = np.array([c.unit == "rad" for c in found.robot.coordinates])
+    joints = np.array([joint.unit == "rad" for joint in found.robot.moving])
+    C = np.array(found.robot.linear_map.C, dtype=float)
+    q = np.random.default_rng(0).uniform(-1.5, 1.5, (poses, len(turns)))
+    T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
+    answers = ik(T)
+    # Solutions differ from the coordinates by whole turns of the joints.
+    apart = (answers.q - q[:, None]) @ C.T
+    apart = np.where(joints, (apart + np.pi) % (2 * np.pi) - np.pi, apart)
+    near = np.abs(apart).max(axis=-1) < 1e-6
+    assert (answers.valid & near).any(axis=1).all()
+    reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
+    wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
+    np.testing.assert_allclose(reached, wanted, atol=3e-9)
+
+
+def test_self_named_joint_has_a_coordinate_and_other_equations_are_inserted():
+    robot = read_text(
+        f'{ARM}[couplings]\nb = {{ b = 1, a = 2, offset = 3 }}\nc = {{ a = "1/2" }}\n'
+    )
+    assert [c.name for c in robot.coordinates] == ["a", "b"]
+    assert sp.Matrix([[1, 0], [2, 1], [sp.Rational(1, 2), 0]]) == robot.linear_map.C
+    assert robot.linear_map.c == sp.Matrix([0, 3, 0])
+    chained = read_text(f"{ARM}[couplings]\nb = {{ a = 2, offset = 1 }}\nc = {{ b = 3 }}\n")
+    assert sp.Matrix([1, 2, 6]) == chained.linear_map.C
+    assert chained.linear_map.c == sp.Matrix([0, 1, 3])
+
+
+def test_ratios_are_in_units_of_the_file():
+    units = 'units = { length = "mm", angle = "deg" }\n'
+    text = ARM.replace("joints", f"{units}joints")
+    robot = read_text(f"{text}[couplings]\nc = {{ screw = 2 }}\n[motors.screw]\nlimits = [0, 90]\n")
+    assert robot.couplings[0].ratios == (("screw", sp.Rational(2, 1000) * 180 / sp.pi),)
+    assert robot.coordinates[2].limits == (0, sp.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ("[couplings]\nd = { a = 1 }", "couplings.d: expected a moving joint (a, b, c)"),
+        ("[couplings]\nb = { a = 0 }", "couplings.b.a: expected a nonzero ratio"),
+        ("[couplings]\nb = { c = 1 }\nc = { b = 1 }", "couplings form a circle: b follows c"),
+        ("[couplings]\nb = { b = 1, m = 1 }\nc = { n = 1, m = 1 }", "do not determine"),
+        ("[motors]\nm = {}", "motor 'm': expected the coordinate of a coupling"),
+        ("[couplings]\nb = { m = 1 }\n[motors]\nm = { gear = 2 }", "motors.m.gear: expected one"),
+    ],
+)
+def test_invalid_couplings_are_rejected(tables, words):
+    with pytest.raises(DescriptionError, match=re.escape(words)):
+        read_text(f"{ARM}{tables}\n")

@@ -1,0 +1,110 @@
+"""Arms with couplings: windings of the nearest solution, limits of motors and joints, tips."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.calibration.calibrated_file import robot_file
+from chasles.derive import read_text, write
+from chasles.drawing import skeleton
+
+WRIST = """\
+name = "bevel_wrist"
+convention = "dh"
+joints = [
+  { name = "waist", d = "0.3", alpha = "pi/2", limits = [-3, 3] },
+  { name = "shoulder", a = "0.4" },
+  { name = "elbow", alpha = "pi/2" },
+  { name = "forearm", d = "0.3", alpha = "-pi/2" },
+  { name = "pitch", alpha = "pi/2", limits = [-2, 2] },
+  { name = "roll", d = "0.1" },
+]
+[couplings]
+elbow = { elbow = 1, shoulder = -1, offset = "0.2" }
+pitch = { left = "1/2", right = "1/2" }
+roll = { left = "1/2", right = "-1/2" }
+[motors]
+left = { limits = [-9, 9] }
+right = { limits = [-9, 9] }
+"""
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bevel_wrist")
+    write(read_text(WRIST), folder, languages=("c", "python"))
+    return chasles.load(folder)
+
+
+def test_nearest_solution_takes_full_turns_of_joints(arm):
+    """A full turn of the roll is half a turn of both motors, forward and backward."""
+    q = np.random.default_rng(1).uniform(-2, 2, (300, 6))
+    q[:, 4:] += 2 * np.pi * np.array([[1, -1]])
+    T = arm.fk(q)
+    batch = arm.ik_nearest(T, q + 1e-3)
+    one = [arm.ik_nearest(T[k], q[k] + 1e-3).q for k in range(20)]
+    refined = arm.ik_nearest(T[:20], q[:20] + 1e-3, fixed=None, weights=np.ones(6))
+    for found, own in ((batch.q, q), (one, q[:20]), (refined.q, q[:20])):
+        np.testing.assert_allclose(found, own, atol=1e-8)
+
+
+def test_limits_of_motors_and_joints_are_both_checked(arm):
+    assert arm.coordinate_names == ("waist", "shoulder", "elbow", "forearm", "left", "right")
+    assert arm.joint_names == ("waist", "shoulder", "elbow", "forearm", "pitch", "roll")
+    np.testing.assert_array_equal(arm.limits[4:], [[-9, 9], [-9, 9]])
+    np.testing.assert_array_equal(arm.joint_limits[4], [-2, 2])
+    q = np.zeros((3, 6))
+    q[1, 4:], q[2, 4:] = (4.5, 0.0), (8.0, -9.5)
+    np.testing.assert_array_equal(arm.is_within_limits(q), [True, False, False])
+    assert arm.is_within_limits(arm.random_q(100)).all()
+
+
+def test_maps_convert_positions_rates_and_accelerations(arm):
+    q, qd, qdd = np.random.default_rng(2).uniform(-1, 1, (3, 6))
+    theta = arm.chain(q)
+    np.testing.assert_allclose(theta[[2, 4, 5]], [q[2] - q[1] + 0.2, *_differential(q)], atol=1e-15)
+    np.testing.assert_allclose(arm.actuators(theta), q, atol=1e-15)
+    C, L = arm.chain_D_q(q), arm.actuators_D_chain(theta)
+    np.testing.assert_allclose(C @ L, np.eye(6), atol=1e-15)
+    np.testing.assert_allclose(arm.chain_rates(q, qd), C @ qd, atol=1e-15)
+    np.testing.assert_allclose(arm.actuator_accelerations(theta, qd, qdd), L @ qdd, atol=1e-15)
+
+
+def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
+    nominal = tmp_path / "nominal"
+    write(read_text(WRIST), nominal, parametric=True, languages=("c", "python"))
+    arm = chasles.load(nominal)
+    p = np.array([g.value for g in arm.geometry])
+    varied = np.array([g.part in ("joint", "axis", "transmission") for g in arm.geometry])
+    rng = np.random.default_rng(5)
+    p += np.where(varied, rng.normal(0, 1e-4, len(p)), 0)
+    text = robot_file(arm, p, "calibrated", "test")
+    write(read_text(text, exact=True), tmp_path / "own", languages=("c", "python"))
+    own = chasles.load(tmp_path / "own")
+    readings = rng.uniform(-1.5, 1.5, (50, 6))
+    q = own.coordinates_from_readings(readings)
+    T = own.fk(q)
+    np.testing.assert_allclose(T, arm.fk_p(readings, p), atol=1e-13)
+    np.testing.assert_allclose(own.ik_nearest(T, q + 1e-4).q, q, atol=1e-8)
+    np.testing.assert_array_equal(own.limits, arm.limits)
+
+
+def _differential(q):
+    return (q[4] + q[5]) / 2, (q[4] - q[5]) / 2
+
+
+def test_bodies_follow_all_coordinates_of_their_joint(arm):
+    q = arm.random_q(50)
+    bones = skeleton(arm)
+    names = [body.name for body in bones.bodies]
+    poses = bones.poses(q)[:, [names.index(name) for name in arm.link_names]]
+    np.testing.assert_allclose(poses, arm.link_poses(q), atol=1e-14)
+
+
+def test_numeric_inverse_reaches_links_behind_coupled_joints(arm):
+    q = arm.random_q(rng=4)
+    for link, T in zip(arm.link_names[2:], arm.link_poses(q)[2:], strict=True):
+        found = arm.ik_numeric(T, q + 0.02, tip=link)
+        assert found.valid
+        reached = arm.link_poses(found.q)[arm.link_names.index(link)]
+        np.testing.assert_allclose(reached, T, atol=1e-8)
