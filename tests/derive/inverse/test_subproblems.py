@@ -249,6 +249,17 @@ def test_sp2_out_of_reach_has_negative_margin(solve2):
     assert np.isfinite(y).all()
 
 
+def test_sp2_out_of_reach_is_finite_where_the_second_angle_is_arbitrary():
+    """The first angle is the nearest one, and turns v onto the second axis."""
+    terms, (v,) = Terms({}), symbols("v")
+    k, m, p = [tuple(map(sp.Rational, row)) for row in ("001", "100", ("2", "1/2", "0"))]
+    first, second = sp2(terms, k, m, p, v, SIGN)
+    found = (first.turn.c, first.turn.s, second.turn.c, second.turn.s, first.margin)
+    y = compiled(terms, (v,), found)(1, np.array([[1.0, 0, 0]]))
+    assert y[0, 4] < 0
+    np.testing.assert_array_equal(y[0, :4], [1, 0, 1, 0])
+
+
 def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
     rng = np.random.default_rng(8)
     k, p0, p, angle = units(rng), rows(rng), rows(rng), rng.uniform(-np.pi, np.pi, N)
