@@ -370,6 +370,25 @@ class Manifest:
         return tuple(found)
 
     @property
+    def direct_parameters(self) -> tuple[str, ...]:
+        """The redundancy parameters if C can call the inverse directly, else ().
+
+        With fixed joints between other joints, the inverse may degenerate.
+        """
+        fixed = {item.index for item in self.redundancy}
+        free = [k for k in range(len(self.coordinates)) if k not in fixed]
+        is_outer = None in fixed or len(free) == free[-1] - free[0] + 1
+        names = tuple(item.name for item in self.redundancy)
+        return names if is_outer or self.loops.chain else ()
+
+    @property
+    def free_coordinates(self) -> dict[str, tuple[str, ...]]:
+        """The names of the coordinates that an inverse sets to 0, by task."""
+        found = {i.name.removeprefix("ik_"): i.role.free for i in self.functions if i.role.free}
+        names = [coordinate.name for coordinate in self.coordinates]
+        return {task: tuple(names[k] for k in found[task]) for task in found}
+
+    @property
     def inverses(self) -> dict[TaskName, FunctionInfo]:
         """The inverses by task."""
         found: dict[TaskName, FunctionInfo] = {}

@@ -62,13 +62,6 @@ def _labels(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
     return MappingProxyType({_PUBLIC.get(name, name): found[name] for name in found})
 
 
-def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
-    """Return the names of the coordinates that an inverse sets to 0, by task."""
-    names = [c.name for c in manifest.coordinates]
-    found = {i.name.removeprefix("ik_"): i.role.free for i in manifest.functions if i.role.free}
-    return MappingProxyType({task: tuple(names[k] for k in found[task]) for task in found})
-
-
 _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
 """Public methods by the names of the generated functions that they call."""
 
@@ -110,7 +103,7 @@ class RobotFacts(GeneratedFunctions):
     notes = Fact(lambda manifest: manifest.notes)
     cleaning = Fact(lambda manifest: manifest.cleaning)
     labels = Fact(_labels)
-    free_coordinates = Fact(_free_coordinates)
+    free_coordinates = Fact(lambda manifest: MappingProxyType(manifest.free_coordinates))
     redundancy = Fact(lambda manifest: manifest.redundancy)
     loops = Fact(lambda manifest: manifest.loops.names)
     loop_solution = Fact(lambda manifest: manifest.loops.solution)

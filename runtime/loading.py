@@ -9,7 +9,7 @@ from typing import Any
 
 from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
-from .closed_form.fixed_joints import FixedJoints, direct_parameters
+from .closed_form.fixed_joints import FixedJoints
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract import Argument, FunctionInfo, Manifest
@@ -64,7 +64,7 @@ def load_functions(
             fk=pose.name if pose else None,
             unit=unit,
             general=FixedJoints(manifest, functions, robot_of) if info == inverse else None,
-            parameters=direct_parameters(manifest) if info == inverse else (),
+            parameters=manifest.direct_parameters if info == inverse else (),
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 

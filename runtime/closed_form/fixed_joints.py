@@ -167,18 +167,6 @@ class FixedJoints:
         return derived_inverse(self.manifest, self.robot_of, names, self._info.name)
 
 
-def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
-    """Return the redundancy parameters if C can call the inverse directly, else ().
-
-    With fixed joints between other joints, the inverse may degenerate; see `CompleteInverse`.
-    """
-    fixed = {item.index for item in manifest.redundancy}
-    free = [k for k in range(len(manifest.coordinates)) if k not in fixed]
-    is_outer = None in fixed or len(free) == free[-1] - free[0] + 1
-    names = tuple(item.name for item in manifest.redundancy)
-    return names if is_outer or manifest.loops.chain else ()
-
-
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:

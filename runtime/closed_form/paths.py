@@ -28,9 +28,7 @@ from .solutions import Solutions
 from .task_components import Task, inverse_for
 
 Reason = Literal["", "no solution", "jump", "limit"]
-_TURN = 2 * math.pi
-_TURNS = 3
-"""Number of revolute joints that determine an orientation."""
+_TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
 """Poses per block after a change of the slot; the number doubles after each complete block."""
 
@@ -97,9 +95,9 @@ class InverseMethods(RobotFacts):
 
     _best_step: Callable[..., NearestSolution]
 
-    @needs("fk", when=lambda robot: not robot.loops and robot.n > _TURNS)
+    @needs("fk", when=lambda robot: not robot.loops and robot.n > _FREE)
     def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
-        """All configurations with a tool orientation, for three free revolute joints.
+        """Return all configurations with a tool orientation, for three free revolute joints.
 
         Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
         inverse is derived on first use, in seconds.
@@ -108,14 +106,10 @@ class InverseMethods(RobotFacts):
             R: (..., 3, 3) orientation of the tool.
             fixed: Values (...) of all revolute joints except three, by name.
 
-        Returns:
-            The solutions, as from `ik`.
-
         Raises:
             InputTypeError: If `fixed` is not a mapping.
             InputValueError: If a name is unknown, or other than three revolute joints are free.
-            DerivationError: If neighbors among these three joints are parallel, or if the robot has
-                mimic or helical joints.
+            DerivationError: If neighbors among them are parallel, or a joint is mimic or helical.
         """
         label = f"{self.name}.ik_orientation"
         if not isinstance(fixed, Mapping):
@@ -123,12 +117,11 @@ class InverseMethods(RobotFacts):
         if unknown := fixed.keys() - {*self.coordinate_names}:
             raise InputValueError(f"{label}: there is no joint {min(unknown)!r} to fix")
         free = [c.name for c in self.coordinates if c.unit == "rad" and c.name not in fixed]
-        if len(free) != _TURNS:
+        if len(free) != _FREE:
             raise InputValueError(f"{label}: expected 3 free revolute joints, got {free}")
         names = tuple(name for name in self.coordinate_names if name in fixed)
-        solve: Any = derived_inverse(self.manifest, type(self), names, "ik_orientation")
-        found: Solutions = solve(R, *(fixed[name] for name in names))
-        return found
+        solve = derived_inverse(self.manifest, type(self), names, "ik_orientation")
+        return solve(R, *(fixed[name] for name in names))
 
     @needs(when=has_inverse)
     def ik_path(

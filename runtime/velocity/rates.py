@@ -324,15 +324,42 @@ class VelocityMethods(ManipulabilityMethods):
         except ValueError:
             raise self._no_broadcast("joint_rates", q=q, redundancy=target) from None
 
+    @needs("jacobian_mixed")
+    def actuator_forces(
+        self, q: ArrayLike, wrench: ArrayLike, *, representation: Representation = "mixed"
+    ) -> FloatArray:
+        """Return the actuator forces that a wrench on the tool does work on: J^T wrench.
+
+        The power is the same on both sides: `forces @ qd == wrench @ (J @ qd)`. The actuators hold
+        the opposite wrench of the environment in balance. Loops are rigid and without friction.
+
+        Args:
+            q: (..., n) coordinates.
+            wrench: (..., 6) force and torque on the tool [N, N m], force first, at the point and in
+                the axes of the Jacobian of this representation.
+            representation: "mixed": at the tip, in base axes; "body": at the tip, in tip axes;
+                "space": at the base origin, in base axes.
+
+        Returns:
+            (..., n) torques [N m] and forces [N], positive in the direction of the coordinate.
+        """
+        self._check_representation("actuator_forces", representation)
+        w = self._reals("actuator_forces", "wrench", wrench, (_SPATIAL,))
+        J = self.functions[f"jacobian_{representation}"](q)
+        return np.asarray((J.mT @ w[..., None])[..., 0])
+
     def _check_options(self, method: str, representation: str, threshold: float) -> None:
+        self._check_representation(method, representation)
+        if not 0 < threshold < np.inf:
+            raise InputValueError(
+                f"{self.name}.{method}: damping_threshold must be positive, got {threshold!r}"
+            )
+
+    def _check_representation(self, method: str, representation: str) -> None:
         if representation not in get_args(Representation):
             raise InputValueError(
                 f'{self.name}.{method}: representation must be "space", "body" or "mixed", got '
                 f"{representation!r}"
-            )
-        if not 0 < threshold < np.inf:
-            raise InputValueError(
-                f"{self.name}.{method}: damping_threshold must be positive, got {threshold!r}"
             )
 
     def _fixed_limits(

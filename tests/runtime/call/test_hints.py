@@ -15,8 +15,6 @@ from chasles.call import hints
 TABLES = tomllib.loads((Path(hints.__file__).parent / "hints.toml").read_text(encoding="utf-8"))
 ROWS = [(name, row) for row in TABLES["robot"] for name in row["names"]]
 Q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
-RESERVED = {"actuator_forces"}
-"""Hints that name functions which do not exist yet."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +35,7 @@ def test_attribute_of_another_library_names_the_own_one(robot, name, row):
 def test_hints_name_attributes_that_exist(robot):
     words = {"n", "dof", "lower", "upper"}
     for row in TABLES["robot"]:
-        called = set(re.findall(r"(?<![\w.])(\w+)\(", row["hint"])) - RESERVED
+        called = set(re.findall(r"(?<![\w.])(\w+)\(", row["hint"]))
         used = re.findall(r"\buse (\w+)(?![\w.])", row["hint"])
         for name in (*called, *used):
             assert hasattr(robot, name), name
