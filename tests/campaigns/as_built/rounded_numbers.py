@@ -13,7 +13,7 @@ from chasles.derive import DescriptionError, Mechanism, derive
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.rounded_mechanisms import awkward_turn, rounded
-from tests.support.loops.solved import solved
+from tests.support.loops.solved import forward, solved
 from tests.support.oracles.multi_start import Multistart
 
 from ..bars import barred
@@ -71,7 +71,7 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
     robot = cleaned(written)
     forms = _form(design), _form(robot)
     lost = int(forms[0] != forms[1])
-    if solved(robot).forward.open:
+    if forward(robot).open:
         return Judged(lost, 0.0, forms)
     derivation = derive(robot, functions=["configuration"])
     (kernel,) = lower([derivation.function("configuration")], robot.name)
@@ -90,6 +90,6 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
     """Returns the solution steps from the actuators, and the unsolved joints of both maps."""
-    hybrid = solved(robot)
-    steps = tuple(type(step).__name__ for step in hybrid.forward.steps)
-    return steps, hybrid.forward.open, hybrid.backward.open
+    found = forward(robot)
+    steps = tuple(type(step).__name__ for step in found.steps)
+    return steps, found.open, () if found.open else solved(robot).backward.open
