@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, derive, explain, read_text
+from chasles.derive import DescriptionError, derive, explain, read, read_text
 from tests.support.generators.coupled_arms import coupled_arm
 from tests.support.generators.synthetic import Function
 from tests.support.oracles.matrix_product import product_errors
@@ -102,6 +102,21 @@ def test_ratios_are_in_units_of_the_file():
     robot = read_text(f"{text}[couplings]\nc = {{ screw = 2 }}\n[motors.screw]\nlimits = [0, 90]\n")
     assert robot.couplings[0].ratios == (("screw", sp.Rational(2, 1000) * 180 / sp.pi),)
     assert robot.coordinates[2].limits == (0, sp.pi / 2)
+
+
+def test_part_of_a_coupled_chain_keeps_the_equations_of_its_joints(tmp_path):
+    file = tmp_path / "wrist.toml"
+    file.write_text(next(text for text in FILES if "bevel_wrist" in text))
+    whole, wrist, back = read(file), read(file, base="link4"), read(file, base="ee", tip="0")
+    assert [c.name for c in wrist.coordinates] == ["left", "right"]
+    assert whole.linear_map.C[4:, 4:] == wrist.linear_map.C
+    assert wrist.motors == whole.motors
+    assert [c.name for c in back.coordinates] == [
+        *("left", "right", "forearm", "elbow", "shoulder", "waist")
+    ]
+    file.write_text(f"{ARM}[couplings]\nb = {{ a = 2 }}\n")
+    with pytest.raises(DescriptionError, match="coordinate 'a' is none of the motors and joints"):
+        read(file, base="link1")
 
 
 @pytest.mark.parametrize(
