@@ -21,7 +21,9 @@ def test_calibration_page_finds_measured_arm(tmp_path, monkeypatch):
         exec(compile(before, PAGE, "exec"), names)
         arm, targets = names["arm"], names["targets"]
         std = [OFF.get(item.part, 0) for item in arm.geometry]
-        p = [item.value for item in arm.geometry] + random.normal(0, std)
+        p = np.array([item.value for item in arm.geometry])
+        moved = np.flatnonzero([item.part != "parameter" for item in arm.geometry])
+        p[moved] += random.normal(0, np.array(std)[moved])
         q = names["design"].q
         points = positions(arm.fk_p(q, p), targets) + random.normal(0, NOISE, (len(q), 3, 3))
         write_table(tmp_path / "tracker.csv", q, points)

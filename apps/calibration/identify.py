@@ -44,8 +44,10 @@ def identify(
         robot: A robot with parametric functions, `chasles.load(name, parametric=True)`.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         measurements: The measurements.
-        vary: One or several parameters that may differ from nominal, by name or by group ("joint",
-            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"). "geometry"
+        vary: One or several parameters that may differ from nominal, by name or by group
+            ("parameter", "joint", "offset", "axis", "transmission", "compliance", "loop", "base",
+            "tool"). "parameter" means the named parameters of the description, such as the radius
+            of a delta robot; they move every value that is stated with them. "geometry"
             means the group "axis", and for robots with loops also "loop": all lengths, angles and
             offsets. The tool corrections are added if poses are measured. "geometry" with these
             corrections is complete and minimal for every serial robot. The base corrections are

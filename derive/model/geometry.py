@@ -4,6 +4,7 @@ The pose of the tool is a product of elementary motions in the coordinates q and
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
+The named parameters of the description come first; they move every value that is stated with them.
 The parameters of a joint are the fields of its own convention, except directions, and the
 corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
 and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
@@ -24,8 +25,8 @@ Source:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import sympy as sp
 
@@ -34,10 +35,15 @@ from .mechanism import Coordinate, Described
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
 from .robot import Joint, Motor, SerialRobot
 
-Part = Literal["joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"]
-"""Groups of parameters: values and coordinate offset of a joint; corrections of its axis; gain and
-waves of its drive; its compliance under gravity; end positions and strut lengths of loops;
-corrections of the base and tool frames."""
+Part = Literal[
+    "parameter", "joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"
+]
+"""Groups of parameters: named parameters of the description; values and coordinate offset of a
+joint; corrections of its axis; gain and waves of its drive; its compliance under gravity; end
+positions and strut lengths of loops; corrections of the base and tool frames."""
+_PARAMETER = "_parameter"
+"""Suffix of a named parameter with the name of a group or of a different parameter."""
+_UNIT_OF_KIND = {"length": "m", "angle": "rad"}
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -100,7 +106,7 @@ class Geometry:
 
 
 def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
-    """Returns the geometry of a serial robot, with values in place of named parameters.
+    """Returns the geometry of a serial robot.
 
     Args:
         robot: The description.
@@ -134,7 +140,15 @@ class Parameters:
             robot: The description, whose named parameters have constant values.
         """
         self.parameters: list[GeometryParameter] = []
-        self._named = {parameter.symbol: parameter.value for parameter in robot.parameters}
+        self._nominal = {parameter.symbol: parameter.value for parameter in robot.parameters}
+        self._varied: dict[sp.Symbol, sp.Symbol] = {}
+        for named in robot.parameters:
+            unit = _UNIT_OF_KIND.get(named.kind, "1")
+            meaning = named.meaning or "parameter of the description"
+            name = named.name + _PARAMETER * (named.name in get_args(Part))
+            self._varied[named.symbol] = self._added(
+                name, unit, "", meaning, named.value, "parameter"
+            )
 
     def new(
         self,
@@ -144,20 +158,33 @@ class Parameters:
         meaning: str,
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
+    ) -> sp.Expr:
+        """Creates a parameter of a joint, the base or the tool, and returns the varied value.
+
+        A named parameter in the value moves the value by the same amount as in the description.
+        """
+        nominal = value.xreplace(self._nominal)
+        symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)
+        moved = self.at_value(value)
+        return symbol if moved == nominal else symbol + (moved - nominal)
+
+    def _added(
+        self, name: str, unit: str, joint: str, meaning: str, nominal: sp.Expr, part: Part
     ) -> sp.Symbol:
-        """Creates a parameter of a joint, the base or the tool, and returns its symbol."""
         symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
-        nominal = self.at_value(value)
-        found = GeometryParameter(f"{joint}_{name}", symbol, nominal, unit, joint, part, meaning)
+        for k, other in enumerate(self.parameters):
+            if other.name == name:
+                self.parameters[k] = replace(other, name=name + _PARAMETER)
+        found = GeometryParameter(name, symbol, nominal, unit, joint, part, meaning)
         self.parameters.append(found)
         return symbol
 
     def at_value(self, value: sp.Expr) -> sp.Expr:
-        """Substitutes the values of the robot's named parameters into an expression."""
-        return value.xreplace(self._named)
+        """Substitutes the symbols p of the robot's named parameters into an expression."""
+        return value.xreplace(self._varied)
 
     def at_values(self, placement: Placement) -> Placement:
-        """Substitutes the values of the robot's named parameters into a placement."""
+        """Substitutes the symbols p of the robot's named parameters into a placement."""
         return tuple(
             Rotation(motion.axis, self.at_value(motion.angle))
             if isinstance(motion, Rotation)
@@ -198,7 +225,7 @@ class Parameters:
     def _axis(self, joint: Joint, tilts: str) -> Placement:
         """Returns the correction of a joint's axis; a prismatic axis has no shifts."""
 
-        def new(name: str, unit: str, meaning: str) -> sp.Symbol:
+        def new(name: str, unit: str, meaning: str) -> sp.Expr:
             return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
 
         shifts: Placement = ()
@@ -253,7 +280,7 @@ def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Param
     return value
 
 
-def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Symbol:
+def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Expr:
     """Returns the compliance symbol: rotation per torque, or translation per force."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")

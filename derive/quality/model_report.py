@@ -137,7 +137,9 @@ def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[in
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
     own = [
-        k for k, item in enumerate(found.parameters) if item.part not in ("axis", "transmission")
+        k
+        for k, item in enumerate(found.parameters)
+        if item.part not in ("parameter", "axis", "transmission")
     ]
     symbols = [item.symbol for item in found.parameters]
     nominal = [float(item.value) for item in found.parameters]

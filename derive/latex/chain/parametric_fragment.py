@@ -27,6 +27,7 @@ J_k = \sum_m \mathcal{S}_m \frac{\partial v_m}{\partial p_k},
 which is column $k$ of \texttt{identification\_jacobian}; with $q_k$ in place of $p_k$ it is a
 column of \texttt{jacobian\_p}."""
 _BY_PART = {
+    "parameter": "A parameter of the description moves every value that is stated with it.",
     "base": "A base correction moves the whole robot: its column is the screw of its motion.",
     "joint": "A joint length moves the tool along its axis; a joint angle rotates it about its"
     " axis.",

@@ -71,7 +71,7 @@ class MechanismGeometry:
 def mechanism_geometry(
     mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
 ) -> MechanismGeometry:
-    """Returns the geometry of a mechanism, with values in place of named parameters.
+    """Returns the geometry of a mechanism.
 
     Args:
         mechanism: The description.
@@ -143,7 +143,7 @@ class _Numbered:
         if joint.kind != "prismatic":
             return ""
         normal = self._normal(loop, joint.parent)
-        R = placement_matrix(self.made.at_values(joint.before))[:3, :3]
+        R = placement_matrix(joint.before)[:3, :3]
         return "".join(
             axis
             for axis, column in zip("xy", (R[:, 0], R[:, 1]), strict=True)
@@ -157,7 +157,7 @@ class _Numbered:
         """Returns the frame of a closure or strut on a body, with its position as parameters."""
         frame: Frame = getattr(closer, side)
         placement = self.made.at_values(frame.placement)
-        shift = placement_matrix(placement)[:3, 3]
+        shift = placement_matrix(frame.placement)[:3, 3]
         place = [self._coordinate(closer, frame, side, k, shift[k]) for k in range(3)]
         turns = tuple(motion for motion in placement if isinstance(motion, Rotation))
         return translation(*place) + turns + self._turned(closer, side)
@@ -180,7 +180,7 @@ class _Numbered:
         linkage = self.planar.get(closer.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):
-            return value
+            return self.made.at_value(value)
         name, meaning = f"{side}_{'xyz'[k]}", f"{'xyz'[k]} of its end on {frame.body}"
         return self.made.new(closer.name, name, "m", meaning, value, "loop")
 

@@ -43,9 +43,13 @@ class Numbers(dict):
         return [self.get((part, name), 0.0) for name in names]
 
 
-def off_by(random, nominal, size):
-    """Returns perturbed values with nine decimal places, which are exact fractions."""
-    return np.round(nominal + random.uniform(-size, size, len(nominal)), 9)
+def off_by(random, nominal, size, parameters):
+    """Returns perturbed values with nine decimal places, which are exact fractions.
+
+    Parameters of the description keep their values; ``test_named_parameters`` changes them.
+    """
+    size = [0 if g.part == "parameter" else size for g in parameters]
+    return np.round(nominal + random.uniform(-1, 1, len(nominal)) * size, 9)
 
 
 def exact(x):
@@ -160,7 +164,7 @@ def test_parametric_fk_matches_numpy_product_far_from_nominal(name):
     assert len(list(units(found))) > 20
     for _ in range(4):
         p = np.array([float(derived.terms.value(g.value)) for g in found])
-        p = off_by(random, p, 0.3)
+        p = off_by(random, p, 0.3, found)
         q = random.uniform(-2, 2, len(robot.coordinates))
         T = np.array(functions["fk_p"](q, p)).reshape(4, 4)
         assert_allclose(T, of_chain(robot, Numbers(found, p), q), atol=1e-12)
@@ -207,7 +211,7 @@ def test_parametric_loop_pose_and_residuals_match_numpy_matrices(name):
     mechanism, found = loops.hybrid.mechanism, loops.geometry.parameters
     assert len(list(units(found))) > 8
     random = np.random.default_rng(8)
-    p = off_by(random, nominal(loops), 0.05)
+    p = off_by(random, nominal(loops), 0.05, found)
     w = reference(loops) + random.uniform(-0.2, 0.2, loops.arguments["w"].size)
     at = Numbers(found, p)
     frames, values = bodies(loops, at, w)

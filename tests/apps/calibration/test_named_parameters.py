@@ -1,0 +1,120 @@
+"""Calibration in the named parameters of a robot file, shared by several joints and rods."""
+
+import re
+
+import numpy as np
+import pytest
+
+from chasles.calibration import Positions, identify
+from chasles.derive import derive, read_text
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+
+NOISE = 2e-5
+"""Standard deviation of a measured coordinate [m]."""
+CHANGED = {"r_b": 0.2017, "l_r_2": 0.7988, "tower_2": np.radians(120.4)}
+"""Radius of the base, length of one pair of rods, and angle of one tower, as built."""
+
+
+def delta_text():
+    """Returns a delta robot with parameters for a pair of rods and for the angle of a tower."""
+    text = description("delta").read_text(encoding="utf-8")
+    text = text.replace('name = "delta"', 'name = "named_delta"')
+    text = text.replace(
+        "l_r = {", "l_r_2 = { value = 800 }\ntower_2 = { value = 120, unit = 'deg' }\nl_r = {"
+    )
+    text = re.sub(r'(name = "rod_2_\w+"\nlength = )"l_r"', r'\1"l_r_2"', text)
+    text = text.replace(
+        '["r_b*cos(120)", "r_b*sin(120)", 0]\nrpy = [0, 0, 120]',
+        '["r_b*cos(tower_2)", "r_b*sin(tower_2)", 0]\nrpy = [0, 0, "tower_2"]',
+    )
+    assert text.count("l_r_2") == 3
+    assert text.count('"tower_2"') == 1
+    return text
+
+
+def robots(text, changed, folder):
+    """Returns a robot with parametric functions, and the robot of the changed text."""
+    built = text
+    for old, new in changed.items():
+        assert built.count(old) == 1
+        built = built.replace(old, new)
+    functions = ["fk", "fk_p", "identification_jacobian"]
+    nominal = compiled(read_text(text), folder / "nominal", functions, ["c"])
+    return nominal, compiled(read_text(built), folder / "built", ["fk", "fk_p"], ["c"])
+
+
+@pytest.fixture(scope="module")
+def delta(tmp_path_factory):
+    """Returns the nominal robot with parametric functions, and the robot as built."""
+    changed = {
+        "r_b = { value = 200": "r_b = { value = 201.7",
+        "l_r_2 = { value = 800": "l_r_2 = { value = 798.8",
+        "value = 120,": "value = 120.4,",
+    }
+    return robots(delta_text(), changed, tmp_path_factory.mktemp("named"))
+
+
+def geometry(robot, changed):
+    """Returns the nominal geometry with changed values."""
+    return np.array([changed.get(item.name, item.value) for item in robot.geometry])
+
+
+def test_parameters_of_the_file_come_first(delta):
+    named = [item for item in delta[0].geometry if item.part == "parameter"]
+    assert [item.name for item in named] == ["r_b", "l_a", "l_r_2", "tower_2", "l_r", "r_p", "w"]
+    assert delta[0].geometry[0].name in {item.name for item in named}
+    assert {item.name: item.unit for item in named}["tower_2"] == "rad"
+
+
+def test_changed_parameters_give_the_robot_of_the_changed_file(delta):
+    nominal, built = delta
+    q = np.random.default_rng(0).uniform(-0.3, 0.8, (50, 3))
+    found = nominal.fk_p(q, np.tile(geometry(nominal, CHANGED), (50, 1)))
+    np.testing.assert_allclose(found, built.fk(q), atol=1e-12)
+    assert np.abs(found - nominal.fk(q)).max() > 1e-3
+    others = np.array([item.part != "parameter" for item in nominal.geometry])
+    step = others * np.random.default_rng(1).uniform(-1e-3, 1e-3, len(others))
+    both = nominal.fk_p(q, geometry(nominal, CHANGED) + step)
+    np.testing.assert_allclose(both, built.fk_p(q, geometry(built, {}) + step), atol=1e-12)
+
+
+def test_identified_parameters_are_within_their_intervals(delta):
+    nominal, built = delta
+    q = np.random.default_rng(1).uniform(-0.4, 0.9, (40, 3))
+    inside = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        measured = built.fk(q)[:, None, :3, 3] + rng.normal(0, NOISE, (40, 1, 3))
+        found = identify(nominal, q, Positions(measured), vary=list(CHANGED), T_W_base=np.eye(4))
+        names = list(found.names)
+        rows = [names.index(name) for name in CHANGED]
+        low, high = found.confidence_intervals[rows].T
+        inside += ((low <= [*CHANGED.values()]) & ([*CHANGED.values()] <= high)).sum()
+        np.testing.assert_allclose(found.values[rows], [*CHANGED.values()], atol=3e-4)
+    # Of 24 intervals with probability 0.95, 19 or fewer contain the value once in 200 samples.
+    assert inside >= 20
+
+
+def test_a_parameter_of_an_arm_moves_every_joint_that_uses_it(tmp_path):
+    text = description("puma560").read_text(encoding="utf-8")
+    text = text.replace('d = "d4"', 'd = "d4 + a2/2"').replace('d = "d3"', 'd = "d3 + a2"')
+    changed = {'a2 = { value = "0.4318"': 'a2 = { value = "0.4331"'}
+    nominal, built = robots(text, changed, tmp_path)
+    q = np.random.default_rng(0).uniform(-2, 2, (40, 6))
+    p = geometry(nominal, {"a2": 0.4331})
+    np.testing.assert_allclose(nominal.fk_p(q, np.tile(p, (40, 1))), built.fk(q), atol=1e-12)
+    step = 1e-6 * (np.array([item.name for item in nominal.geometry]) == "a2")
+    slope = (nominal.fk_p(q, p + step) - nominal.fk_p(q, p - step))[:, :3, 3] / 2e-6
+    J = nominal.identification_jacobian(q, np.tile(p, (40, 1)))
+    np.testing.assert_allclose(J[:, :3, step > 0][..., 0], slope, atol=1e-8)
+
+
+def test_names_of_groups_and_corrections_stay_unique():
+    text = description("scara").read_text(encoding="utf-8")
+    text = text.replace('"d1"', '"base"').replace("d1 = {", "base = {")
+    text = text.replace('"a1"', '"shoulder_gain"').replace("a1 = {", "shoulder_gain = {")
+    derived = derive(read_text(text), functions=["fk_p"])
+    names = [item.name for item in derived.geometry.parameters]
+    assert len(set(names)) == len(names)
+    assert {"base_parameter", "shoulder_gain_parameter", "shoulder_gain"} <= {*names}
