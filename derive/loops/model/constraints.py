@@ -30,7 +30,7 @@ from ...terms.vectors import dot, subtracted
 from .body_frames import pose_along
 from .exponentials import Factor, around
 from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
-from .planes import Edge, Linkage, Loop, PinEdge, SlideEdge, WeldEdge, linkages, loops, tidied
+from .planes import Edge, Linkage, Loop, PinEdge, SlideEdge, WeldEdge, loops, planar_closers, tidied
 from .rows import FACING, ROWS, Along, Kind
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
@@ -163,8 +163,7 @@ def swing_angles(
         terms: Table that receives the named terms.
         values: All joints and cylinders by name, without swing angles (radian or metre).
     """
-    planar, _ = linkages(mechanism)
-    linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
+    linkage_of = planar_closers(mechanism)
     return {
         loop.closer.swing_name: _Planar(terms, linkage_of[loop.closer.name], loop, values).swing_of(
             loop.closer
@@ -239,8 +238,7 @@ class _Constraints:
     ) -> None:
         self.mechanism, self.terms, self.values = mechanism, terms, values
         self.may_stay_open = may_stay_open
-        planar, _ = linkages(mechanism)
-        self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
+        self.linkage_of = planar_closers(mechanism)
 
     @cached_property
     def generic(self) -> list[GenericPoint]:

@@ -23,7 +23,7 @@ from ...model.placements import Placement, Rotation, rotation, translation
 from ...model.robot import Joint
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
-from .planes import Linkage, Loop, linkages, loops
+from .planes import Linkage, Loop, loops, planar_closers
 
 _FREE = 6
 """Degrees of freedom of a body in space."""
@@ -87,9 +87,7 @@ class _Numbered:
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         self.mechanism, self.made = mechanism, Parameters(mechanism)
-        planar, _ = linkages(mechanism)
-        self.terms = terms
-        self.planar = {name: linkage for linkage in planar for name in linkage.closers}
+        self.terms, self.planar = terms, planar_closers(mechanism)
         self.free = _free_joints(mechanism)
         in_plane = [
             loop

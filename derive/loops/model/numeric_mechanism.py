@@ -18,7 +18,7 @@ from ...model.robot import Joint, Placement
 from ...model.tolerances import CLOSING_GAIN, GAP, WORTHWHILE_GAIN
 from ...terms.terms import Terms
 from .damped_search import least
-from .planes import linkages
+from .planes import planar_closers
 
 Floats = NDArray[np.float64]
 Value = float | Floats
@@ -347,13 +347,9 @@ def _function(symbols: tuple[sp.Symbol, ...], expression: sp.Expr) -> Callable[.
 @lru_cache(maxsize=16)
 def _planes(mechanism: Mechanism) -> dict[str, Floats]:
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    planar, _ = linkages(mechanism)
-    return {
-        closer.name: np.column_stack([_floats(v, terms) for v in linkage.axes[closer.a.body]])
-        for linkage in planar
-        for closer in mechanism.closers
-        if closer.name in linkage.closers
-    }
+    planar = planar_closers(mechanism)
+    axes = {c.name: planar[c.name].axes[c.a.body] for c in mechanism.closers if c.name in planar}
+    return {name: np.column_stack([_floats(v, terms) for v in own]) for name, own in axes.items()}
 
 
 def length_of(strut: Strut) -> str:

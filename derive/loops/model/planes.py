@@ -146,6 +146,11 @@ def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
     return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
 
 
+def planar_closers(mechanism: Mechanism) -> dict[str, Linkage]:
+    """Returns the linkage of each closure and strut in a planar loop, by name."""
+    return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.closers}
+
+
 def linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
     """Returns the planar linkages of a mechanism, and the spatial loops."""
     planar, spatial = _linkages(mechanism)
