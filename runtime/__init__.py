@@ -130,7 +130,7 @@ def load(
 
     Args:
         robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
-            .toml, .urdf, .xacro or .xml (MJCF); or the folder of a generated robot, as a path
+            .toml, .urdf, .xacro, .xml (MJCF) or .sdf; or the folder of a generated robot, as a path
             object or as a string with a separator in it ("./mine"). The first use of a well-known
             arm or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
             and MJCF `'chasles[derive,files]'`), which takes seconds.

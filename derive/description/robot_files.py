@@ -68,9 +68,9 @@ def read(
     """Reads a robot from any supported file; the suffix determines the format.
 
     Args:
-        source: A robot file (.toml), URDF (.urdf), xacro file (.xacro) or MJCF model (.xml); or the
-            name of a robot installed with chasles, or ``robot:NAME`` from the package
-            robot_descriptions.
+        source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
+            (.sdf); or the name of a robot installed with chasles, or ``robot:NAME`` from the
+            package robot_descriptions.
         base: The link whose frame is the base frame; default: the root, or the base
             of a robot file.
         tip: The link whose frame is the tool frame, anywhere in the tree; default: the end of the

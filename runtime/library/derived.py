@@ -24,8 +24,8 @@ from .cache import cache_folder
 _COMPILER = "chasles.derive"
 _GENERATED = ("chasles.generated", "chasles_robots")
 """Packages of generated robots; chasles_robots is a separate distribution with the shelf."""
-SUFFIXES = (".toml", ".urdf", ".xacro", ".xml")
-"""File suffixes of robot files, URDF, xacro and MJCF."""
+SUFFIXES = (".toml", ".urdf", ".xacro", ".xml", ".sdf")
+"""File suffixes of robot files, URDF, xacro, MJCF and SDF."""
 _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"
 """Files next to the folder of a derived robot: the description path with the compiler options, and
 the digests and paths of all files that the compiler read."""

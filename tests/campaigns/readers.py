@@ -107,7 +107,7 @@ def _robot_readers() -> tuple[Reader, ...]:
 
 def _tree_readers() -> tuple[Reader, ...]:
     tree = opened(CORPUS / "arm.urdf").tree
-    kinds = {"urdf": 1000, "xacro": 900, "xml": 700}
+    kinds = {"urdf": 1000, "xacro": 900, "xml": 700, "sdf": 1000}
     return (
         *(
             Reader(kind, files, f"arm.{kind}", _files(f"*.{kind}"), _opened, _text)

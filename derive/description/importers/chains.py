@@ -15,11 +15,12 @@ from .identifiers import identifier
 from .kinematic_tree import KinematicTree
 from .mjcf.mjcf_file import MjcfFile
 from .robot_xml import is_urdf, read_xml
+from .sdf.sdf_file import SdfFile
 from .srdf import group_ends, srdf_in_folder
 from .tool_links import Ends
 from .xacro_file import expanded, is_xacro
 
-SUFFIXES = (".urdf", ".xacro", ".xml")
+SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf")
 READING = Limits()
 """Limits on time and memory for reading one file."""
 Result = TypeVar("Result")
@@ -42,7 +43,7 @@ class LinkedBodies(Protocol):
 
 
 def is_imported(file: Path) -> bool:
-    """Whether the file suffix is .urdf, .xacro or .xml."""
+    """Whether the file suffix is .urdf, .xacro, .xml or .sdf."""
     return file.suffix.lower() in SUFFIXES
 
 
@@ -90,7 +91,7 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     """Reads a link-tree file.
 
     Args:
-        file: A URDF, a xacro file that expands to URDF, or an MJCF model.
+        file: A URDF, a xacro file that expands to URDF, an MJCF model, or an SDF.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Raises:
@@ -101,6 +102,8 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     if arguments:
         expected = "a xacro file: no other takes arguments"
         raise file_error(str(file), None, "", arguments[0], expected)
+    if file.suffix.lower() == ".sdf":
+        return SdfFile(str(file), read_xml(file))
     if file.suffix.lower() == ".xml" and not is_urdf(read_xml(file)):
         return MjcfFile(file)
     return UrdfFile(str(file), read_xml(file))

@@ -35,6 +35,10 @@ MJCF = """\
 <mujoco model="bar"><worldbody><body name="arm"><joint name="turn"/><geom size="0.1"/>
 <site name="tcp" pos="0 0 1"/></body></worldbody></mujoco>
 """
+SDF = """\
+<sdf version="1.7"><model name="post"><link name="arm"/><joint name="turn" type="continuous">
+<parent>world</parent><child>arm</child><axis><xyz>0 0 1</xyz></axis></joint></model></sdf>
+"""
 ZERO = dict.fromkeys(("theta", "d", "a", "alpha"), ", ".join("0" for _ in LINKS))
 UR5E = (
     (0, 0, 0.1625, 0, 0, 0),
@@ -64,6 +68,7 @@ def files(cache, monkeypatch):
         "two_arms.urdf": TWO,
         "two_arms.srdf": SRDF,
         "arm.xml": MJCF,
+        "arm.sdf": SDF,
         "my_robot.yaml": kinematics(),
         "calibration.conf": conf(ZERO),
     }.items():
@@ -76,6 +81,7 @@ MADE = {
     "arm.urdf.xacro": ["bent"],
     "two_arms.urdf": ["duo_left_tool0", "duo_right_tool0"],
     "arm.xml": ["bar"],
+    "arm.sdf": ["post"],
     "robot:panda": ["panda"],
     "ur5e": ["ur5e"],
 }
@@ -87,7 +93,7 @@ QUICKLY = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 def test_commands_of_robot_files_page_run(files):
     page = text(PAGE)
     commands = re.findall(r"^chasles (derive .*)$", page, re.MULTILINE)
-    assert len(commands) == 10
+    assert len(commands) == 11
     for command in commands:
         words = [word.replace("robots", "made") for word in shlex.split(command)]
         done = run(*words, *QUICKLY)

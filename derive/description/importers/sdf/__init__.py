@@ -1,0 +1,1 @@
+"""Importer for SDF, the model format of Gazebo and Drake."""

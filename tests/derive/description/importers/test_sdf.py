@@ -1,0 +1,142 @@
+"""SDF import: the same robots in SDF and in robot files have the same poses."""
+
+import random
+
+import numpy as np
+import pytest
+
+from chasles.derive import DescriptionError, Mechanism, derive, read, read_text
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.random_trees import RandomTree
+from tests.support.generators.sdf_files import VARIANTS, sdf_of
+from tests.support.tolerances import ORACLE
+
+TREES = 3
+HEAD = '<sdf version="1.9"><model name="m">'
+FOUR_BAR = f"""{HEAD}
+<link name="crank"/>
+<link name="coupler"><pose>0.2 0 0 0 0 0</pose></link>
+<link name="rocker"><pose>0.5 0 0 0 0 0</pose></link>
+<joint name="a" type="revolute"><parent>world</parent><child>crank</child>
+  <axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="b" type="revolute"><parent>crank</parent><child>coupler</child>
+  <axis><xyz>0 0 1</xyz><limit><effort>0</effort></limit></axis></joint>
+<joint name="c" type="revolute"><parent>world</parent><child>rocker</child>
+  <axis><xyz>0 0 1</xyz><limit><effort>0</effort></limit></axis></joint>
+<joint name="d" type="revolute"><parent>rocker</parent><child>coupler</child>
+  <pose relative_to="__model__">0.4 0.35 0 0 0 0</pose>
+  <axis><xyz>0 0 1</xyz><limit><effort>0</effort></limit></axis></joint>
+</model></sdf>"""
+FOUR_BAR_TOML = """
+name = "m"
+convention = "urdf"
+units = { length = "m", angle = "rad" }
+actuated = ["a"]
+base = { name = "world" }
+tool = { name = "coupler", body = "coupler" }
+joints = [
+  { name = "a", parent = "world", link = "crank", axis = [0, 0, 1] },
+  { name = "b", parent = "crank", link = "coupler", xyz = ["0.2", 0, 0], axis = [0, 0, 1] },
+  { name = "c", parent = "world", link = "rocker", xyz = ["0.5", 0, 0], axis = [0, 0, 1] },
+]
+[[closures]]
+name = "d"
+kind = "pin"
+a = { body = "rocker", xyz = ["-0.1", "0.35", 0] }
+b = { body = "coupler", xyz = ["0.2", "0.35", 0] }
+"""
+MIMIC = f"""{HEAD}<pose>0 0 1 0 0 0</pose><link name="base"/>
+<link name="one"><pose>0 0 0.5 0 0 0</pose></link><link name="two"><pose>1 0 0.5 0 0 0</pose></link>
+<joint name="stand" type="fixed"><parent>world</parent><child>base</child></joint>
+<joint name="lead" type="revolute"><parent>base</parent><child>one</child>
+  <axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="follow" type="continuous"><parent>one</parent><child>two</child>
+  <pose>-0.25 0 0 0 0 0</pose>
+  <axis><xyz>0 0 1</xyz><mimic joint="lead" axis="axis"><multiplier>2</multiplier>
+  <offset>0.3</offset><reference>0.1</reference></mimic></axis></joint>
+<frame name="tool0" attached_to="two"><pose degrees="true">0.1 0 0 0 90 0</pose></frame>
+</model></sdf>"""
+
+
+def functions_of(robot):
+    return lower(derive(robot, functions=("fk", "link_poses")).functions, "r")
+
+
+def fk_of(robot):
+    fk = functions_of(robot)[0]
+    return lambda q: np.array(fk(q)).reshape(4, 4)
+
+
+def file_of(tmp_path, text):
+    path = tmp_path / "model.sdf"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_trees_have_the_poses_of_the_same_robot_file(tmp_path, variant):
+    dice = random.Random(variant)
+    for _ in range(TREES):
+        tree = RandomTree(dice)
+        base, tip = tree.ends(dice)
+        (tmp_path / "tree.toml").write_text(tree.toml)
+        expected = read(tmp_path / "tree.toml", base=base, tip=tip, exact=True)
+        found = read(file_of(tmp_path, sdf_of(tree, variant)), base=base, tip=tip, exact=True)
+        names = [joint.name for joint in expected.coordinates]
+        assert [joint.name for joint in found.coordinates] == names
+        fk, wanted = fk_of(found), fk_of(expected)
+        for _ in range(2):
+            q = np.array([dice.uniform(-2, 2) for _ in names])
+            np.testing.assert_allclose(fk(q), wanted(q), atol=ORACLE, rtol=0)
+
+
+def test_loops_close_by_joints_that_share_a_child(tmp_path):
+    found = read(file_of(tmp_path, FOUR_BAR), tip="coupler")
+    assert isinstance(found, Mechanism)
+    assert (found.actuated, [c.name for c in found.closures]) == (("a",), ["d"])
+    fk, wanted = fk_of(found), fk_of(read_text(FOUR_BAR_TOML))
+    for a in (-0.3, 0.0, 0.4):
+        np.testing.assert_allclose(fk([a]), wanted([a]), atol=ORACLE, rtol=0)
+
+
+def test_mimic_frames_and_pose_of_the_model(tmp_path):
+    robot = read(file_of(tmp_path, MIMIC), exact=True)
+    assert (robot.base_frame, robot.tool_frame) == ("world", "tool0")
+    assert [joint.name for joint in robot.coordinates] == ["lead"]
+    q = 0.4
+    c, s = np.cos(q), np.sin(q)
+    lead = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 1.5], [0, 0, 0, 1]])
+    follow = 2 * (q - 0.1) + 0.3
+    c, s = np.cos(follow), np.sin(follow)
+    turn = np.array([[c, -s, 0, 0.75], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    tool = np.array([[0, 0, 1, 0.35], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+    np.testing.assert_allclose(fk_of(robot)([q]), lead @ turn @ tool, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('<link name="crank"/>', "<include><uri>model://x</uri></include>", "without <include>"),
+        ("</model>", '<model name="n"/></model>', "without nested models"),
+        ("<parent>crank</parent>", "<parent>crunk</parent>", "a link, joint or frame of the model"),
+        ('name="b" type="revolute"', 'name="b" type="gearbox"', "one of revolute, continuous"),
+        ("<pose>0.2 0 0 0 0 0</pose>", "<pose>0.2 0 0</pose>", "x y z roll pitch yaw"),
+        ("<pose>0.2 0 0 0 0 0</pose>", '<pose relative_to="b"/>', "do not refer to each other"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", "a direction"),
+        ('<sdf version="1.9">', "<sdf>", ""),
+        ('name="rocker"', 'name="crank"', "a name that nothing else in the model has"),
+    ],
+)
+def test_unsupported_elements_are_errors_with_a_reason(tmp_path, old, new, words):
+    path = file_of(tmp_path, FOUR_BAR.replace(old, new))
+    if not words:
+        assert read(path, tip="coupler")
+        return
+    with pytest.raises(DescriptionError, match=words):
+        read(path, tip="coupler")
+
+
+def test_joint_frames_away_from_the_child_are_inverted_on_the_way_up(tmp_path):
+    robot = read(file_of(tmp_path, MIMIC), base="tool0", tip="world", exact=True)
+    back, forth = fk_of(robot), fk_of(read(file_of(tmp_path, MIMIC), exact=True))
+    np.testing.assert_allclose(back([0.4]) @ forth([0.4]), np.eye(4), atol=1e-14)
