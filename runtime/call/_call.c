@@ -1,8 +1,7 @@
 /* chasles.call._call: calls compiled functions from Python.
  *
  *   kernel/     the compiled side: Library, Kernel, the ufunc's inner loop, memory of large results
- *   function/   the Python side: Function, its arguments and results
- */
+ *   function/   the Python side: Function, its arguments and results */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
 #include "call/function/nearest.h"

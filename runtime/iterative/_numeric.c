@@ -1,8 +1,7 @@
 /* chasles.iterative._numeric: iterative inverse kinematics, called from Python.
  *
  * A Solver owns an Arm (native/arm.h): tip frame, limits and start table of a robot. The solver
- * keeps the compiled robot functions loaded.
- */
+ * keeps the compiled robot functions loaded. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 

@@ -5,8 +5,7 @@
  *   twist_between             the twist whose exponential is the whole displacement
  *
  * Source: R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation,
- * 1994, chapter 2.
- */
+ * 1994, chapter 2. */
 #ifndef CHASLES_LOGARITHM_H
 #define CHASLES_LOGARITHM_H
 

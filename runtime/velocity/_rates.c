@@ -4,8 +4,7 @@
  *   solve      damped least-squares joint rates for a twist, within these bounds
  *   gradient   the manipulability measure and its gradient
  *
- * DAMPING_THRESHOLD is the default singular value below which joint_rates damps.
- */
+ * DAMPING_THRESHOLD is the default singular value below which joint_rates damps. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 

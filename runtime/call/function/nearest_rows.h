@@ -35,8 +35,7 @@ static inline int is_unsettled(const Function *inverse, int slot, double residua
 }
 
 /* Tests whether the function is an inverse with a compiled selection, and its slots fit the
- * scratch.
- */
+ * scratch. */
 int can_select(const Function *inverse);
 
 /* Reads the distance metric, four arrays (n,); -1 with an error set. */

@@ -1,5 +1,8 @@
 #include "call/kernel/compiled_library.h"
 
+#ifdef __x86_64__
+#include <cpuid.h>
+#endif
 #include <dlfcn.h>
 #include <string.h>
 
@@ -23,16 +26,28 @@ static const void *find_symbol(Library *self, const char *symbol)
     return found;
 }
 
+#ifdef __x86_64__
+/* Tests for FMA, bits of cpuid leaf 7, and registers that the system saves.
+ * __builtin_cpu_supports is always false in the runtime library of Zig, which builds wheels. */
+static int has_features(unsigned bits, unsigned saved)
+{
+    unsigned a, b, c, d;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_FMA) || !(c & bit_OSXSAVE)) {
+        return 0;
+    }
+    __asm__("xgetbv" : "=a"(a), "=d"(d) : "c"(0));
+    return (a & saved) == saved && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bits) == bits;
+}
+#endif
+
 /* Returns the symbol of the kernels for this processor in a portable library. */
 static const char *kernels_of_processor(void)
 {
 #ifdef __x86_64__
-    const int v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-                   __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
-    const int v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
-                   __builtin_cpu_supports("avx512cd");
-    return v3 && v4 ? "chasles_kernels_v4" : v3 ? "chasles_kernels_v3" : "chasles_kernels";
+    const unsigned avx512 = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL | bit_AVX512BW | bit_AVX512CD;
+    const int v3 = has_features(bit_AVX2 | bit_BMI | bit_BMI2, 0x6); /* xmm and ymm */
+    const int v4 = v3 && has_features(avx512, 0xe6);                 /* also zmm and masks */
+    return v4 ? "chasles_kernels_v4" : v3 ? "chasles_kernels_v3" : "chasles_kernels";
 #else
     return "chasles_kernels";
 #endif

@@ -1,6 +1,5 @@
 /* Data of iterative inverse kinematics: arm, task and memory. Jacobians (n, 6) are stored by
- * column.
- */
+ * column. */
 #ifndef CHASLES_ARM_H
 #define CHASLES_ARM_H
 

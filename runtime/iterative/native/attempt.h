@@ -2,8 +2,7 @@
  *
  * The damping is lambda = mu |e|^2 / 2. mu decreases after successful steps and increases after
  * failed steps. As lambda vanishes with the error, the iteration converges quadratically, even near
- * singularities.
- */
+ * singularities. */
 #ifndef CHASLES_ATTEMPT_H
 #define CHASLES_ATTEMPT_H
 

@@ -8,8 +8,7 @@
  * J + H dq / 2 instead of J, with H the Hessian and dq the first step.
  *
  * Source: Sugihara 2011 (damping); Bertsekas, Projected Newton methods, 1982 (limits); Lloyd, Irani
- * and Ahmadi 2022 (Halley's step).
- */
+ * and Ahmadi 2022 (Halley's step). */
 #ifndef CHASLES_LM_STEP_H
 #define CHASLES_LM_STEP_H
 

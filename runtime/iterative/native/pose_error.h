@@ -2,8 +2,7 @@
  *
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
  * Otherwise it is the displacement, so that the distance does not depend on an ignored rotation.
- * The error is measured at the tip and expressed in the task axes: base axes or tip axes.
- */
+ * The error is measured at the tip and expressed in the task axes: base axes or tip axes. */
 #ifndef CHASLES_POSE_ERROR_H
 #define CHASLES_POSE_ERROR_H
 

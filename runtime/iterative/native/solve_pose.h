@@ -1,8 +1,7 @@
 /* Iterative inverse kinematics of one pose: attempts from several start configurations.
  *
  * If no attempt converges, the best results are refined to the nearest minimum error, with a
- * reserved fraction of the budget.
- */
+ * reserved fraction of the budget. */
 #ifndef CHASLES_SOLVE_POSE_H
 #define CHASLES_SOLVE_POSE_H
 

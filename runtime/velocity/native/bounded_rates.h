@@ -4,8 +4,7 @@
  * columns by `unit` (the length if prismatic, 1 if revolute), and rates are divided by `unit`.
  *
  * Source: F. Flacco, A. De Luca, O. Khatib, Motion control of redundant robots under joint
- * constraints: saturation in the null space, ICRA 2012, algorithm 1.
- */
+ * constraints: saturation in the null space, ICRA 2012, algorithm 1. */
 #ifndef CHASLES_BOUNDED_RATES_H
 #define CHASLES_BOUNDED_RATES_H
 

@@ -30,8 +30,7 @@ static double approach_rate(double left, double acceleration, double dt)
 }
 
 /* Lowers the rate by units in the last place until rounded q + sign * rate * dt is within the
- * limit.
- */
+ * limit. */
 static double round_before_limit(double q, double rate, double dt, double limit, double sign)
 {
     for (int i = 0; i < ULPS && rate > 0 && isfinite(rate); i++) {

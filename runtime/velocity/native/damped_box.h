@@ -8,8 +8,7 @@
  * of the next J nearly orthogonal.
  *
  * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering); Maciejewski and Klein 1989
- * (reuse of U); Stark and Parker 1995 (active set).
- */
+ * (reuse of U); Stark and Parker 1995 (active set). */
 #ifndef CHASLES_DAMPED_BOX_H
 #define CHASLES_DAMPED_BOX_H
 
