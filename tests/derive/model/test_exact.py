@@ -219,6 +219,19 @@ def test_without_parameters_a_name_is_unknown() -> None:
         read("a")
 
 
+def test_number_of_arguments_is_stated_in_singular() -> None:
+    with pytest.raises(NotExact, match=r"sqrt takes 1 argument$"):
+        read("sqrt(1, 2)")
+
+
+def test_at_most_eight_functions_are_nested() -> None:
+    eight = "cos(" * 8 + "a" + ")" * 8
+    assert read(eight, NAMES).free_symbols
+    for deeper in (f"sin({eight})", f"({eight})**2"):
+        with pytest.raises(NotExact, match="more than 8 nested functions and powers"):
+            read(deeper, NAMES)
+
+
 def test_angle_unit_applies_inside_functions() -> None:
     degree = sp.pi / 180
     assert read("cos(60)", {}, degree) == sp.Rational(1, 2)
