@@ -192,10 +192,10 @@ mass = 1
 """
 
 
-def test_spring_of_mimicked_coordinate_cannot_be_written(tmp_path):
+def test_springs_of_arm_with_followers_cannot_be_written(tmp_path):
     moved = read_text(MIMICKED)
     arm = compiled(moved, tmp_path, ["fk_p", "jacobian_p"], ["c"])
     p = np.array([g.value for g in arm.geometry])
     p[part(arm, "compliance")] = 1e-5
-    with pytest.raises(InputValueError, match="several joints"):
+    with pytest.raises(InputValueError, match="a joint follows others"):
         robot_file(arm, p, "mine", "simulated")
