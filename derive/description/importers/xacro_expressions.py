@@ -360,7 +360,7 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
 
 
 def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
-    """Rejects a format with large widths or precisions; ``*`` takes a width from the values."""
+    """Rejects a format with large widths or precisions; ``*`` would read a width as a value."""
     widths = [int(digits) for digits in re.findall(r"\d+", text)]
     if "*" in text:
         widths += [abs(value) for value in values if isinstance(value, int)]

@@ -36,7 +36,7 @@ class FoundLength:
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
         margin: 0 for a double solution, negative out of reach; relative to the squared input
-            lengths. None if a solution always exists.
+            lengths, or None if a solution always exists.
     """
 
     length: sp.Expr

@@ -154,7 +154,7 @@ class ClosedLoops:
         the reference is sampled.
 
         Raises:
-            LoopError: The loops do not close from the reference.
+            LoopError: The loops do not close at the reference configuration.
         """
         reference = self.closed(self.reference, np.ones(len(self.names), dtype=bool))
         if not self._rows.owners:

@@ -119,7 +119,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
         mechanism: The description, with a reference configuration at which the loops nearly close.
 
     Raises:
-        LoopError: The loops do not close from the reference.
+        LoopError: The loops do not close at the reference configuration.
 
     Source:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and the limits of
@@ -169,7 +169,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobil
         equations: The independent equations of each loop.
 
     Raises:
-        LoopError: The loops do not close from the reference.
+        LoopError: The loops do not close at the reference configuration.
     """
     mechanism = loops.mechanism
     counts = Counts(mechanism, Terms({p.symbol: p.value for p in mechanism.parameters}))

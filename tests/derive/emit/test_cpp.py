@@ -82,7 +82,7 @@ def run(*command, cwd=None, given=None, env=None):
 def built(tmp_path_factory):
     """A folder with the sources of each robot, an installed package, and a program per robot.
 
-    The program of ur5e uses the installed package; the others fetch the sources.
+    For ur5e, the test program uses the installed package; for other robots, it fetches the sources.
     """
     folder = tmp_path_factory.mktemp("packages")
     project = CONSUMER
