@@ -1,5 +1,9 @@
 """Several files are written completely or not at all."""
 
+import os
+
+import pytest
+
 from chasles.contract import write_files
 from tests.support.faults import check_writes, steps_of
 
@@ -15,3 +19,12 @@ def test_last_file_moves_last(tmp_path):
     new = {tmp_path / name: name.encode() for name in "abc"}
     moves = [step for step in steps_of(lambda: write_files(new), tmp_path) if "rename" in step]
     assert [move[-1] for move in moves] == ["a", "b", "c"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+def test_written_file_keeps_its_mode(tmp_path):
+    file = tmp_path / "secret"
+    file.touch(0o600)
+    file.chmod(0o640)
+    write_files({file: b"new"})
+    assert file.stat().st_mode & 0o777 == 0o640
