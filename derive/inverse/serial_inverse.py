@@ -47,6 +47,7 @@ from .steps.work import Work
 from .structure.lines import Lines, axes_of, home_of
 from .structure.numeric_arm import NumericArm
 from .structure.self_motion import joints_of_self_motion, self_motion
+from .tasks.partial_poses import POSITION_TASK
 from .tasks.slots import (
     POSE_SYMBOLS,
     function_of,
@@ -56,7 +57,7 @@ from .tasks.slots import (
     values_of,
     with_rounding,
 )
-from .tasks.task import Solved
+from .tasks.task import Solved, Task
 from .tool_axis import by_tool_axis
 
 MAX_FREE = 6
@@ -157,17 +158,30 @@ def _by_structure(
     if found is None or classification.tier != "exact":
         return None
     if not found.is_whole:
-        others = others_that_fit(lines, found, families, classification.give)
-        attempt, task = _losing_least(robot, lines, chain([found], others))
-        return Inverses(replace(classification, found=attempt), {"ik": task})
+        further = others_that_fit(lines, found, families, classification.give)
+        attempt, whole = _losing_least(robot, lines, chain([found], further))
+        others = {task.name: task.solved(robot, lines) for task in _tasks(robot, found, lines)}
+        solved = {"ik": whole} | others
+        return Inverses(replace(classification, found=attempt), solved)
     solved = {"ik": pose_task(robot, lines, found)} if found.family.solves_pose else {}
-    tasks = [task for task in found.family.tasks if task.applies(robot, lines)]
+    tasks = _tasks(robot, found, lines)
     if not solved and not tasks:
         reason = f"{found.title}, but the tool moves in fewer directions than its tasks ask for"
         return Inverses(replace(classification, found=None, missing=reason), {})
     solved |= {task.name: task.solved(robot, lines) for task in tasks}
     functions = found.family.functions(robot, lines)
     return _searching(robot, Inverses(classification, solved, functions))
+
+
+def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
+    """Returns the tasks of partial poses that a structure solves.
+
+    A structure that is read from the tool has only the position task, which reads the chain from
+    the base; with fixed joints, it has none.
+    """
+    tasks = [] if found.given else found.family.tasks
+    usable = [task for task in tasks if found.is_whole or task is POSITION_TASK]
+    return [task for task in usable if task.applies(robot, lines)]
 
 
 def _losing_least(

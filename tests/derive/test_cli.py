@@ -224,10 +224,10 @@ def test_files_outside_the_folder_are_never_removed(arm, tmp_path, files):
     assert (folder / "old").exists() != ("old" in files)
 
 
-def test_base_option_is_rejected_for_toml_files(arm, tmp_path):
+def test_base_option_names_the_links_of_the_file(arm, tmp_path):
     done = run("derive", arm, "--to", tmp_path / "out", "--base", "world")
     assert done.exit_code == 1
-    assert "base: expected none; it applies to files that end in .urdf" in done.output
+    assert "base: expected a link of the file (link1, link2, 0, ee), found 'world'" in done.output
 
 
 def test_misspelled_robot_name_gets_a_suggestion():

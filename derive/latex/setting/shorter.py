@@ -7,6 +7,8 @@ from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
 """Maximum addends of a product of sums that is expanded on trial."""
+MAX_ADDED = 400
+"""Maximum operations of an expression whose angles are added on trial; SymPy compares all pairs."""
 MAX_GATHERED = 4
 """Maximum terms of a sum with its common root in front; longer sums must be broken across lines."""
 
@@ -16,7 +18,8 @@ def reduced(constant: sp.Expr) -> sp.Expr:
     if constant.is_Atom or addends(constant) > MAX_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
-    if any(isinstance(e, sp.cos | sp.sin) for e in forms[1].atoms(sp.Function)):
+    has_angles = any(isinstance(e, sp.cos | sp.sin) for e in forms[1].atoms(sp.Function))
+    if has_angles and forms[1].count_ops() <= MAX_ADDED:
         forms.append(TR10i(forms[1]))
     return min(forms, key=lambda form: size(form, {}))
 
