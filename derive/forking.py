@@ -61,7 +61,7 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
 
 
 def _send(work: Callable[[], object], sender: Connection) -> None:
-    """Runs work, and sends the result or the error."""
+    """Runs the work, and sends its result or its error."""
     sender.send(outcome_of(work))
 
 

@@ -194,7 +194,7 @@ def test_loop_folders_import_only_earlier_folders():
 
 
 def test_steps_of_a_mechanism_follow_the_plan():
-    """The derivation enters the folders one after the other; results are fields of records."""
+    """The derivation calls the folders in a fixed order, and each step returns a record."""
     tree = ast.parse((DERIVE / "derivation.py").read_text(encoding="utf-8"))
     imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level]
     folder_of = {

@@ -17,8 +17,8 @@ are enlarged. Four errors remain:
 - For bodies other than boxes, the second order of the correction is not exact.
 
 Source:
-    L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for surfaces by
-    their projections.
+    L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
+    of a surface from its projections.
 """
 
 from __future__ import annotations

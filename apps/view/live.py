@@ -349,7 +349,7 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
-        """Return checkbox, function and maximum number for each kind of ghosts."""
+        """Return the checkbox, the function and the maximum number of each kind of ghost."""
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
         modes = (self._modes_shown, display.modes, display.most_modes)

@@ -36,7 +36,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def there(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk into an existing array, compared with compiled loops into the same array."""
+    """A batch of fk into an existing array, compared with compiled loops that do the same."""
     q = _vectors(plan, arm)
     T = np.zeros((len(q), 4, 4))
     own = chasles.load(arm.name).fk

@@ -58,7 +58,7 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
     """Returns the robot with all joints in one of the conventions `dh`, `mdh` and `poe`.
 
     Fixed joints become part of the links, and parameters are replaced by their values. Numbers
-    without a short exact form have 17 digits, or more if the table has lengths from 10 m.
+    without a short exact form have 17 digits, or more if a length is 10 m or more.
 
     Raises:
         InputValueError: The robot has masses, whose positions depend on the link frames.

@@ -64,7 +64,7 @@ def _pose_row(name: str, kind: str, placement: Placement, digits: int) -> dict[s
 
 
 def latex_table(robot: SerialRobot, convention: Convention) -> str:
-    r"""Returns a `tabular` for \input, which needs the package booktabs, and base and tool."""
+    r"""Returns a `tabular` for \input, with base and tool; it needs the package booktabs."""
     columns = [(name, heading) for _, name, heading in convention.columns]
     headings = ["joint", "type", *(f"${tex or _symbol(name)}$" for name, tex in columns)]
     rows = [_latex_row(robot, joint, [name for name, _ in columns]) for joint in robot.joints]

@@ -67,7 +67,7 @@ class CoupledChain:
         )
 
     def index(self, name: str) -> int:
-        """Returns the index of the joint that contains a described joint."""
+        """Returns the index of the joint into which a described joint was merged."""
         return next(k for k, names in enumerate(self.members) if name in names)
 
     def joints_at(self, q: Sequence[sp.Expr]) -> list[sp.Expr]:

@@ -120,7 +120,7 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only the given joints; None if others move them too."""
+    """Returns the coordinates that move only the given joints, or None if others move them."""
     rows = range(chain.C.rows)
     found = [
         k

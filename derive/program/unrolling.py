@@ -53,8 +53,8 @@ _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
     """Returns the program of all branches of a function, in order.
 
-    Satisfies: entry i of branch b of an output is entry i of the output of ``branch`` with the
-    signs of branch b as its last argument.
+    Entry i of branch b equals entry i of the function ``branch`` with the signs of branch b as
+    its last argument.
 
     Args:
         branch: The single-branch program, whose last argument contains the signs.

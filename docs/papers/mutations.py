@@ -134,7 +134,7 @@ def _text(value: Text | None, path: tuple[int, ...]) -> str:
     for k in path:
         value = value[k] if value is not None else None
     if not isinstance(value, str):
-        raise TypeError(f"expected a text, got {value}")
+        raise TypeError(f"expected a string, got {value}")
     return value
 
 

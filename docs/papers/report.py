@@ -90,7 +90,7 @@ class Finding:
 
     Attributes:
         holds: Whether the statement is true.
-        evidence: Numbers that prove the statement, for the table.
+        evidence: The numbers in the table that support the statement.
     """
 
     holds: bool

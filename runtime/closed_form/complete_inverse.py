@@ -148,7 +148,7 @@ def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solution
 
 
 def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
-    """Return solutions with the slots that the pose with the most further solutions needs."""
+    """Return solutions with as many further slots as any of the poses needs."""
     most = max(len(more.valid) for more in further.values())
     if not most:
         return slots

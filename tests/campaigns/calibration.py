@@ -10,9 +10,9 @@ times a reference error. An estimator at the bound exceeds this reference error 
 ``LEVEL``.
 
 The axis intervals must contain the true values in 95 of 100 arms. In the trials, the base frame is
-known, because an identified base frame shifts all axes equally. The intervals of an arm are
-correlated, so their coverage has no simple distribution. A trial therefore tests the errors z of
-all axes, divided by their standard deviations. With the correlations R from independent
+known, because an identified base frame shifts all axes equally. The confidence intervals of an
+arm are correlated, so their coverage has no simple distribution. A trial therefore tests the errors
+z of all axes, divided by their standard deviations. With the correlations R from independent
 derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
 and M surplus measurements. Fisher's method combines the probabilities of all arms: once for
 intervals that are too narrow, once for intervals that are too wide.
@@ -66,7 +66,8 @@ FALL = 20
 NEAR = 1.1
 """Maximum error of an efficient estimator relative to the error at the bound."""
 LEVEL = 1e-8
-"""Failure probability of a correct program: per arm for errors, per side for intervals."""
+"""Probability that a correct program fails: for the errors of an arm, and for each side of an
+interval."""
 REACH = 2.5
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 

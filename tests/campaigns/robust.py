@@ -69,7 +69,7 @@ class Attempt:
 
 
 def trial(number: int) -> Outcome:
-    """Reads and derives the files of a numbered trial."""
+    """Reads the random files of a trial, and derives the robots."""
     with TemporaryDirectory() as folder:
         attempts = list(_attempts(number, Path(folder)))
     counts = dict.fromkeys(("read", "derived", "refused"), 0)

@@ -61,8 +61,8 @@ WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 """Arms that are tested with a spherical wrist, and whether skew axes are at right angles.
 
 The position problem of these arms is a quadratic equation, except for two structures without a
-position inverse. The other structures, whose equation is a quartic, for example, are tested by
-position inverses.
+position inverse. The position inverse is tested for the other structures, some of which lead
+to a quartic equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),

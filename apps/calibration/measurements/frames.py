@@ -100,8 +100,8 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the frames for a tool that rotates about at most one axis, also from positions.
 
-    Four points represent the probe: its origin and one point on each axis. The distance of these
-    points is the spread of the tool positions, but at least `_LEVER`.
+    Four points represent the probe: its origin and one point on each axis. The points are as
+    far apart as the tool positions, but at least `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)

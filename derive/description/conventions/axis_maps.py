@@ -66,8 +66,8 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
     """Returns the transform between two axes in a convention.
 
     A transform that starts with a rotation about the preceding axis is completed by a rotation
-    about and a shift along the joint axis. A transform that ends with a rotation about the joint
-    axis is completed by an offset of the preceding axis.
+    about and a shift along the joint axis. If a transform ends with a rotation about the joint
+    axis, an offset of the preceding joint has the same effect.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)

@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move their common point. The position of this point after joint 1
-    # equals its position after joints 6 and 5, counted from the tool.
+    # 1 to 3. Joints 2 to 4 do not move their common point. Joint 1 moves this point to the
+    # same position as joints 6 and 5, seen from the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:

@@ -38,7 +38,7 @@ def requires(lines: Lines) -> list[Requirement]:
 
 
 def loses_alignment(lines: Lines) -> bool:
-    """Whether the position determines what aligned first and third revolute axes leave open."""
+    """Whether the position determines the angles if revolute axes 1 and 3 align."""
     turning = sum(axis.turns for axis in lines.axes)
     return turning == _MAX and len(lines.axes) < _FREEDOMS
 

@@ -305,7 +305,8 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
 
 def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Only the revolute joint moves the center normal to both prismatic joints.
+    # 1. Only the revolute joint moves the center in the direction normal to both prismatic
+    # axes.
     normal = _across(terms, a1.h, a2.h)
     reach = subtracted(terms, centre, a3.p)
     d = dot(terms, normal, subtracted(terms, W, a3.p))

@@ -252,7 +252,7 @@ def constant_table(notation: Notation, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """Returns the named constants that are too wide for the table, in parameters."""
+    """Returns equations of the named constants that are too wide for the table."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)

@@ -1,4 +1,4 @@
-"""Collects the symbols and steps that the fragments of a robot with loops share."""
+"""Collects the symbols and solution steps that all sections of the article share."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -199,7 +199,7 @@ class Iteration:
 
 
 def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
-    """Returns the builders of the functions of w that the solver calls, in output order."""
+    """Returns the builders of the functions that the solver calls, in output order."""
     return {name: partial(_inner, closure, name) for name in closure.functions}
 
 

@@ -1,8 +1,8 @@
 """Equations of loops with variable geometry: residuals, and their wrenches.
 
-An equation compares end b of a closure or strut with end a, in the axes of a. The derivative of the
-equation along a motion of the body at end b is the power of a wrench. The derivative along a motion
-of the body at end a is the negative power of the same wrench, even if the loop is open.
+An equation compares end b of a closure or strut with end a, in the axes of a. If the body at end b
+moves, the rate of the left-hand side is the power of a wrench on this body. If the body at end a
+moves, the rate is the negative power of the same wrench, even if the loop is open.
 
 :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
 distance of its ends.

@@ -33,7 +33,7 @@ class LegElimination:
         k: The right-hand sides of the linear pair.
         w: Symbols of the components of w, from the first leg's fixed point to its point b_1.
         position: x and y of the platform in terms of w.
-        linear: The left-hand sides of the linear pair, in vectors.
+        linear: The left-hand sides of both linear equations, in vector form.
         solution: w if the first leg is a circle; with three lines, w from the first two.
         polynomial: Both sides of the remaining equation in the platform's angle.
         distances: Distances between the points b_i, and between the lines' points a_i, with

@@ -72,7 +72,7 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Returns the pose of the sliding cluster at a known travel."""
+        """Returns the pose of the sliding bodies for a known displacement."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)

@@ -1,4 +1,4 @@
-"""Dyads of pins: three rigid groups in a ring of pins, two of which rotate on the third."""
+"""Dyads of pins: three bodies in a ring of pins. Two of the bodies rotate on the third body."""
 
 import cmath
 import math

@@ -29,7 +29,7 @@ def part(arm, name):
 
 
 def torques(arm, q, p):
-    """Returns gravity torques from the tool displacement per unit of compliance."""
+    """Returns the gravity torques: the displacements of the tool, divided by the compliance."""
     J, by_compliance = arm.jacobian_p(q, p), arm.identification_jacobian(q, p)
     columns = by_compliance[..., part(arm, "compliance")]
     return (J * columns).sum(-2) / (J**2).sum(-2)

@@ -29,7 +29,7 @@ from tests.support.printed_robots import named_wrist
 TRUE = 1e-10
 """Tolerance of textbook formulas, which lose the last digits."""
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
-"""Functions of an article and the inverse, which the article then prints without deriving it."""
+"""Functions with which an article is printed quickly: the inverse is derived once and reused."""
 INSIDE = 1e-3
 """Margin above which angles are accurate to the tolerance above."""
 SOLVED = [name for name in NAMES if name != "jaco2"]

@@ -73,7 +73,7 @@ def few(monkeypatch, here):
 
 @pytest.fixture
 def described_only(monkeypatch):
-    """Loads robots whose functions are None, because their C takes a second to compile."""
+    """Loads robots without compiled functions, because compilation takes a second."""
 
     def named_functions(manifest, *_):
         return dict.fromkeys(function.name for function in manifest.functions)

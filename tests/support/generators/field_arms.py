@@ -91,7 +91,7 @@ class FieldCase(Case):
 
     @property
     def tier(self) -> str:
-        """Solution tier of the inverse."""
+        """Whether the inverse is exact, refined or general."""
         return read_manifest(self.folder).inverse.tier
 
     @cached_property
