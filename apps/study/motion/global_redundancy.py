@@ -118,7 +118,9 @@ def parameter_curve(
     bounds = _bounds(robot, limits)
     failure = ""
     for knots, resolution, margin in _TRIES:
-        s, between = (_spread(length, count, whole) for count in (knots, _BETWEEN * knots))
+        s = _spread(length, knots, whole)
+        # A path of poses is followed pose by pose: larger steps can cross a singularity.
+        between = np.arange(length + 1) if whole else _spread(length, _BETWEEN * knots, whole)
         search = _Search(robot, poses(s), q_seed, bounds + margin * _inwards(bounds))
         try:
             parameters, q_start = search.best(resolution)
