@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 Poses = Callable[[FloatArray], FloatArray]
 """The poses (m, 4, 4) at positions (m,) on a curve."""
 
-_TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001))
+_TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001), (65, 4.0, 0.001))
 """Knots, relative grid resolution, and margin from the limits relative to their range.
 
 The next try follows if no sequence exists, or if the joints between the knots leave the limits. A
@@ -33,6 +33,8 @@ spline between configurations at a limit exceeds this limit.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Parameter values per parameter on the grid, by the number of parameters."""
+_MAX_GRID = 6000
+"""Maximum number of parameter combinations per knot."""
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
@@ -181,7 +183,8 @@ class _Search:
         """Return the parameters (K, p) of the best sequence, and its first configuration (n,)."""
         start, low, high = self._ranges()
         ends = zip(start, low, high, strict=True)
-        cells = max(2, round(resolution * _CELLS.get(len(low), 4)))
+        most = int(_MAX_GRID ** (1 / len(low)))
+        cells = min(max(2, round(resolution * _CELLS.get(len(low), 4))), most)
         axes = [np.append(np.linspace(a, b, cells), c) for c, a, b in ends]
         grid = np.array(list(itertools.product(*axes)))
         chosen, cost = self._sequence(np.repeat(grid[None], len(self.T), 0))
