@@ -62,4 +62,7 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-TURNING_HAND = Family("three joints and a hand that turns", (4,), _requires, _solve)
+# Read from the tool, arms at right angles lose poses.
+TURNING_HAND = Family(
+    "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
+)
