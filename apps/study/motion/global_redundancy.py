@@ -74,7 +74,8 @@ def resolve_redundancy(
     The coordinates minimize the integral of the squared joint rates over the whole path, plus the
     squared joint displacement from `q_seed` to the start, among all motions within the limits.
     Prismatic joints are scaled by `unit_length`. Dynamic programming finds the best sequence on a
-    grid; finer grids follow, so the result is a minimum near the best sequence.
+    grid; finer grids follow, so the result is a minimum near the best sequence. This takes a
+    fraction of a second for one parameter, and up to some seconds for two.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
