@@ -96,7 +96,5 @@ def _lock(folder: Path) -> int | None:
 
 
 def _unlock(opened: int | None) -> None:
-    if opened is not None and sys.platform != "win32":
-        # A forked process may have a copy of the descriptor, which keeps the lock after a close.
-        fcntl.flock(opened, fcntl.LOCK_UN)
+    if opened is not None:
         os.close(opened)

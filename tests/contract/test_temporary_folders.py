@@ -23,6 +23,12 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+def lowest_free_descriptor():
+    opened = os.open(os.devnull, os.O_RDONLY)
+    os.close(opened)
+    return opened
+
+
 def test_folder_of_a_killed_process_is_removed_at_the_next_write(tmp_path):
     command = [sys.executable, "-c", HOLD, str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -36,6 +42,15 @@ def test_folder_of_a_killed_process_is_removed_at_the_next_write(tmp_path):
     with temporary_folder(tmp_path):
         pass
     assert names(tmp_path) == ["result"]
+
+
+def test_removed_folder_leaves_no_open_file(tmp_path):
+    before = lowest_free_descriptor()
+    for digits in range(5):
+        (tmp_path / f".chasles-arm-{digits:016x}").mkdir()
+    with temporary_folder(tmp_path):
+        assert len(names(tmp_path)) == 1
+    assert lowest_free_descriptor() == before
 
 
 def test_files_of_other_programs_are_kept(tmp_path):
@@ -54,6 +69,8 @@ def test_concurrent_folders_are_never_removed_in_use(tmp_path):
             (folder / "file").write_text(str(index))
             return (folder / "file").read_text()
 
+    before = lowest_free_descriptor()
     with ThreadPoolExecutor(8) as pool:
         assert list(pool.map(write, range(500))) == [str(index) for index in range(500)]
     assert names(tmp_path) == []
+    assert lowest_free_descriptor() == before
