@@ -21,6 +21,7 @@ from chasles.derive.terms.terms import Terms
 SIGN = sp.Symbol("sign", real=True)
 N = 500
 ANGLES = np.linspace(-np.pi, np.pi, 721)
+DIRECTION_FLOOR = tolerances.DIRECTION_FLOOR
 MEETING_SOLUTIONS = float(tolerances.MEETING_SOLUTIONS)
 NEAR = (0.0, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3)
 
@@ -175,6 +176,19 @@ def test_sp4_sign_selects_rotation_sense(solve4):
         assert found[0] == pytest.approx(sign * np.pi / 3, abs=1e-15)
 
 
+def test_sp4_on_a_line_through_the_center_has_opposite_solutions():
+    """Such a line always meets the circle, so the solutions have no margin."""
+    terms, p = Terms({}), sp.symbols("p1:4", real=True)
+    zero, one = sp.Integer(0), sp.Integer(1)
+    found = sp4(terms, (one, zero, zero), (zero, zero, one), p, zero, SIGN)
+    assert found.margin is None
+    f = compiled(terms, (p,), (found.turn.c, found.turn.s))
+    P = rows(np.random.default_rng(12))
+    np.testing.assert_array_equal(f(1, P), -f(-1, P))
+    K = np.tile([[0, 0, 1.0]], (N, 1))
+    assert np.abs(turned(K, angle_of(f(1, P)), P)[:, 0]).max() < 4e-15
+
+
 @pytest.mark.parametrize(("side", "angle"), [(1, 0.0), (-1, np.pi)])
 def test_sp4_angle_and_margin_are_accurate_at_the_boundary(solve4, side, angle):
     k, h = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
@@ -258,6 +272,15 @@ def test_sp2_out_of_reach_is_finite_where_the_second_angle_is_arbitrary():
     y = compiled(terms, (v,), found)(1, np.array([[1.0, 0, 0]]))
     assert y[0, 4] < 0
     np.testing.assert_array_equal(y[0, :4], [1, 0, 1, 0])
+
+
+def test_sp2_guards_no_division_if_both_angles_always_exist():
+    terms, v = Terms({}), sp.symbols("v1:4", real=True)
+    zero, one = sp.Integer(0), sp.Integer(1)
+    first, _ = sp2(terms, (zero, zero, one), (one, zero, zero), (zero, one, zero), v, SIGN)
+    assert first.margin is None
+    floors = [value for value in terms.definitions.values() if value.has(DIRECTION_FLOOR)]
+    assert len(floors) == 1  # of the first angle, which is arbitrary if v is parallel to z
 
 
 def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):

@@ -22,7 +22,7 @@ from chasles.derive.loops.functions.constraint_functions import equations
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
-from tests.support.derivations import GENERATED, MECHANISMS, committed, description
+from tests.support.derivations import GENERATED, MECHANISMS, article, committed, description
 
 SOLVED = [
     *("board_installer", "delta", "five_bar", "four_bar", "slider_crank", "well_manipulator"),
@@ -381,6 +381,11 @@ joint = "x"
 teeth = 20
 pitch = "0.005"
 """
+
+
+@pytest.mark.parametrize("name", ["four_bar", "bricklaying_gantry"])
+def test_article_contains_the_figure_of_its_mechanism(name):
+    assert committed(name)["drawing.tex"] == article(name)["drawing.tex"]
 
 
 def test_loop_fragments_exist_only_for_closed_loops():

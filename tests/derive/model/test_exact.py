@@ -38,6 +38,7 @@ READ = {
     "2**-2": sp.Rational(1, 4),
     "2**0.5": sp.sqrt(2),
     "2**(1/3)": sp.cbrt(2),
+    "1e30**1": sp.Integer(10) ** 30,
     "sqrt(2)/2": sp.sqrt(2) / 2,
     "sqrt(0.25)": sp.Rational(1, 2),
     "sqrt(3)*sqrt(3)": sp.Integer(3),

@@ -1,5 +1,6 @@
 """Models built in Python: inputs are converted to exact values, or rejected immediately."""
 
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
@@ -13,6 +14,13 @@ from chasles.derive.description.conventions import dh, poe, urdf
 def turning(name="j", **given):
     row = {"a": 0, "alpha": 0, "d": 0, "theta": 0} | given
     return Joint(name, "revolute", *dh("revolute", **row))
+
+
+def linked(*links):
+    return tuple(replace(turning(f"j{k}"), link=link) for k, link in enumerate(links))
+
+
+A = (Parameter("a", 1), Parameter("a", 2))
 
 
 def test_exact_number_types_are_accepted():
@@ -47,6 +55,8 @@ def test_exact_number_types_are_accepted():
             "'r' uses a: expected symbols of its",
         ),
         (lambda: SerialRobot("r", (turning(), turning())), "two joints are called 'j'"),
+        (lambda: SerialRobot("r", linked("arm", "arm")), "two links are called 'arm'"),
+        (lambda: SerialRobot("r", (turning(),), parameters=A), "two parameters are called 'a'"),
         (lambda: SerialRobot("r", (Joint("j", "fixed"),)), "no joint with its own coordinate"),
         (lambda: urdf("revolute", xyz=(0, 0), rpy=(0, 0, 0), axis=(0, 0, 1)), "three numbers"),
         (lambda: poe("revolute", axis=(0, 0, 0), point=(0, 0, 0)), "zero vector"),
