@@ -2,9 +2,9 @@
  * chasles is the same for the generated C of every robot and for the runtime.
  *
  * The distance is the largest weighted displacement of a coordinate. If the distances of several
- * solutions differ only by rounding, the lowest slot counts as nearest. Among copies of one
- * solution shifted by full turns, the copy with the smallest sum of displacements counts as
- * nearest.
+ * solutions differ only by rounding, the solution with the lowest index counts as nearest. Among
+ * copies of one solution shifted by full turns, the copy with the smallest sum of displacements
+ * counts as nearest.
  */
 #ifndef CHASLES_DISTANCE_H
 #define CHASLES_DISTANCE_H

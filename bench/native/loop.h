@@ -1,4 +1,4 @@
-/* Runs fk() and fk_jacobian() of the file that includes it over an array of joint vectors.
+/* Benchmark loop: calls fk() and fk_jacobian() of the including file for an array of joint vectors.
  *
  * With step 0, every call writes to the same location, so there is no memory traffic; with step 1,
  * each result has its own location. The macro KEEP makes the compiler assume that each result is

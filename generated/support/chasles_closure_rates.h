@@ -5,7 +5,7 @@
  *
  * with known actuated rows. D_u is factored only once, at the configuration with closed loops. */
 
-/* (W x Q) derivative of all variables with respect to the coordinates. */
+/* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
 {
     for (int j = 0; j < CLOSURE_Q; j++) {
@@ -19,7 +19,7 @@ static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
     }
 }
 
-/* Rates of all variables, from the coordinate rates. */
+/* Computes the rates of all variables from the coordinate rates. */
 static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd, double *wd)
 {
     double x[CLOSURE_U];
@@ -30,7 +30,7 @@ static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd
         wd[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * qd[k];
 }
 
-/* x = -c_u^+ bend v, the curvature term of a second derivative. */
+/* Computes x = -c_u^+ bend v, the curvature term of a second derivative. */
 static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *bend, const double *v,
                                int step, double x[CLOSURE_U])
 {
@@ -43,7 +43,8 @@ static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *ben
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Accelerations of all variables, from coordinate accelerations and the rates wd. */
+/* Computes the accelerations of all variables from the coordinate accelerations and the rates wd.
+ */
 static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const double *wd,
                                         const double *qdd, double *wdd)
 {
@@ -55,7 +56,7 @@ static void CLOSURE_NAME(accelerations)(const CLOSURE_NAME(closed) * s, const do
         wdd[CLOSURE_NAME(unknown)[k]] += x[k];
 }
 
-/* (W x Q) time derivative of w_q at rates wd of all variables. */
+/* Computes the time derivative (W x Q) of w_q at rates wd of all variables. */
 static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double *wd,
                                     const double *w_q, double *D)
 {
@@ -70,7 +71,7 @@ static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double
     }
 }
 
-/* (Q x W x Q) derivative of w_q with respect to each coordinate. */
+/* Computes the derivative (Q x W x Q) of w_q with respect to each coordinate. */
 static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *w_q, double *D)
 {
     for (int k = 0; k < CLOSURE_Q; k++) {
@@ -81,7 +82,8 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* The squared det c_u relative to its reference value: 0 at a singularity, NaN out of reach. */
+/* Returns the squared det c_u relative to its reference value: 0 at a singularity, NaN out of
+ * reach. */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

@@ -11,7 +11,7 @@
 #include <math.h>
 
 /* GCC 12 produced wrong results when it packed scalar code into AVX-512 vectors (a delta robot's
- * rods, -O2 -march=native -fno-math-errno). This code gains nothing from such packing. */
+ * rods, -O2 -march=native -fno-math-errno). Such packing does not make this code faster. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize")
 #endif
@@ -46,8 +46,8 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* The parts are joined in registers, because loading recently stored parts as a whole waits
-         * for the stores.
+        /* The halves are joined in registers, because one load of two recently stored halves waits
+         * for both stores.
          */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),

@@ -1,5 +1,5 @@
-/* Inverse kinematics of an arm with general geometry: six joints are solved for, all other joints
- * are fixed. This file is part of chasles and is the same for every robot.
+/* Inverse kinematics of an arm with general geometry, with six unknown joints; all other joints are
+ * fixed. This file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_H
 #define CHASLES_GENERAL_H
@@ -11,20 +11,20 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* Number of nearby poses with certainly complete solutions that is enough to call the solutions of
- * a pose complete.
+/* The solutions of a pose count as complete if this number of nearby poses has certainly complete
+ * solutions.
  */
 #define CHASLES_AGREED 4
 
-/* Solutions found so far, without duplicates. */
+/* The solutions found so far, without duplicates. */
 typedef struct {
     int count;
-    int open; /* number of iterations that ended close to a possible solution */
+    int open; /* number of iterations that ended near a possible solution */
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
 /* Returns the index of the most singular solution, which an isolated solution replaces. Returns -1
- * if the new solution is even more singular. */
+ * if the new solution is more singular than all stored solutions. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {
@@ -77,7 +77,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     return own;
 }
 
-/* The joint direction with the smallest pose change under J, by one step of inverse iteration. */
+/* Computes the joint direction with the smallest pose change under J, by one step of inverse
+ * iteration. */
 static void chasles_general_least(const double *J, double length, double *direction)
 {
     double a[6][7], norm = 0.0;
@@ -99,14 +100,14 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Finishes the iteration of a configuration and stores its solution. Returns a bit mask with the
- * index of its solution. */
+/* Iterates a configuration to convergence and stores the solution. Returns a bit mask with the
+ * index of the solution. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_way *way, chasles_general_found *found)
 {
     chasles_general_polish(six, T, CHASLES_STEPS, way);
-    /* Near a double solution, a step only halves the error: iterate longer to recognize
-     * duplicates. */
+    /* Near a double solution, a step only halves the error, so recognizing duplicates requires more
+     * steps. */
     if (way->left <= CHASLES_SOLVED && !way->is_over)
         chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
     const int own = chasles_general_keep(six, found, way);
@@ -114,7 +115,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Begins on both sides of a start configuration at a double root. */
+/* Starts the iteration on both sides of a configuration at a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
                                   const chasles_general_start *start, chasles_general_way *ways)
 {
@@ -137,8 +138,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Whether solutions may be missing near a root. The number of solutions near a root must equal the
- * number of real roots, or exceed it by an even number. */
+/* Returns whether solutions may be missing near a root. As many solutions as real roots must lie
+ * near a root; an even number of further solutions is possible. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_general_start *starts, int count,
@@ -158,8 +159,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* Finds solutions from both null vectors of each start with a nearby root. Returns the indices of
- * the solutions as a bit mask. */
+/* Finds solutions at pairs of close roots of the determinant, where both null vectors of the matrix
+ * are starts of Newton's iteration. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_split *split,
                                          const chasles_general_system *system,
@@ -178,7 +179,8 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
     return places;
 }
 
-/* Finds the solutions that the starts lead to. Returns the indices of the solutions as a bit mask.
+/* Finds the solutions that Newton's iteration reaches from the starts. Returns the indices of the
+ * solutions as a bit mask.
  */
 static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
                                           const chasles_general_start *starts, int count,
@@ -202,8 +204,8 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
     return places;
 }
 
-/* Finds the solutions at the roots of the determinant, for one elimination order (split). Returns
- * whether the number of solutions is certainly complete. */
+/* Finds the solutions at the roots of the determinant, for one elimination order. Returns whether
+ * the number of solutions is certainly complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
                                     const chasles_general_system *system,
@@ -221,13 +223,12 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     sure = sure && found->open == 0;
     for (int k = 0; k < count; k++)
         sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
-    /* Solutions come in pairs. An elimination order (split) that misses a known solution is
-     * unreliable. */
+    /* Solutions come in pairs. An elimination order that misses a known solution is unreliable. */
     const int own = chasles_general_bits(places);
     return sure && own == found->count && own % 2 == 0;
 }
 
-/* Finds the solutions by one elimination order (split). Returns whether the solutions are certainly
+/* Finds the solutions by one elimination order. Returns whether the solutions are certainly
  * complete. */
 static int chasles_general_by_split(const chasles_general_six *six, const double *T,
                                     const chasles_general_split *split,
@@ -240,12 +241,13 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
     return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
 }
 
-/* Offsets of the nearby poses (rad, and relative to the arm length). */
+/* Offsets of nearby poses (rad, or relative to the arm length). */
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
 /* Returns a slightly rotated and shifted pose; the direction of the change differs for each `way`.
- * Offsets come in opposite pairs, because the pose may be at the boundary of the reach. */
+ * Every offset has an opposite offset, because the pose may be at the boundary of the reachable
+ * set. */
 static void chasles_general_nudged(const double *T, double length, double size, int way,
                                    double *near)
 {
@@ -274,9 +276,8 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries elimination orders (splits) until one certainly finds all solutions. Returns whether one
- * order found all solutions. If two elimination orders find no solution, the pose is considered to
- * have none. */
+/* Tries elimination orders until one certainly finds all solutions. Returns whether one order found
+ * all solutions. If two elimination orders find no solution, the pose counts as out of reach. */
 static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -289,7 +290,7 @@ static int chasles_general_by_splits(const chasles_general_six *six, const doubl
     return 0;
 }
 
-/* Adds the solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
+/* Adds solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
  * whether enough nearby poses have certainly complete solutions. */
 static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
@@ -318,13 +319,14 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
         chasles_general_by_nearby(six, T, found);
 }
 
-/* Approximate answers and their residuals; they are not solutions. */
+/* Configurations that nearly reach the pose, and their residuals; these configurations are not
+ * solutions. */
 typedef struct {
     double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
 } chasles_general_rest;
 
-/* Finds the nearest answers from many starts, if no solution is known: the pose is out of reach, or
- * several solutions coincide and convergence is slow. */
+/* Finds the configurations with the smallest residuals from many starts, if no solution is known.
+ * Then the pose is out of reach, or several solutions coincide and convergence is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
@@ -357,7 +359,8 @@ static double chasles_general_least_left(const chasles_general_rest *rest)
     return least;
 }
 
-/* Adds the solutions of Newton's iteration from starts along the curve through a configuration.
+/* Adds solutions that Newton's iteration reaches from points on the self-motion curve through a
+ * configuration.
  */
 static void chasles_general_by_curve(const chasles_general_six *six, const double *T,
                                      const double *q, chasles_general_found *found)
@@ -374,7 +377,8 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Adds solutions on self-motion curves near the solutions of nearby poses, until some are found. */
+/* Searches for solutions on the self-motion curves near the solutions of nearby poses, until some
+ * are found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -388,7 +392,7 @@ static void chasles_general_by_self_motion(const chasles_general_six *six, const
     }
 }
 
-/* Fills all slots with one configuration that is not a solution. */
+/* Writes one configuration that is not a solution to all solution slots. */
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
 {
@@ -405,9 +409,10 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
     }
 }
 
-/* Writes every solution of a pose into sixteen slots. Solutions come first, sorted by the
- * suppressed joint of the first elimination order. Without solutions, the slots contain the nearest
- * answers; otherwise the remaining slots contain a configuration that is not a solution. */
+/* Writes the solutions of a pose to sixteen solution slots. The solutions come first, sorted by the
+ * suppressed joint of the first elimination order. Without solutions, the slots contain the
+ * configurations with the smallest residuals; otherwise the remaining slots contain a configuration
+ * that is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)
@@ -453,8 +458,8 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     }
 }
 
-/* Writes every solution of a pose into sixteen slots, at values of the fixed joints (rad or m);
- * the value pointer is NULL if no joint is fixed. */
+/* Writes the solutions of a pose to sixteen solution slots, with the other joints fixed at `value`
+ * (rad or m; NULL if no joint is fixed). */
 static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
                                       const double *value, double *q, double *residual,
                                       double *margin)

@@ -1,6 +1,6 @@
-/* Back-substitution: the other joints at each root of the suppressed joint. This file is part of
- * chasles and is the same for every robot. For a prismatic joint, c and s are its displacement and
- * the squared displacement.
+/* Back-substitution: computes the other joints at each root of the suppressed joint. This file is
+ * part of chasles and is the same for every robot. For a prismatic joint, c and s are the
+ * displacement and the squared displacement.
  */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
@@ -12,7 +12,7 @@
 #include "chasles_general_newton.h"
 #include "chasles_general_roots.h"
 
-/* cos and sin of the direction of (x, y); 1 and 0 for the zero vector. */
+/* Computes cos and sin of the direction of (x, y), or 1 and 0 for the zero vector. */
 CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -23,12 +23,13 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
     *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
-/* cos and sin of the two joints after the suppressed joint, from the null vector of M. Index 0 is
- * the half-angle joint; index 1 is the other joint, which may be prismatic. */
+/* Computes cos and sin of the two joints after the suppressed joint, from the null vector of M.
+ * Index 0 is the half-angle joint; index 1 is the other joint, which may be prismatic. */
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
-    /* n is a product (sin, cos) x (1, cos, sin); the larger row gives its directions. */
+    /* The null vector n is a product (sin, cos) x (1, cos, sin); its larger row gives both
+     * directions. */
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     const chasles_vector zero = {0.0};
     const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -56,7 +57,8 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* cos and sin of a pair joint, from its two products with 1. */
+/* Computes cos and sin of a joint of the pair, from the entries of y that contain only this joint.
+ */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -66,9 +68,9 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* cos and sin of the pair, from the cosines and sines of the three joints after the pair. Returns
- * the residual of the equations with zero pivots: three products are absent if both pair joints are
- * prismatic. */
+/* Computes cos and sin of both joints of the pair, from the cosines and sines of the three joints
+ * after the pair. Returns the residual of the equations with zero pivots: three products are absent
+ * if both pair joints are prismatic. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {
@@ -93,7 +95,8 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
     return left;
 }
 
-/* cos and sin of the last joint: all other joints rotate the x axis by its negative angle. */
+/* Computes cos and sin of the last joint: all other joints rotate the x axis by the negative angle
+ * of this joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -111,7 +114,7 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
     c[5] = turned[0], s[5] = -turned[1];
 }
 
-/* All joints of at most CHASLES_VECTOR_LANES starts, from their null vectors. */
+/* Computes all joints of at most CHASLES_VECTOR_LANES starts from their null vectors. */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
@@ -143,7 +146,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     }
 }
 
-/* The two smallest singular vectors of a triangular matrix, from simultaneous inverse iteration. */
+/* Computes the two smallest singular vectors of a triangular matrix by simultaneous inverse
+ * iteration. */
 static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 {
     for (int k = 0; k < 6; k++)
@@ -177,8 +181,8 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
     }
 }
 
-/* The two products (sin, cos) x (1, cos, sin) in the span of a and b: the rows of a + z b are
- * parallel. Returns 0 if the span contains no such products. */
+/* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b, the vectors a + z b
+ * with parallel rows. Returns 0 if the span contains no such products. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -202,7 +206,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     const double square = of[1] * of[1] - 4.0 * of[0] * of[2];
     if (!(square >= 0.0))
         return 0;
-    /* z = x / y solves of[2] z^2 + of[1] z + of[0] = 0. */
+    /* The ratio z = x / y solves of[2] z^2 + of[1] z + of[0] = 0. */
     const double sum = -0.5 * (of[1] + copysign(sqrt(square), of[1]));
     const double x[2] = {sum, of[0]}, y[2] = {of[2], sum};
     for (int v = 0; v < 2; v++) {
@@ -212,7 +216,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* The triangular matrices, singular at the roots, one per lane. */
+/* The triangular matrices, one per SIMD lane; each is singular at its root. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
@@ -228,8 +232,8 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Whether A determines the pair of joints at this pose. With a prismatic pair joint and round
- * dimensions, A is often singular at right angles; several pair solutions then belong to one
+/* Returns whether A determines the pair of joints at this pose. With a prismatic pair joint and
+ * round dimensions, A is often singular at right angles; several pair solutions then belong to one
  * solution of the other joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
@@ -238,7 +242,7 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
         return 1;
     for (int i = 0; i < 8; i++) {
         const double pivot = fabs(system->factor[i][i]);
-        /* This product is absent because both pair joints are prismatic. */
+        /* The product of two sines is absent if both joints of the pair are prismatic. */
         if (pivot == 0.0)
             continue;
         least = pivot < least ? pivot : least;
@@ -247,7 +251,8 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
     return least > CHASLES_TELLS * most;
 }
 
-/* Isolates the real roots of the determinant. Returns whether no root may be hidden. */
+/* Isolates the real roots of the determinant. Returns whether certainly no root is hidden by
+ * rounding. */
 static int chasles_general_isolated(const chasles_general_system *system,
                                     chasles_circle_roots *roots)
 {
@@ -262,8 +267,9 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* Removes starts that solve the six equations but not the others: with two prismatic pair joints,
- * half of the roots belong to such starts. Returns how many starts remain. */
+/* Removes starts that solve the six equations but not the other eight: if both joints of the pair
+ * are prismatic, half of the roots belong to such starts. Returns the number of remaining starts.
+ */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
@@ -278,7 +284,7 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
 }
 
 /* Computes starts for Newton's iteration: one per real root, and one per nearly double root.
- * Returns their number; `sure` is whether no three roots are near each other. */
+ * Returns the number of starts; `sure` becomes 1 if no three roots are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_split *split,
                                   const chasles_general_system *system,
@@ -296,7 +302,7 @@ static int chasles_general_starts(const chasles_general_six *six,
             before += i < k && apart < CHASLES_TWINS;
         }
         *sure = *sure && near < 2;
-        /* Solutions at clusters of roots are found from nearby poses. */
+        /* Solutions at three or more close roots are found from nearby poses. */
         if (near > 1 && before > 0)
             continue;
         along[count] = starts[count].along = roots->angle[k];
@@ -323,7 +329,8 @@ static int chasles_general_starts(const chasles_general_six *six,
     return chasles_general_kept(system, starts, count);
 }
 
-/* Adds two starts for each start with a nearby root, one per null vector. Returns their number.
+/* Adds two starts for each root near another root, one per null vector. Returns the number of
+ * starts.
  */
 static int chasles_general_twins(const chasles_general_six *six, const chasles_general_split *split,
                                  const chasles_general_system *system,

@@ -1,5 +1,5 @@
-/* The determinant of M for many suppressed angles at once (one per lane), its real roots, and the
- * null vector of M. This file is part of chasles and is the same for every robot.
+/* Computes the determinant of M for many suppressed angles at once (one per SIMD lane), its real
+ * roots, and the null vector of M. This file is part of chasles and is the same for every robot.
  *
  * With sine s and cosine c of the half angle, each of the six equations without y is (A s^2 + B s c
  * + C c^2) x = 0. Multiplied by s and by c, these equations are
@@ -19,13 +19,15 @@
 #include "chasles_general_equations.h"
 #include "chasles_vectors.h"
 
-/* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; highest power first. */
+/* Minimax polynomial on |t| <= 1/2 with z = t^2: atan t = t + t z P(z) to 2^-57; highest power
+ * first. */
 static const double chasles_general_arctangent[] = {
     0.010117105953140847, -0.02743532082961043, 0.04186527516045578, -0.051220140523104356,
     0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
     0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
 
-/* The angles of points (x, y): the angle of the nearest axis or diagonal plus the rest. */
+/* Computes the angles of points (x, y) as the angle of the nearest axis or diagonal plus a
+ * remainder. */
 CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
 {
     const double right = 1.57079632679489661923;
@@ -49,7 +51,8 @@ CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_v
     return chasles_vector_signed(angle, y);
 }
 
-/* Reflects column j of a six-row matrix and all later columns; updates the determinant. */
+/* Applies the Householder reflection of column j to a six-row matrix, and updates the determinant.
+ */
 CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int columns,
                                               chasles_vector *determinant)
 {
@@ -75,7 +78,7 @@ CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int
     a[j][j] = -norm;
 }
 
-/* Reflects six columns of a matrix to triangular form. */
+/* Reduces six columns of a matrix to triangular form by reflections. */
 CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns,
                                              chasles_vector *determinant)
 {
@@ -103,12 +106,13 @@ static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
     }
 }
 
-/* The 6 x 6 triangular matrix, singular where M is singular, by columns; and det M. */
+/* Computes the 6 x 6 triangular matrix by columns, which is singular if M is singular, and det M.
+ */
 static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
 {
-    /* The columns of A, B, C for s, then of C, B, A for c. */
+    /* First the columns of A, B and C (factor s), then the columns of C, B and A (factor c). */
     const chasles_vector zero = {0.0};
     chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
@@ -123,7 +127,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* Both factorizations are interleaved, as each waits for its square roots and quotients. */
+    /* The two factorizations are interleaved, because each waits for its square roots and
+     * quotients. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);
@@ -138,7 +143,7 @@ static void chasles_general_factored(const chasles_general_system *system, const
     chasles_general_triangle(R, 6, determinant);
 }
 
-/* The smallest singular vector of a triangular matrix, by inverse iteration. */
+/* Computes the smallest singular vector of a triangular matrix by inverse iteration. */
 static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 {
     const chasles_vector zero = {0.0}, one = zero + 1.0;
@@ -150,7 +155,7 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
     chasles_general_upper(R, x);
     chasles_general_lower(R, x);
     chasles_general_upper(R, x);
-    /* The squared solution of a nearly singular matrix may overflow. */
+    /* The square of the solution of a nearly singular system may overflow. */
     for (int j = 0; j < 6; j++) {
         const chasles_vector size = chasles_vector_sizes(x[j]);
         largest = chasles_vector_chosen(size > largest, size, largest);
@@ -167,10 +172,10 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)
-/* Samples per cell, at Chebyshev nodes. */
+/* Number of samples per cell, at Chebyshev nodes. */
 #define CHASLES_NODES 12
 
-/* The polynomial, from samples of the determinant. */
+/* Computes the trigonometric polynomial from samples of the determinant. */
 static void chasles_general_interpolated(const chasles_general_system *system,
                                          chasles_circle_series *series)
 {
@@ -212,8 +217,9 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* The polynomial on a cell, from samples in this cell. If several nearby roots make it small on the
- * whole cell, these samples give more digits than samples around the circle. */
+/* Computes the polynomial on a cell from samples in this cell. If several close roots make the
+ * polynomial small throughout the cell, these samples give more digits than samples around the
+ * circle. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
     const chasles_general_system *system = (const chasles_general_system *)source;
@@ -229,7 +235,7 @@ static void chasles_general_sampled(const void *source, chasles_circle_part *par
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* Chebyshev polynomials, then powers of z. */
+    /* First Chebyshev polynomials, then powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;

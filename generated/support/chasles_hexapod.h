@@ -1,9 +1,9 @@
-/* Every assembly mode of a platform on six rods. This file is part of chasles and is the same for
- * every robot.
+/* Finds every assembly mode of a platform on six rods. This file is part of chasles and is the same
+ * for every robot.
  *
- * All complex poses are known for the start rods in the table. Path tracking leads from these poses
- * to the complex poses for the current rods; the real poses are the modes. If the rods end in three
- * double joints, the zeros of a polynomial are tried first.
+ * All complex poses are known for the start rods, in a table. Path tracking leads from these poses
+ * to the complex poses for the current rods; the real poses are the assembly modes. If the rods end
+ * in three double joints, the zeros of a polynomial are tried first.
  */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
@@ -14,27 +14,28 @@
 #include "chasles_hexapod_paths.h"
 #include "chasles_solve_six.h"
 
-/* Maximum number of Newton steps on the rod lengths; at a double solution, each halves the
+/* Maximum number of Newton steps for the rod lengths; at a double solution, each step halves the
  * error. */
 #define CHASLES_MODE_STEPS 40
 
 typedef struct {
-    /* Rod ends on the actuated side, and rod lengths, from the actuators. */
+    /* Computes the rod ends on the actuated side, and the rod lengths, from the actuator
+     * coordinates. */
     void (*rods)(const double *q, double *a, double *l);
-    double size;      /* size of the platform, metre */
+    double size;      /* size of the platform (metre) */
     double origin[3]; /* centers of the ends a and b, relative to the size */
     double middle[3];
-    int axis[3];    /* axis indices of the angles of theta, in order */
-    int moves;      /* whether the rod ends on the actuated side move */
-    int paths;      /* number of complex poses and of slots */
-    int joined;     /* 1 if pairs of rods share a joint on the platform, 2 on the other side */
+    int axis[3];    /* axes of the three rotation angles in theta, in order */
+    int moves;      /* whether the actuators move rod ends */
+    int paths;      /* number of complex poses, and of solution slots */
+    int joined;     /* double joints: 0 none, 1 on the platform, 2 on the other side */
     int pairs[6];   /* the rods, in pairs that share a joint */
-    double b[6][3]; /* ends on the platform; this and all below relative to the size */
+    double b[6][3]; /* rod ends on the platform; lengths are relative to the size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
 
-/* The rods for given actuator values, relative to the platform size. */
+/* The rods at given actuator coordinates, relative to the platform size. */
 typedef struct {
     double a[6][3], l[6];
 } chasles_hexapod_rods;
@@ -62,7 +63,7 @@ static void chasles_hexapod_rotation(const double *e, double (*R)[3])
     R[2][1] = 2.0 * (y * z + w * x);
 }
 
-/* 1 - |<x, y>|^2 for unit vectors, optionally with y conjugated, without cancellation. */
+/* Computes 1 - |<x, y>|^2 for unit vectors without cancellation, optionally with y conjugated. */
 static double chasles_hexapod_apart(const chasles_hexapod_number *x,
                                     const chasles_hexapod_number *y, int conjugate)
 {
@@ -80,7 +81,7 @@ static double chasles_hexapod_apart(const chasles_hexapod_number *x,
     return sum;
 }
 
-/* |e.e|: 0 at infinity. */
+/* Returns |e.e|, which is 0 for a pose at infinity. */
 static double chasles_hexapod_finite(const chasles_hexapod_number *x)
 {
     double re = 0.0, im = 0.0;
@@ -91,13 +92,14 @@ static double chasles_hexapod_finite(const chasles_hexapod_number *x)
     return sqrt(re * re + im * im);
 }
 
-/* Whether a path ended, at a pose or at infinity. */
+/* Returns whether a path reached its end, at a pose or at infinity. */
 static int chasles_hexapod_ended(const chasles_hexapod_end *end)
 {
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Marks the paths to repeat with smaller corrections: lost paths and paths with equal ends. */
+/* Marks the paths that must be repeated with smaller corrections: lost paths and paths with equal
+ * ends. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -112,7 +114,7 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* The real pose at the end of a path. Returns 0 if the end of the path is far from real or at
+/* Computes the real pose at the end of a path. Returns 0 if this end is far from real or at
  * infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
@@ -133,7 +135,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* For a distant pose, lengths are relative to its distance. */
+    /* If the pose is distant, lengths are relative to its distance. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -146,7 +148,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Errors of the rod lengths, and the rods as rows (n, r x n). Returns the largest error. */
+/* Computes the rod length errors, and the rods as rows (n, r x n). Returns the largest error. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
                                      const chasles_hexapod_mode *mode, double (*J)[7])
@@ -174,7 +176,7 @@ static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
     return most;
 }
 
-/* |det J| over the product of the row norms of J. */
+/* Returns the ratio of |det J| to the product of the row norms of J. */
 static double chasles_hexapod_margin(double (*J)[7])
 {
     double x[6], lengths = 1.0;
@@ -187,7 +189,8 @@ static double chasles_hexapod_margin(double (*J)[7])
     return fabs(chasles_solve_six(J, x)) / lengths;
 }
 
-/* Newton's iteration on the rod lengths. Returns 0 if the iteration leads to another pose. */
+/* Solves the rod length equations by Newton's iteration. Returns 0 if the iteration leads to
+ * another pose. */
 static int chasles_hexapod_polished(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *mode)
 {
@@ -240,7 +243,7 @@ static int chasles_hexapod_same(const chasles_hexapod_mode *one, const chasles_h
     return most < CHASLES_ONE_MODE && 4.0 * turned < CHASLES_ONE_MODE * CHASLES_ONE_MODE;
 }
 
-/* Position (metre) and angles of a mode. */
+/* Computes the position (metre) and the rotation angles of an assembly mode. */
 static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_mode *mode, double *theta)
 {
@@ -264,8 +267,8 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* The path ends without a conjugate path end. The polynomials are real, so conjugates should occur
- * in pairs. */
+/* Counts the path ends without a complex conjugate path end. The polynomials are real, so path ends
+ * should occur in conjugate pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {
     int unpaired = 0;
@@ -278,7 +281,7 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* The rods relative to the platform size. Returns 0 if a number of the rods is not finite. */
+/* Computes the rods relative to the platform size. Returns 0 if a number is not finite. */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -295,7 +298,7 @@ static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const
     return sum < DBL_MAX;
 }
 
-/* The homotopy from the start rods to the current rods. */
+/* Creates the homotopy from the start rods to the current rods. */
 static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
                                    const chasles_hexapod_rods *rods, chasles_hexapod_way *way)
 {
@@ -322,7 +325,7 @@ static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
     way->moves = platform->moves;
 }
 
-/* Finds every path end for the current rods. Returns the number of doubtful ends. */
+/* Follows all paths to the current rods. Returns the number of doubtful path ends. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {
@@ -342,7 +345,8 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
-/* Inserts a new mode, sorted with the highest first. Returns the number of modes. */
+/* Inserts a new assembly mode; the mode with the highest platform is first. Returns the number of
+ * modes. */
 static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
                                  int count)
 {
@@ -357,7 +361,7 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* The modes of rods with double joints. Returns the number of modes, or -1 if the number is
+/* Finds the assembly modes of rods with double joints. Returns their number, or -1 if the number is
  * uncertain.
  */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
@@ -394,7 +398,7 @@ static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
     return found < 0 || count == found ? found : -1;
 }
 
-/* The modes at the path ends. Returns their number. */
+/* Finds the assembly modes at the path ends. Returns the number of modes. */
 static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
                                     double *unsure)
@@ -411,8 +415,8 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
     return count;
 }
 
-/* Writes all modes, highest first, then NaN; the margin of each mode; and the number of complex
- * poses that were not certainly found. */
+/* Writes all assembly modes, the highest first, then NaN. Also writes the margin of each mode, and
+ * the number of complex poses that were not certainly found. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {

@@ -1,5 +1,5 @@
-/* Paths of complex poses from the start rods, where all poses are known, to the current rods. Part
- * of chasles; the same for every platform on six rods.
+/* Follows paths of complex poses from the start rods, whose poses are all known, to the current
+ * rods. Part of chasles; the same for every platform on six rods.
  *
  * A step along a path is a Runge-Kutta step, followed by two Newton corrections. Each lane follows
  * one path with its own step size. When a path ends, its lane takes the next path.
@@ -17,7 +17,7 @@
 #include "chasles_hexapod_tolerances.h"
 
 #define CHASLES_MAX_PATHS 40
-/* Maximum number of steps per path; a typical path needs about thirty. */
+/* Maximum number of steps per path; typical paths need about thirty. */
 #define CHASLES_MAX_STEPS 1000
 
 /* A pose in Study coordinates, and the progress of its path. */
@@ -26,15 +26,15 @@ typedef struct {
     double t;
 } chasles_hexapod_end;
 
-/* The paths on the lanes. */
+/* The paths in the SIMD lanes. */
 typedef struct {
     chasles_hexapod_lanes x[CHASLES_SOMA];
     chasles_vector t, h;
-    int path[CHASLES_VECTOR_LANES]; /* index of the path, -1 without a path */
+    int path[CHASLES_VECTOR_LANES]; /* index of the path, or -1 */
     int steps[CHASLES_VECTOR_LANES];
 } chasles_hexapod_group;
 
-/* Normalizes x on every lane. */
+/* Normalizes x in every lane. */
 static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
 {
     chasles_vector sum = {0.0}, size;
@@ -57,7 +57,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* The path tangent at x, orthogonal to `of`. */
+/* Computes the path tangent at x, orthogonal to `of`. */
 static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -69,7 +69,7 @@ static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
     chasles_hexapod_solve(a, slope);
 }
 
-/* A Newton step, and its squared length. */
+/* Computes a Newton step and its squared length. */
 static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
                                       const chasles_hexapod_lanes *of, chasles_hexapod_lanes *x,
                                       chasles_vector *length)
@@ -86,7 +86,7 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
     *length = sum;
 }
 
-/* Tries a step on every lane: computes the next pose, and the squared lengths of both
+/* Computes the next pose of every lane after a trial step, and the squared lengths of both
  * corrections. */
 static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
@@ -119,8 +119,8 @@ static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapo
     chasles_hexapod_normal(next);
 }
 
-/* Factor for the next step size: a correction grows with the fifth power of the step, and too large
- * a change is better than too small a change. */
+/* Computes the factor for the next step size: a correction grows with the fifth power of the step.
+ * Too large a change costs less than too small a change. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
@@ -128,7 +128,7 @@ static double chasles_hexapod_growth(double correction, double near)
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
-/* Assigns the next path to a lane, or no path if all have been followed. */
+/* Assigns the next path to a lane, or no path if no path remains. */
 static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
                                  const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                  const int *which, int count, int *from)
@@ -147,7 +147,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     }
 }
 
-/* Follows the paths `which` of a homotopy, each to its end or until it is lost. */
+/* Follows the paths `which` of a homotopy; each ends at the current rods or is lost. */
 static void chasles_hexapod_follow(const chasles_hexapod_way *way,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,

@@ -18,19 +18,19 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Minimax on |y| <= pi/4, for z = y^2: sin y = y + y z P(z) to 2^-57, cos y = 1 - z/2 + z^2 Q(z) to
- * 2^-63; highest powers first. */
+/* Minimax polynomials on |y| <= pi/4 with z = y^2: sin y = y + y z P(z) to 2^-57, cos y = 1 - z/2 +
+ * z^2 Q(z) to 2^-63; highest powers first. */
 static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-08,
                                     2.7557313621395764e-06, -0.00019841269829589612,
                                     0.008333333333322118,   -0.1666666666666663};
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles, each rounded down, because -0 - +0 is -0. */
+/* pi/2 as a sum of doubles. Each summand is rounded down, because -0 - +0 is -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
-#define LANES_FARTHEST 1e5 /* radian; libmvec computes larger angles */
-/* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; lowest power first. */
+#define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes larger angles */
+/* Minimax on |t| <= 1/2 with z = t^2: atan t = t + t z P(z) to 2^-57; lowest power first. */
 static const double lanes_arctangent[] = {
     -0.3333333333333298,   0.19999999999903106, -0.14285714276386502, 0.11111110659684081,
     -0.09090896246194469,  0.07692073937540857, -0.0666381088370742,  0.05858300759286596,
@@ -38,8 +38,8 @@ static const double lanes_arctangent[] = {
 
 #define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* LANES_SCHEDULED: interleave two independent vectors. LANES_SPARING: also spill few values to
- * memory, for many sequential dependency chains. */
+/* LANES_SCHEDULED: interleave two independent vectors. LANES_SPARING also spills fewer registers to
+ * memory, for code with many sequential dependencies. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -53,9 +53,9 @@ static const double lanes_arctangent[] = {
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 #define LANES_NAME(name) LANES_JOIN(name, LANES_SET)
 
-/* Subtracts +0, which preserves -0. */
+/* Subtracting +0 preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions have the type `lanes_where`. A condition selects bits, so a NaN in an unselected value
+/* Conditions have the type `lanes_where`. Conditions select bits, so a NaN in an unselected value
  * has no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
@@ -219,9 +219,9 @@ LANES_LIBM(tan)
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
 /* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result is NaN if
- * x is negative or NaN. AVX-512 refines a 14-bit estimate by the series of (1 - e)^(-1/2), with e
- * at most 2^-13 and truncation error 35/128 e^4. Other instruction sets compute the square root and
- * the quotient independently. */
+ * x is negative or NaN. With AVX-512, the series of (1 - e)^(-1/2) refines a 14-bit estimate; e is
+ * at most 2^-13, and the truncation error is 35/128 e^4. Other instruction sets compute the square
+ * root and the quotient independently. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -257,7 +257,7 @@ static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_si
 /* Cody-Waite reduction by n right angles, then two polynomials. */
 static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
 {
-    const double units = 6755399441055744.0; /* 1.5 * 2^52: makes the last bit of a sum 1 */
+    const double units = 6755399441055744.0; /* adding 1.5 * 2^52 rounds to an integer */
     const lanes shifted = LANES_FMA(*x, LANES_OF(0.63661977236758134), LANES_OF(units));
     const lanes n = shifted - units;
     lanes y = *x;
@@ -272,7 +272,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     }
     sine = LANES_FMA(y * z, sine, y);
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
-    /* Restores the sign of -0, which the sum dropped. */
+    /* Restores the sign of -0, which the sum lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
     /* Each quarter turn swaps cosine and sine. The sine is negative in quarters 2 and 3, the cosine
      * in 1 and 2. */
@@ -296,8 +296,8 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 #endif
 
 /* The angle of a point (y, x), from one quotient: the smaller of |x| and |y| over the larger, or
- * the tangent of the difference to pi/4. Only the sum in the quotient and the division round. The
- * angle is wrong if |x| and |y| differ and their sum overflows. */
+ * the tangent of the difference to pi/4. Only the sum in the quotient and the division cause
+ * rounding errors. The angle is wrong if |x| and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -324,13 +324,13 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis. The angle is measured backwards if exactly one is true: steep, or x negative. */
+     * axis. The angle is measured backwards if exactly one holds: the point is steep, or x < 0. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
     const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
     const lanes curved = LANES_FMA(signed_t * z, LANES_FMA(z, odd, even), count * rest);
-    /* Products of an eighth with 0 to 4 are exact. */
+    /* The products of an eighth of a turn with 0 to 4 are exact. */
     const lanes angle = LANES_FMA(count, LANES_OF(eighth), signed_t + curved);
     *value = (lanes)((lanes_mask)angle | ((lanes_mask)*y & INT64_MIN));
 }
@@ -356,7 +356,7 @@ LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, 
 #endif
 }
 
-/* The supplement of an angle a in [-pi, pi]: magnitude pi - |a|, sign of y. */
+/* Computes the supplement of an angle a in [-pi, pi], with magnitude pi - |a| and the sign of y. */
 LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
 {
     lanes size;
@@ -376,7 +376,7 @@ LANES_INLINE void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
     *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
-/* If one argument is NaN, returns the other, like fmax and fmin in C. */
+/* If one argument is NaN, the result is the other argument, as for fmax and fmin in C. */
 LANES_INLINE void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
     *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
@@ -421,7 +421,7 @@ LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 #endif
 }
 
-/* Stores the first `width` doubles of a row; later doubles stay unchanged. */
+/* Stores the first `width` doubles of a row and leaves later doubles unchanged. */
 static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int width, lanes *to)
 {
 #if CHASLES_ISA == 2

@@ -1,5 +1,5 @@
-/* The solution of an inverse nearest to a seed within limits. This file is part of chasles and is
- * the same for every robot.
+/* Selects the inverse kinematics solution nearest to a seed configuration, within joint limits.
+ * This file is part of chasles and is the same for every robot.
  *
  * A periodic joint is shifted by full turns to the value nearest to the seed within its limits.
  */
@@ -18,13 +18,13 @@
 #endif
 
 #define CHASLES_SOLVED 1e-9    /* largest residual of a valid solution [m, rad] */
-#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
-#define CHASLES_MAX_SLOTS 64   /* maximum number of slots of an inverse */
+#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that is treated as rounding */
+#define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* Results other than a slot: the reason for a missing solution. */
-#define CHASLES_OUT_OF_REACH (-1)   /* no slot reaches the pose */
-#define CHASLES_OUTSIDE_LIMITS (-2) /* all slots that reach the pose are outside the limits */
+/* Negative results instead of a solution slot: the reason why there is no solution. */
+#define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
+#define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
 
 /* Full turns in vectors of displacements. Adding and subtracting 1.5 * 2^52 rounds to an integer.
@@ -39,16 +39,16 @@ typedef struct {
     const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, else 0 */
 } chasles_moves;
 
-/* The slots of an inverse, one per row. */
+/* The solution slots of an inverse, one per row. */
 typedef struct {
     int n, slots;
     const double *q, *residual, *margin;
-    double tolerance; /* largest residual of a valid slot */
+    double tolerance; /* largest residual of a valid solution */
 } chasles_slots;
 
-/* Writes the coordinates of a slot, shifted by full turns to be nearest to the seed within the
- * limits. Returns their distance, or INFINITY if a coordinate has no value within its limits. A
- * coordinate that violates a limit only by rounding is set to the limit. */
+/* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed
+ * within the limits. Returns their distance, or INFINITY if a coordinate has no value within its
+ * limits. A coordinate that violates a limit only by rounding is set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
                                      const double *q_seed, double *q)
 {
@@ -74,8 +74,8 @@ static inline double chasles_limited(int n, const chasles_moves *moves, const do
     return distance;
 }
 
-/* Writes the coordinates of a slot, shifted by full turns to be nearest to the seed. Returns
- * whether they are within the limits. */
+/* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed.
+ * Returns whether they are within the limits. */
 static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
                                     const double *q_seed, double *q)
 {
@@ -88,8 +88,8 @@ static inline int chasles_is_inside(int n, const chasles_moves *moves, const dou
     return inside;
 }
 
-/* Writes the distance of each slot from the seed without limits, a lower bound of the distance with
- * limits. */
+/* Writes the distance of each solution from the seed without limits, a lower bound of its distance
+ * with limits. */
 static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
                                      const double *q_seed, double *distance)
 {
@@ -100,8 +100,9 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
     }
 }
 
-/* Returns the slot with the smallest distance, or -1 if all are infinite. If distances differ only
- * by rounding, returns the lowest slot: the slot number replaces the rounding bits. */
+/* Returns the solution slot with the smallest distance, or -1 if all distances are infinite. If
+ * distances differ only by rounding, the result is the lowest slot, because the slot number
+ * replaces the rounding bits. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
@@ -112,8 +113,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Writes NaN to q, and the residual and margin of the slot with the smallest residual. Returns the
- * reason for the missing solution. */
+/* Writes NaN to q, and the smallest residual with its margin. Returns the reason for the missing
+ * solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
@@ -139,8 +140,8 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* Computes chasles_nearest from the distances without limits: tries the slots in the order of these
- * distances, until no later slot can be nearer with limits. Changes the distances. */
+/* Computes chasles_nearest from the distances without limits. Tests the solutions in the order of
+ * these distances, until no later solution can be nearer with limits. Changes the distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -164,9 +165,8 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 }
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
- * solution; among slots at the same distance, the lowest. Without a solution, returns the reason,
- * and writes NaN and the residual and margin of the slot with the smallest residual. q may be
- * q_seed. */
+ * solution, the lowest slot for equal distances. Without a solution, returns the reason, and writes
+ * NaN and the smallest residual with its margin. q may be q_seed. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
@@ -183,9 +183,9 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
 }
 
-/* Applies chasles_nearest to dense rows of slots: the batch has `rows` poses, each with k slots of
- * n coordinates. The limits and weights are the arrays of chasles_moves; the outputs are dense rows
- * of q, residual and margin. */
+/* Applies chasles_nearest to dense rows of solutions: the batch has `rows` poses, each with k
+ * solution slots of n coordinates. The limits and weights are the arrays of chasles_moves; the
+ * outputs are dense rows of q, residual and margin. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

@@ -1,10 +1,11 @@
-/* chasles_nearest for an inverse with one branch per vector lane: the distances are computed before
- * the lanes become rows. This file is part of chasles and is the same for every robot. */
+/* Selects the nearest solution of an inverse with one branch per SIMD lane; the distances are
+ * computed in these lanes. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Returns the distance of each branch from the seed without limits, as chasles_distances does. Each
- * lane of a vector contains one branch: its n coordinates and its residual. */
+/* Computes the distance of each branch from the seed without limits, with the result of
+ * chasles_distances. Each lane of a vector contains one branch: its n coordinates and its residual.
+ */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,
                                                       const double *q_seed)
@@ -19,7 +20,7 @@ LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branch
     return LANES_CHOICE(LANES_LE(branches[n], tolerance), largest, INFINITY);
 }
 
-/* Returns the smallest lane. */
+/* Returns the smallest value of a vector. */
 LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
 {
 #if LANES == 8
@@ -33,10 +34,10 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
     return _mm256_cvtsd_f64(_mm256_min_pd(two, _mm256_permute_pd(two, 5)));
 }
 
-/* Writes the solution nearest to the seed if no limit shifts or excludes it, and returns its slot;
- * otherwise returns a negative number.
+/* Writes the solution nearest to the seed and returns its slot, if no limit shifts or excludes this
+ * solution; otherwise returns a negative number.
  *
- * branches: vectors of lanes; `width` vectors for each LANES_COUNT(slots) slots. */
+ * `branches` contains `width` SIMD vectors for each LANES_COUNT(slots) solution slots. */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

@@ -1,7 +1,7 @@
 /* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
  *
  * An inverse does not correct T: the residual is never smaller than the distance of T from a rigid
- * pose. Project poses in single precision or from text first:
+ * pose. First project poses that are in single precision or read from text:
  *
  *   double rigid[16];
  *   if (chasles_project(T, 1e-5, rigid)) robot_ik(rigid, q, residual, margin);
@@ -31,7 +31,7 @@ static inline int chasles_project(const double *T, double tolerance, double *rig
     for (k = 0; k < 9; k++) {
         R[k] = T[k / 3 * 4 + k % 3];
     }
-    /* Six steps reduce 0.1 to rounding. */
+    /* Six steps reduce a deviation of 0.1 to rounding level. */
     for (step = 0; step < 6; step++) {
         for (i = 0; i < 3; i++) {
             for (j = 0; j < 3; j++) {

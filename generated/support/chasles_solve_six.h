@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-/* Solves a x = b in place for n = 6. Returns the determinant, 0 if a is singular. */
+/* Solves a x = b in place for a 6 x 6 matrix a. Returns the determinant, 0 if a is singular. */
 static double chasles_solve_six(double (*a)[7], double *x)
 {
     double determinant = 1.0;

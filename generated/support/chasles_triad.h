@@ -1,8 +1,8 @@
-/* Every assembly mode of a planar platform on three rods. This file is part of chasles and is the
- * same for every robot.
+/* Finds every assembly mode of a planar platform on three rods. This file is part of chasles and is
+ * the same for every robot.
  *
  * The platform angles are the real roots of a trigonometric polynomial of degree 3. Each angle
- * gives a position, which Newton's iteration on the rod lengths refines.
+ * gives a position, which Newton's iteration refines with the rod length equations.
  */
 #ifndef CHASLES_TRIAD_H
 #define CHASLES_TRIAD_H
@@ -16,7 +16,7 @@
 
 #define CHASLES_TRIAD_MODES 6
 #define CHASLES_TRIAD_DEGREE 3
-/* Maximum number of Newton steps; at a double root, each halves the error. */
+/* Maximum number of Newton steps; at a double root, each step halves the error. */
 #define CHASLES_TRIAD_STEPS 30
 
 typedef struct {
@@ -25,15 +25,15 @@ typedef struct {
     void (*mirror)(const double *q, const double *phi, double *x);
     void (*rods)(const double *x, const double *q, double *excess);
     void (*rods_D_chain)(const double *x, const double *q, double *J);
-    double size; /* size of the platform, metre */
+    double size; /* size of the platform (metre) */
 } chasles_triad_platform;
 
-/* A mode (metre, rad) and its margin. */
+/* An assembly mode (metre, rad) and its margin. */
 typedef struct {
     double x[3], margin;
 } chasles_triad_mode;
 
-/* Cross products of the rows of J; returns its determinant. */
+/* Computes the cross products of the rows of J. Returns the determinant of J. */
 static double chasles_triad_cofactors(const double *J, double (*C)[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -45,7 +45,7 @@ static double chasles_triad_cofactors(const double *J, double (*C)[3])
     return J[0] * C[0][0] + J[1] * C[0][1] + J[2] * C[0][2];
 }
 
-/* The largest rod length error; infinite if an error is not finite. */
+/* Returns the largest rod length error, infinite if an error is not finite. */
 static double chasles_triad_excess(const chasles_triad_platform *platform, const double *q,
                                    const double *x, double *excess)
 {
@@ -58,7 +58,8 @@ static double chasles_triad_excess(const chasles_triad_platform *platform, const
     return most;
 }
 
-/* Newton's iteration on the rod lengths. Returns 0 if the iteration reaches no mode. */
+/* Solves the rod length equations by Newton's iteration. Returns 0 if it does not converge to an
+ * assembly mode. */
 static int chasles_triad_polished(const chasles_triad_platform *platform, const double *q,
                                   chasles_triad_mode *mode)
 {
@@ -106,7 +107,8 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
            fabs(chasles_circle_wrapped(one[2] - other[2])) < CHASLES_TRIAD_SAME;
 }
 
-/* Iterates from a start and inserts a new mode, sorted by phi. Returns the number of modes. */
+/* Iterates from a start and inserts a new assembly mode, sorted by phi. Returns the number of
+ * modes. */
 static int chasles_triad_added(const chasles_triad_platform *platform, const double *q,
                                const double *start, chasles_triad_mode *modes, int count)
 {
@@ -143,7 +145,8 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
     return series->most <= DBL_MAX;
 }
 
-/* Adds modes around a root with nearby roots, because errors may hide roots there. */
+/* Searches for assembly modes around a root near other roots, because rounding may hide roots
+ * there. */
 static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
                               double apart, chasles_triad_mode *modes, int count)
 {
@@ -158,8 +161,8 @@ static int chasles_triad_near(const chasles_triad_platform *platform, const doub
     return count;
 }
 
-/* Writes all modes, sorted by phi, then NaN; the margin of each mode; and whether a mode may be
- * missing. */
+/* Writes all assembly modes, sorted by phi, then NaN. Also writes the margin of each mode, and
+ * whether a mode may be missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
                                 double *theta, double *margin, double *unsure)
 {

@@ -6,20 +6,20 @@
 
 /* Error of the polynomial's coefficients, which are sums of products of order 1. */
 #define CHASLES_TRIAD_NOISE 4e-15
-/* Largest coefficient of a polynomial that vanishes except for rounding: the rods can stay
+/* Maximum coefficient of a polynomial that is zero except for rounding: the rods can then stay
  * parallel.
  */
 #define CHASLES_TRIAD_VANISHED 1e-12
-/* Relative to the platform size: largest rod length error of a mode. */
+/* Maximum rod length error of an assembly mode, relative to the platform size. */
 #define CHASLES_TRIAD_CLOSED 1e-12
-/* Rod length error at which the iteration of a mode ends. */
+/* Rod length error at which the iteration of an assembly mode ends. */
 #define CHASLES_TRIAD_POLISHED 1e-15
-/* rad: maximum rotation per step; a larger rotation may reach another mode. */
+/* Maximum rotation per step [rad]; a larger rotation may reach another assembly mode. */
 #define CHASLES_TRIAD_STEP 0.3
-/* rad: search distance around roots for other roots hidden by rounding. */
+/* Distance [rad] around a root in which other roots may be hidden by rounding. */
 #define CHASLES_TRIAD_SEARCHED 2e-2
-/* Two modes closer than this (relative to the platform size, and rad) are equal. At a double root,
- * rod lengths change with the squared distance and determine no more digits. */
+/* Difference (relative to the platform size, and rad) below which two assembly modes are equal. At
+ * a double root, rod lengths change with the squared distance and determine no more digits. */
 #define CHASLES_TRIAD_SAME 1e-7
 
 #endif

@@ -1,5 +1,5 @@
-/* Vectors with one sample or solution per lane. This file is part of chasles and is the same for
- * every robot.
+/* SIMD vectors with one sample or solution per lane. This file is part of chasles and is the same
+ * for every robot.
  */
 #ifndef CHASLES_VECTORS_H
 #define CHASLES_VECTORS_H
@@ -8,7 +8,8 @@
 #include <stdint.h>
 
 #if defined(__GNUC__) && !defined(CHASLES_PLAIN)
-/* As wide as registers: wider vectors would spill to memory. */
+/* Vectors have the width of a register, because the compiler would spill wider vectors to memory.
+ */
 #if defined(__AVX512F__)
 #define CHASLES_VECTOR_LANES 8
 #elif defined(__AVX__)
@@ -17,17 +18,19 @@
 #define CHASLES_VECTOR_LANES 2
 #endif
 
-/* GCC and Clang vector types: sums of plain arrays would spill to memory. */
+/* Vector types of GCC and Clang are used, because the compiler would spill sums of plain arrays to
+ * memory. */
 typedef double chasles_vector __attribute__((vector_size(8 * CHASLES_VECTOR_LANES)));
 typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_VECTOR_LANES)));
 #define CHASLES_LANE(x, l) ((x)[l])
 #define CHASLES_ZERO {0.0}
 
 #define CHASLES_INLINE static inline __attribute__((always_inline))
-/* Unrolled loops: matrices of vectors stay in registers if their indices are constants. */
+/* Loops are unrolled, because a matrix of vectors stays in registers if its indices are constants.
+ */
 #define CHASLES_UNROLL _Pragma("GCC unroll 16")
 
-/* Selects by bits: the unselected value may be NaN. */
+/* Selects the bits of one value; the unselected value may be NaN. */
 CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
                                                     chasles_vector y)
 {
@@ -39,14 +42,14 @@ CHASLES_INLINE chasles_vector chasles_vector_sizes(chasles_vector x)
     return (chasles_vector)((chasles_vector_mask)x & INT64_MAX);
 }
 
-/* The magnitude of x with the sign of y. */
+/* Returns the magnitude of x with the sign of y. */
 CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_vector y)
 {
     return (chasles_vector)(((chasles_vector_mask)x & INT64_MAX) |
                             ((chasles_vector_mask)y & INT64_MIN));
 }
 #else
-/* Plain C: vectors of one lane. */
+/* Plain C code with vectors of one lane. */
 #define CHASLES_VECTOR_LANES 1
 typedef double chasles_vector;
 typedef int chasles_vector_mask;

@@ -1,4 +1,4 @@
-/* chasles.call._call: calls compiled functions from Python.
+/* The module chasles.call._call, which calls compiled functions from Python.
  *
  *   kernel/     the compiled side: Library, Kernel, the ufunc's inner loop, memory of large results
  *   function/   the Python side: Function, its arguments and results */
@@ -15,7 +15,7 @@ PyObject *ShapeError, *InputError, *MismatchError;
 PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
-/* Methods of Library, set in this file, as compiled_library.c does not depend on Function. */
+/* Methods of Library are set here, because compiled_library.c does not depend on Function. */
 static PyMethodDef library_methods[] = {
     {"function", (PyCFunction)(void (*)(void))function_new, METH_VARARGS | METH_KEYWORDS,
      "The function with this name; inputs and outputs describe it and must agree with the C."},

@@ -1,4 +1,4 @@
-/* A hash table of cells for finding slots with equal coordinates. */
+/* A hash table of cells that finds solutions with equal coordinates. */
 #ifndef CHASLES_CELLS_H
 #define CHASLES_CELLS_H
 
@@ -14,16 +14,16 @@
 
 #define MAX_JOINTS 64
 
-/* Slots by the cell of the weighted sum of their coordinates that do not wrap: equal slots are in
- * the same cell or in adjacent cells. */
+/* A solution is in the cell of the weighted sum of its non-periodic coordinates, so that equal
+ * solutions are in the same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* a power of 2 */
-    npy_intp *head, *next; /* the last slot of a cell, and the slot before each slot; -1 for none */
-    double width;          /* of a cell */
+    npy_intp *head, *next; /* last solution of a cell, previous solution; -1 for none */
+    double width;          /* width of a cell */
     double scale[MAX_JOINTS];
 } Cells;
 
-/* Creates the cells for k slots; -1 with an error set. */
+/* Creates the cells for k solutions; -1 with an error set. */
 static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
                             const double *tolerance)
 {
@@ -52,7 +52,7 @@ static inline npy_intp cell_at(const Cells *cells, double cell)
     return (npy_intp)((bits * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (cells->size - 1);
 }
 
-/* Returns the cell index of a slot. */
+/* Returns the cell index of a solution. */
 static inline double cell_of(const Cells *cells, npy_intp n, const double *q)
 {
     double sum = 0;

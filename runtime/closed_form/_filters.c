@@ -27,7 +27,7 @@ static void *dense(PyObject *object, int type, npy_intp size)
     return PyArray_DATA(array);
 }
 
-/* The slots of a call. */
+/* The solution slots of a call. */
 typedef struct {
     npy_intp poses, k, n;
     const double *q;
@@ -68,7 +68,7 @@ static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_i
 
 /* ------------------------------------------------------------------ limits */
 
-/* Limits of the coordinates, and their numbers of windings. */
+/* Limits of the coordinates, and their numbers of windings (full turns within the limits). */
 typedef struct {
     const double *low, *high, *turn, *rounding;
     const npy_intp *windings;
@@ -90,8 +90,8 @@ static double first_turn(const Limits *limits, npy_intp j, double q, double at_l
     return not_below < last ? not_below : last;
 }
 
-/* Writes all listed windings of each coordinate of a slot, and whether each is within the limits. A
- * value that exceeds a limit by rounding is set to the limit. */
+/* Writes all listed windings of each coordinate of a solution, and whether they are within the
+ * limits. A value that exceeds a limit by rounding is set to the limit. */
 static void write_turns(const Limits *limits, npy_intp n, const double *slot, double at_limit,
                         double *value, npy_bool *inside)
 {
@@ -106,7 +106,7 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
     }
 }
 
-/* Writes the windings of a slot: coordinates, and whether each winding is within the limits. */
+/* Writes the windings of a solution: coordinates, and whether each winding is within the limits. */
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
@@ -134,7 +134,7 @@ static void write_windings(const Limits *limits, npy_intp n, const double *value
     }
 }
 
-/* Writes the windings of all slots; -1 with an error set. */
+/* Writes the windings of all solutions; -1 with an error set. */
 static int write_all_windings(const Limits *limits, const Slots *slots, double at_limit, double *q,
                               npy_bool *inside)
 {
@@ -157,7 +157,7 @@ static int write_all_windings(const Limits *limits, const Slots *slots, double a
     return 0;
 }
 
-/* Repeats each of n numbers `count` times. */
+/* Returns an array that repeats each of n numbers `count` times. */
 static void repeat(npy_intp n, npy_intp count, const double *from, double *to)
 {
     for (npy_intp i = 0; i < n; i++) {
@@ -220,7 +220,7 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
 
 /* ------------------------------------------------------------------ distances */
 
-/* Seeds, one for all poses or one for each, and the distance metric. */
+/* One seed for all poses, or one for each pose, and the distance metric. */
 typedef struct {
     const double *q;
     npy_intp step;
@@ -243,13 +243,13 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* A slot of a pose with its rounded distance from the seed, infinite if invalid. */
+/* A solution with its rounded distance from the seed, infinite if the solution is invalid. */
 typedef struct {
     uint64_t distance;
     npy_intp slot;
 } Ranked;
 
-/* Returns a slot with its distance; beyond the distance `enough`, only a lower bound of it. */
+/* Returns a solution with its distance, or with a lower bound of its distance above `enough`. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {
@@ -270,7 +270,7 @@ static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose
                                 seeds->scale);
 }
 
-/* Tests whether two slots are windings of the same solution. */
+/* Tests whether two solution slots are windings of the same solution. */
 static int differ_by_turns(npy_intp n, const double *a, const double *b)
 {
     for (npy_intp j = 0; j < n; j++) {
@@ -281,7 +281,7 @@ static int differ_by_turns(npy_intp n, const double *a, const double *b)
     return 1;
 }
 
-/* Returns the nearest valid slot of a pose, else -1; see chasles_distance.h. */
+/* Returns the slot of the nearest valid solution, else -1; see chasles_distance.h. */
 static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
     const npy_intp n = slots->n;
@@ -307,7 +307,7 @@ static int read_query(PyObject *args, PyObject **q, Slots *slots, Seeds *seeds)
            read_slots(*q, valid, slots) == 0 && read_seeds(seed, turn, unit, slots, seeds) == 0;
 }
 
-/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN without a valid slot. */
+/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN without a valid solution. */
 static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q;
@@ -327,7 +327,7 @@ static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
     return found;
 }
 
-/* Compares two slots by distance, then by number. */
+/* Compares two solutions by distance, then by slot. */
 static int compare_ranked(const void *left, const void *right)
 {
     const Ranked *a = left, *b = right;
@@ -335,7 +335,7 @@ static int compare_ranked(const void *left, const void *right)
     return by_distance ? by_distance : (a->slot > b->slot) - (a->slot < b->slot);
 }
 
-/* order(q, valid, seed, turn, unit) of the module: indices (..., k), the nearest slot first. */
+/* order(q, valid, seed, turn, unit) of the module: indices (..., k), the nearest solution first. */
 static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q;
@@ -364,7 +364,7 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
 
 #define MAX_GROUPS 16
 
-/* Tests whether two slots are equal up to the tolerances. */
+/* Tests whether two solutions are equal up to the tolerances. */
 static int are_equal(npy_intp n, const double *a, const double *b, const double *turn,
                      const double *tolerance)
 {
@@ -376,7 +376,7 @@ static int are_equal(npy_intp n, const double *a, const double *b, const double 
     return 1;
 }
 
-/* Clears the valid slots of a pose that repeat an earlier valid slot. */
+/* Marks the solutions of a pose that repeat an earlier valid solution as invalid. */
 static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, const double *turn,
                               const double *tolerance, npy_bool *valid)
 {
@@ -405,8 +405,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether groups of slots, each with the windings of one solution, differ; false for many
- * groups. */
+/* Tests whether groups of slots differ; each contains the windings of one solution. Returns false
+ * for many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

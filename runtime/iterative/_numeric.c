@@ -1,4 +1,4 @@
-/* chasles.iterative._numeric: iterative inverse kinematics, called from Python.
+/* The module chasles.iterative._numeric, iterative inverse kinematics that Python calls.
  *
  * A Solver owns an Arm (native/arm.h): tip frame, limits and start table of a robot. The solver
  * keeps the compiled robot functions loaded. */
@@ -97,7 +97,7 @@ static int read_kernels(Solver *self, PyObject *capsules)
     return 0;
 }
 
-/* Reads the screws between the base and the link: rows of (link, joint, axis). */
+/* Reads the screws of the joints between base and link, as rows of (link, joint, axis). */
 static int read_screws(Arm *self, PyObject *rows)
 {
     const npy_intp shape[] = {-1, 2 + TWIST};
@@ -224,7 +224,7 @@ static int is_interrupted(void)
     return stops;
 }
 
-/* Solves all poses without the interpreter's lock; -1 with an error set. */
+/* Solves all poses without holding the interpreter lock (GIL); -1 with an error set. */
 static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
                PyObject *const *results, long threads)
 {

@@ -1,6 +1,6 @@
 /* The interface between chasles and a compiled robot: one entry for each function, found by name.
  *
- * A library exports two symbols:
+ * A compiled library exports two symbols:
  *     const chasles_kernel chasles_kernels[]   ended by an entry whose name is NULL
  *     const char chasles_hash[]                the content hash for which it was compiled
  * All other symbols are hidden, so that those of two robots in one process do not clash.
@@ -30,11 +30,11 @@ typedef struct {
      * no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    /* Of an inverse: writes the solutions nearest to seeds to dense rows of q, residual and margin,
-     * and the slot of each or the reason why there is none; see chasles_nearest.h. Steps are
-     * distances of adjacent rows in doubles. The moves are lower and upper limits of the
-     * coordinates, factors of their moves, and full turns that leave the pose unchanged. NULL for
-     * functions that are not an inverse. */
+    /* For an inverse, NULL for other functions: writes the solutions nearest to seeds to dense rows
+     * of q, residual and margin, and the slot of each solution or the reason why there is none; see
+     * chasles_nearest.h. Steps are distances of adjacent rows in doubles. The moves are lower and
+     * upper limits of the coordinates, weights of their displacements, and full turns that leave
+     * the pose unchanged. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                          double tolerance, const double *const *moves, const double *q_seed,
                          ptrdiff_t seed_step, double *const *outputs, signed char *slot);

@@ -5,7 +5,7 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-/* See solve_symmetric; the compiler inlines this function once for each constant m. */
+/* Implements solve_symmetric; the compiler inlines this function once for each constant m. */
 static inline __attribute__((always_inline)) void solve_of_size(double *A, int m, int stride,
                                                                 double *b)
 {

@@ -33,7 +33,7 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
     double factor = sine > 0 ? angle / sine : 1;
     if (cosine < 0) {
-        /* Near pi the sine and w lose all digits. Therefore, beyond pi / 2 the axis is the longest
+        /* Near pi the sine and w lose all digits. Beyond pi / 2, the axis is therefore the longest
          * column of the symmetric part. */
         int k = R[0][0] > R[1][1] ? 0 : 1;
         k = R[2][2] > R[k][k] ? 2 : k;
@@ -52,7 +52,7 @@ static inline RotationAngle rotation_vector_between(const double *A, const doubl
     return (RotationAngle){angle, sine, cosine};
 }
 
-/* Writes (p, omega) from A to B: origin difference and rotation vector, both in base axes. */
+/* Writes (p, omega) from A to B, the origin difference and the rotation vector in base axes. */
 static inline RotationAngle displacement_between(const double *A, const double *B, double *out)
 {
     for (int i = 0; i < 3; i++) {

@@ -17,9 +17,9 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-#define MAX_POLAR_STEPS 4 /* two steps are sufficient for deviations up to NEARLY_RIGID */
+#define MAX_POLAR_STEPS 4 /* maximum number; two are usually sufficient */
 
-/* Deviation class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
+/* The class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;
 
 /* Writes R^T R - 1 for the rotation R of a pose as xx, yy, zz, xy, yz, zx. Returns the squared
@@ -102,8 +102,8 @@ static inline int is_single(const double *T)
 }
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
- * last decimal (at most nine) or of single precision; 0 for higher precision. The distance
- * from a rotation is no measure: a planar rotation with few digits may be nearly rigid by chance.
+ * last decimal (at most nine) or of single precision; 0 for higher precision. The distance from a
+ * rotation cannot replace this: a planar rotation of few digits may be nearly rigid by chance.
  */
 static inline double coarseness(const double *T)
 {
@@ -128,8 +128,8 @@ static inline double reached_by_rounding(const double *T)
     return ROUNDED * off;
 }
 
-/* Returns this residual for an axis-aligned RIGID pose, from the six to eight decimals of its
- * translation or from single precision; 0 for higher precision or fewer decimals. */
+/* Returns the maximum residual for an axis-aligned RIGID pose, from the six to eight decimals of
+ * its translation or from single precision; 0 for higher precision or fewer decimals. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {

@@ -86,7 +86,7 @@ void svd_decompose(Svd *svd, const double *J, const char *removed)
     }
     orthogonalize_rows(W, p, m, Y[0], TWIST, has_right_angle, dot(W, W, p * m));
     sort_rows(W, p, m, length, order);
-    /* Rows of W are sigma times v (u if n < 6); rows of Y are u (v if n < 6). */
+    /* The rows of W are sigma times v (u if n < 6); the rows of Y are u (v if n < 6). */
     double sorted[TWIST * TWIST];
     double *longer = wide ? svd->v : sorted;
     svd->count = p;

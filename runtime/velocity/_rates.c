@@ -1,4 +1,4 @@
-/* chasles.velocity._rates: joint rates for twists, as NumPy generalized ufuncs.
+/* The module chasles.velocity._rates, joint rates for twists as NumPy generalized ufuncs.
  *
  *   bounds     rate bounds from joint, rate and acceleration limits
  *   solve      damped least-squares joint rates for a twist, within these bounds

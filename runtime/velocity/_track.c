@@ -1,4 +1,4 @@
-/* chasles.velocity._track: path tracking by joint rates, called from track.py. */
+/* The module chasles.velocity._track, path tracking by joint rates for track.py. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 

@@ -4,7 +4,7 @@
 
 /* ------------------------------------------------------------------ names */
 
-/* Returns the name of a slot: an input, out, threads or fixed; NULL if the slot has no keyword. */
+/* Returns the name of an argument: an input, out, threads or fixed; NULL without a keyword. */
 static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
     if (slot < kernel->n_inputs) {
@@ -55,7 +55,7 @@ static int set_keyword_error(const Kernel *kernel, int takes_fixed, PyObject *ke
     return -1;
 }
 
-/* Returns the slot of a keyword; -1 with an error set. */
+/* Returns the argument index of a keyword; -1 with an error set. */
 static int find_keyword(const Kernel *kernel, int takes_fixed, PyObject *keyword)
 {
     for (int i = 0; i < kernel->n_inputs + N_OPTIONS; i++) {
@@ -154,7 +154,7 @@ long read_threads(const Kernel *kernel, PyObject *given)
             if (!PyErr_ExceptionMatches(PyExc_TypeError)) {
                 return -1;
             }
-            PyErr_Clear(); /* The argument is an array of several integers. */
+            PyErr_Clear(); /* Reports an argument that is an array of several integers. */
         }
     }
     PyErr_Format(InputError, "%U: threads must be a positive integer or 'all', got %R",
@@ -229,7 +229,7 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces a NumPy error with an error that names the argument; its cause is the NumPy error. */
+/* Replaces a NumPy error with an error that names the argument, and sets its cause. */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {
@@ -257,7 +257,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
         set_input_error(kernel, operand);
         return NULL;
     }
-    /* The type is tested before the conversion, which would accept "1", True and 1j. */
+    /* The type is tested first, because the conversion would accept "1", True and 1j. */
     if (!PyTypeNum_ISINTEGER(PyArray_TYPE(array)) && !PyTypeNum_ISFLOAT(PyArray_TYPE(array))) {
         PyErr_Format(InputError, "%U: %U must hold real numbers, got dtype %S", kernel->label,
                      operand->name, PyArray_DESCR(array));

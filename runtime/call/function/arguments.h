@@ -4,7 +4,7 @@
 
 #include "call/kernel/operands.h"
 
-#define N_OPTIONS 3   /* keywords after the inputs: out, threads, fixed */
+#define N_OPTIONS 3   /* number of keywords after the inputs: out, threads, fixed */
 #define ALL_THREADS 0 /* the number of threads for threads="all" */
 
 /* The broadcast shape of the leading dimensions of all inputs. */
@@ -13,15 +13,13 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments into slots: one for each input, then out, threads and fixed;
- * NULL for a missing argument. A function with fixed= has one input by position or name. Returns
- * -1 with an error set. */
+/* Sorts the arguments: first each input, then out, threads and fixed; NULL for a missing argument.
+ * A function with fixed= has one input by position or name. Returns -1 with an error set. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
-/* Fills the slots of all inputs after the first from `fixed`, a mapping with the names `parameters`
- * or a tuple (internal calls). Returns 1 with new references, 0 for other values, -1 with an error
- * set. */
+/* Sets all inputs after the first from `fixed`, a mapping with the names `parameters` or a tuple
+ * (internal calls). Returns 1 with new references, 0 for other values, -1 with an error set. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
 /* Sets *outs to the output arrays, None for a new array; NULL without out=. Returns -1 with an

@@ -50,7 +50,7 @@ static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyO
     return 1;
 }
 
-/* Runs the kernel on core arrays, into core arrays or new ones (outs NULL, or None in it). */
+/* Runs the kernel on core arrays. It creates outputs if outs is NULL or contains None. */
 static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
     const Kernel *kernel = self->kernel;
@@ -117,7 +117,7 @@ static int is_long(npy_intp n)
 /* Tests whether the results for n rows are large enough for blocks of the memory pool. */
 static int is_large(const Kernel *kernel, npy_intp n)
 {
-    double size = 0.0; /* a double cannot overflow here */
+    double size = 0.0; /* a double, because an integer could overflow */
     for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
         size += (double)kernel->operands[i].size;
     }
@@ -192,8 +192,8 @@ static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *c
     return result;
 }
 
-/* Calls run(function, inputs, outs) of a Python module, where outs is a tuple or None. Unless
- * `leading` is NULL, the leading shape and the number of threads are further arguments. */
+/* Calls run(function, inputs, outs) of a Python module; outs is a tuple or None. Unless `leading`
+ * is NULL, the leading shape and the number of threads are further arguments. */
 static PyObject *call_python(const char *module, Function *self, PyObject *const *inputs,
                              PyObject *const *outs, PyObject *leading, long threads)
 {
@@ -267,7 +267,7 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
     const Kernel *kernel = self->kernel;
     PyObject *results[MAX_OPERANDS];
     npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
-    int large = is_large(kernel, n); /* 0 if n is -1 because of an overflow */
+    int large = is_large(kernel, n); /* 0 after an overflow (n is -1) */
     if (large && new_large_results(kernel, batch, outs, results) < 0) {
         return NULL;
     }
@@ -361,7 +361,7 @@ static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *c
     return call_single(self, inputs, outs);
 }
 
-/* Calls an inverse of poses with fixed joints, whose arguments are in slots. */
+/* Calls an inverse of poses with fixed joints; the arguments are already sorted. */
 static PyObject *call_fixed(Function *self, PyObject **slots)
 {
     const Kernel *kernel = self->kernel;

@@ -24,7 +24,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
 }
 
 /* The type has no tp_clear, because a call needs all members until it ends. All members are older
- * objects, so that every reference cycle contains a different object that can be cleared. */
+ * than the object, so that every reference cycle contains another object that can be cleared. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

@@ -13,13 +13,13 @@ typedef struct {
     const Kernel *kernel; /* the ufunc owns this object */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
-    PyObject *guard;         /* NULL if every finite input gives a finite result */
-    PyTypeObject *solutions; /* a subclass of tuple; NULL if the outputs are not branches */
+    PyObject *guard;         /* checks results that are not finite; may be NULL */
+    PyTypeObject *solutions; /* class of the solutions; NULL if the outputs are not branches */
     double tolerance;        /* maximum residual of a valid branch */
     PyObject *refinement;    /* refines branches that are nearly valid; NULL without refinement */
     double near;             /* maximum residual of a refined branch */
     PyObject *general; /* handles other calls of ik(T, *, fixed, ...); NULL for other functions */
-    PyObject *parameters; /* keys of fixed= for the inputs after the first; may be NULL */
+    PyObject *parameters; /* keys of fixed= for all inputs after the first; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;

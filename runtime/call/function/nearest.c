@@ -18,16 +18,16 @@ typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
     PyObject *inverse;    /* a Function */
-    PyObject *general;    /* the Python function that handles all other calls */
+    PyObject *general;    /* the Python function for all other calls */
     PyTypeObject *result; /* the class of the results, a subclass of tuple */
     PyObject *moves;      /* a tuple of four arrays, for calls without options */
-    PyObject *parameters; /* a tuple of indices in the seed, or a Function called with the seed */
+    PyObject *parameters; /* redundancy parameters: indices in the seed, or a Function */
     PyObject *name, *doc, *signature, *reduced;
     const double *by[N_MOVES];
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the inputs of the inverse after the first, for a seed. */
+/* Writes the redundancy parameters of a seed, the inputs of the inverse after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {

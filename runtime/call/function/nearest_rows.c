@@ -4,7 +4,7 @@
 
 #include "numerics/_rigid.h"
 
-#define MAX_SLOTS 64 /* maximum number of slots of a pose for the selection */
+#define MAX_SLOTS 64 /* maximum number of solution slots of a pose for the selection */
 
 /* Solves for a block of rows. If its first pose is rounded, or a solution is inexact, the inverse
  * projects the poses before the selection. */
@@ -103,8 +103,8 @@ static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Ro
     return read_rows(slot, NPY_INT8, *n, 1, &rows->slot, NULL);
 }
 
-/* Reads the arguments of a function of the module; `given` are the inputs, or the slots. Returns
- * the inverse, NULL with an error set. */
+/* Reads the arguments of a function of the module; `given` contains the inputs, or the solution
+ * slots. Returns the inverse, NULL with an error set. */
 static const Function *read_call(PyObject *args, PyObject **given, npy_intp *n, Rows *rows)
 {
     PyObject *inverse, *seed, *moves, *results;

@@ -7,8 +7,8 @@
 #include "call/function/function.h"
 #include "call/kernel/rigid_poses.h"
 
-#define SCRATCH 8192 /* doubles on the stack for the slots of a block of rows */
-#define MAX_BLOCK 32 /* maximum rows of a block, so that its slots stay in the nearest cache */
+#define SCRATCH 8192 /* number of doubles on the stack for a block of rows \ */
+#define MAX_BLOCK 32 /* rows; the solutions fit the first-level cache */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
 /* Addresses of the rows of a call, and their strides, counted in doubles. */
@@ -28,14 +28,14 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs refinement, or an error for its matrix. */
+/* Tests whether a row requires refinement, or an error because its matrix is not a pose. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
 }
 
-/* Tests whether the function is an inverse with a compiled selection, and its slots fit the
- * scratch. */
+/* Tests whether the function is an inverse with a compiled selection, whose solution slots fit the
+ * scratch memory. */
 int can_select(const Function *inverse);
 
 /* Reads the distance metric, four arrays (n,); -1 with an error set. */

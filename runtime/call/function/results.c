@@ -14,13 +14,13 @@ PyObject *new_tuple(int n, PyObject *const *items)
 
 /* ------------------------------------------------------------------ branches */
 
-/* The outputs of a function of all branches, then `valid`. */
+/* The outputs of a function that returns all branches, followed by `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* Whether a batch contains poses that need refinement or an error. */
+/* Facts about the poses of a batch that have no valid branch. */
 typedef struct {
-    int refine;  /* a pose without a valid branch has a residual of at most `near` */
-    int no_pose; /* a residual is infinite: not a pose, or a different assembly mode */
+    int refine;  /* some residual is at most `near`, so that refinement is useful */
+    int no_pose; /* some residual is infinite: not a pose, or another assembly mode */
 } Unsettled;
 
 /* Examines the poses without a valid branch, among n poses with k branches each. */
@@ -182,7 +182,7 @@ static int values_are_finite(const double *values, npy_intp size)
 {
     int not_finite = 0;
     for (npy_intp k = 0; k < size; k++) {
-        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* branch-free, to be vectorized */
+        not_finite |= !(fabs(values[k]) <= DBL_MAX); /* no branches: vectorized */
     }
     return !not_finite;
 }
@@ -198,7 +198,7 @@ static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* Calls the guard for a pose whose result is not finite; -1 with the error that it raised. */
+/* Calls the guard for a pose whose result is not finite; -1 if the guard raises an error. */
 static int call_guard(Function *self, PyObject *const *inputs)
 {
     PyObject *given = new_tuple(self->kernel->n_inputs, inputs);

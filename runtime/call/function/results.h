@@ -1,4 +1,4 @@
-/* Packing of results.
+/* Packs results into Python objects.
  *
  * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. A pose
  * without a valid branch may need refinement (refinement.py). If a single result is not finite, the
@@ -12,29 +12,29 @@
 /* Returns a tuple of new references; NULL with an error set. */
 PyObject *new_tuple(int n, PyObject *const *items);
 
-/* Returns the branches as Solutions, refined if necessary; takes ownership of the three results. */
+/* Returns the branches as Solutions, refined if necessary. Takes ownership of the three results. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Returns the ufunc's result, as Solutions if the outputs are branches; takes over the result. */
+/* Returns the ufunc's result, as Solutions if the outputs are branches. Takes ownership of it. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Packs results, unless the guard raises an error for values in `memory` that are not finite. Not
- * inlined, to keep calls of functions without a guard short. */
+/* Packs results, unless the guard raises an error for values in `memory` that are not finite. This
+ * function is not inlined, to keep calls of functions without a guard short. */
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Returns the ufunc's result for one pose, unless the guard raises an error; takes over the result.
+/* Returns the ufunc's result for one pose, unless the guard raises an error. Takes ownership of it.
  */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Sets the class of the branches and its tolerance; -1 with an error set. */
+/* Sets the class of the solutions and its tolerance; -1 with an error set. */
 int set_solutions(Function *self, PyObject *type);
 
 /* Sets the refinement and its maximum residual; -1 with an error set. */
 int set_refinement(Function *self, PyObject *refinement);
 
 /* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of
- * shape () become scalars, as in NumPy's own functions, unless the caller gave the array. */
+ * shape () become scalars, as in NumPy's functions, unless the caller passed the array. */
 static inline PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
                              PyObject *const *outs)
 {

@@ -6,8 +6,8 @@
 
 #define MAX_BYTES ((size_t)256 << 20) /* total size of all blocks in the pool, in bytes */
 #define MAX_BLOCKS 32                 /* blocks */
-#define HUGE_PAGE ((size_t)2 << 20)   /* in bytes; every block size is a multiple */
-#define BLOCK_HEAD 64 /* bytes before the array, for the block size; arrays stay aligned */
+#define HUGE_PAGE ((size_t)2 << 20)   /* size unit in bytes; every block size is a multiple */
+#define BLOCK_HEAD 64                 /* bytes for the block size, before the aligned array */
 
 typedef struct {
     char *start;
@@ -15,7 +15,7 @@ typedef struct {
 } Block;
 
 static struct {
-    Block blocks[MAX_BLOCKS]; /* blocks in order of age, the oldest first */
+    Block blocks[MAX_BLOCKS]; /* blocks, the oldest first */
     int n;
     size_t bytes;
 } kept;
@@ -37,7 +37,8 @@ static Block take_kept(int i)
     return block;
 }
 
-/* Returns the oldest blocks to the system until at most n blocks with `bytes` bytes remain. */
+/* Returns the oldest blocks to the system until at most n blocks with `bytes` bytes remain.
+ */
 static void shrink_kept(int n, size_t bytes)
 {
     while (kept.n > n || kept.bytes > bytes) {

@@ -27,7 +27,7 @@ static const void *find_symbol(Library *self, const char *symbol)
 }
 
 #ifdef __x86_64__
-/* Tests for FMA, bits of cpuid leaf 7, and registers that the system saves.
+/* Tests for FMA, for bits of cpuid leaf 7, and for the registers that the operating system saves.
  * __builtin_cpu_supports is always false in the runtime library of Zig, which builds wheels. */
 static int has_features(unsigned bits, unsigned saved)
 {
@@ -45,8 +45,8 @@ static const char *kernels_of_processor(void)
 {
 #ifdef __x86_64__
     const unsigned avx512 = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL | bit_AVX512BW | bit_AVX512CD;
-    const int v3 = has_features(bit_AVX2 | bit_BMI | bit_BMI2, 0x6); /* xmm and ymm */
-    const int v4 = v3 && has_features(avx512, 0xe6);                 /* also zmm and masks */
+    const int v3 = has_features(bit_AVX2 | bit_BMI | bit_BMI2, 0x6); /* xmm, ymm registers */
+    const int v4 = v3 && has_features(avx512, 0xe6);                 /* also zmm, mask registers */
     return v4 ? "chasles_kernels_v4" : v3 ? "chasles_kernels_v3" : "chasles_kernels";
 #else
     return "chasles_kernels";

@@ -107,7 +107,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
     return kernel;
 }
 
-/* Tests whether forward kinematics has the coordinates of a slot as input. */
+/* Tests whether the coordinates of a solution are the input of forward kinematics. */
 static int takes_slots(const chasles_kernel *fk, const Operand *outputs)
 {
     return fk->n_inputs == 1 && fk->n_outputs == 1 && fk->sizes[1] == 16 &&

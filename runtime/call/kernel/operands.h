@@ -1,4 +1,4 @@
-/* Kernel: one compiled function with the shapes of its inputs and outputs, its operands.
+/* Kernel, one compiled function with the shapes of its operands (inputs and outputs).
  *
  * A Function and its ufunc share the kernel; the ufunc keeps it alive in a capsule. */
 #ifndef CHASLES_OPERANDS_H
@@ -16,18 +16,18 @@ typedef struct {
     PyObject *name;
     int ndim;
     npy_intp dims[MAX_CORE_NDIM];
-    npy_intp size; /* product of dims */
+    npy_intp size; /* number of elements, the product of dims */
 } Operand;
 
 /* How the poses of an inverse are tested for rigidity (rigid_poses.h). */
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
-    /* The two functions of the entry; `rows` is NULL without code for many poses. */
+    /* The two functions of the entry, for one row and for many rows; `rows` may be NULL. */
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    const chasles_kernel *entry; /* in the library */
+    const chasles_kernel *entry; /* addresses in the library */
     int n_inputs, n_outputs, n_operands;
     PosesOf poses;                  /* test of the poses in the first input, if it is an inverse */
     double unit;                    /* [m] the length that is equivalent to one radian */

@@ -8,7 +8,7 @@
     256 /* rows per block: a multiple of every number of lanes, and few enough for the cache \
          */
 
-/* Overwrites the results for a matrix that is not a pose. */
+/* Clears the results of a matrix that is not a pose. */
 static void clear_slots(const Kernel *kernel, double *const *outputs, double residual)
 {
     const double values[] = {NAN, residual, NAN};
@@ -30,7 +30,7 @@ static double residual_without_pose(const double *T)
     return sum == 0 ? INFINITY : NAN;
 }
 
-/* Recomputes all residuals above rounding level. */
+/* Recomputes all residuals that are above rounding level. */
 static void measure_slots(const Kernel *kernel, const double *T, double *const *outputs)
 {
     npy_intp k = slots_of(kernel);
@@ -52,7 +52,7 @@ static void measure_slots(const Kernel *kernel, const double *T, double *const *
     }
 }
 
-/* Solves for the nearest rigid pose, or clears the slots. */
+/* Solves for the nearest rigid pose, or clears the results. */
 static void solve_other(const Kernel *kernel, Rigidity found, const double *const *inputs,
                         double *const *outputs)
 {

@@ -1,8 +1,8 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose with a residual at rounding level is rigid. Other poses are tested: nearly rigid poses are
- * projected and solved again; other matrices result in NaN and infinite residuals. For general
- * arms, each matrix is tested first.
+ * A pose is rigid if a residual is at rounding level. Other poses are tested: nearly rigid poses
+ * are projected and solved again; all other matrices result in NaN and infinite residuals. For
+ * general arms, each matrix is tested first.
  *
  * If the unit length is not 1 m, residuals are recomputed as the larger of the distance and the
  * angle times the unit length. */
@@ -28,7 +28,7 @@ static inline int differs_from_last_row(const double *row)
     return (((bits[0] | bits[1] | bits[2]) << 1) | (bits[3] ^ bits_of_one)) != 0;
 }
 
-/* Tests whether a pose has the last row 0 0 0 1 and a slot with a residual at rounding level. */
+/* Tests whether a pose has the last row 0 0 0 1 and a solution with a residual near rounding. */
 static inline int is_settled(const double *T, const double *residual, npy_intp k)
 {
     if (differs_from_last_row(T + 12)) {
@@ -48,7 +48,7 @@ void settle_pose(const Kernel *kernel, const double *const *inputs, double *cons
 /* Runs an inverse with a test of each pose, or with recomputed residuals. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Number of slots of an inverse. */
+/* Returns the number of solution slots of an inverse. */
 static inline npy_intp slots_of(const Kernel *kernel)
 {
     return kernel->operands[kernel->n_inputs + SLOTS_RESIDUAL].size;

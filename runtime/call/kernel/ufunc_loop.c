@@ -6,7 +6,7 @@
 
 #include "call/kernel/rigid_poses.h"
 
-#define STACK_DOUBLES 1024 /* doubles of scratch memory for operands, else malloc */
+#define STACK_DOUBLES 1024 /* number of doubles; larger operands use malloc \ */
 
 /* The operands of one run of the inner loop. */
 typedef struct {
@@ -85,7 +85,7 @@ static void run_buffered(const LoopOperands *loop, npy_intp n, double *scratch)
 {
     const Kernel *kernel = loop->kernel;
     const int n_inputs = kernel->n_inputs, n_operands = kernel->n_operands;
-    double *buffers[MAX_OPERANDS]; /* NULL if the kernel works on the operand's own memory */
+    double *buffers[MAX_OPERANDS]; /* address of the copy, NULL without a copy */
     double *pointers[MAX_OPERANDS];
     for (int i = 0; i < n_operands; i++) {
         buffers[i] = loop->buffered[i] ? scratch : NULL;

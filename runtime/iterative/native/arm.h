@@ -7,18 +7,18 @@
 #include "numerics/_vectors.h"
 
 #define MAX_KERNELS 2
-#define FINALISTS 16 /* number of best attempts that are refined to the nearest minimum error */
+#define FINALISTS 16 /* number of attempts that are refined to the nearest minimum error */
 
 /* A joint between the base and the tip. */
 typedef struct {
     int link;           /* index of the link that the joint moves */
     int joint;          /* index of the coordinate, or of the main-chain joint */
-    double axis[TWIST]; /* twist per joint unit at the link origin, in link axes */
+    double axis[TWIST]; /* twist of the link per joint unit, at the link origin and in link axes */
 } Screw;
 
-/* The tip frame and the compiled functions for its pose. For the tool these are fk_jacobian_mixed
- * and hessian_mixed; for a link, link_poses with the screws up to the link, and chain_D_q if the
- * robot has loops. */
+/* The tip frame and the compiled functions for its pose. The tool has fk_jacobian_mixed and
+ * hessian_mixed. A link has link_poses with the screws up to the link, and chain_D_q if the robot
+ * has loops. */
 typedef struct {
     int link; /* the index of the link, -1 for the tool */
     const chasles_kernel *kernels[MAX_KERNELS];
@@ -29,11 +29,11 @@ typedef struct {
     const double *lower, *upper; /* (n,) */
     int n_starts;
     const double *starts;      /* (n_starts, n) */
-    const double *start_poses; /* (12, n_starts): each column holds three rows of a pose */
+    const double *start_poses; /* (12, n_starts): one pose per column */
 } Arm;
 
 typedef struct {
-    const double *weights; /* (6,) of the error, linear first; linear weights per unit length */
+    const double *weights; /* (6,) weights of the error, linear first */
     double unit;           /* [m] the length that is equivalent to one radian */
     double tolerance;      /* tolerance in radians and in unit lengths */
     int in_tool_axes;      /* whether weights and error use tip axes instead of base axes */
@@ -45,7 +45,7 @@ typedef struct {
 
 /* The memory of an iteration, in one block. */
 typedef struct {
-    double *q, *trial, *halley; /* (n,): current coordinates, ends of two possible steps */
+    double *q, *trial, *halley; /* (n,): current coordinates, and the ends of two trial steps */
     double *best; /* (FINALISTS + 1, n): end configurations in order, then the best of all */
     double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error */
     double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */

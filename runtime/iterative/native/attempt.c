@@ -7,7 +7,7 @@
 #include "iterative/native/lm_step.h"
 #include "numerics/_tolerances.h"
 
-#define MAX_IDLE 2 /* maximum consecutive steps that reduce the error too little */
+#define MAX_IDLE 2 /* maximum number of consecutive steps that hardly reduce the error */
 
 static void take_trial(Workspace *work)
 {

@@ -9,16 +9,16 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* End of an attempt: converged (or minimum error for a rounded target); at a minimum error, with or
- * without coordinates at limits; out of evaluations; the target is not a pose. */
+/* Outcomes of an attempt: converged (or at the minimum error for a rounded target); at a minimum
+ * error, with or without coordinates at limits; out of evaluations; the target is not a pose. */
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 
 /* Iterates from work->q while steps reduce the squared error by the fraction `least_gain`. The
  * result is in work->q and *now; half_square is infinite if the start has no finite residual. */
 Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluation *now);
 
-/* Iterates from x (n,) to the minimum error, to rounding. The error is the displacement, as the
- * logarithm of a pose has its minimum elsewhere. */
+/* Iterates from x (n,) to the minimum error, up to rounding. The error is the displacement, because
+ * the logarithm of a pose has its minimum elsewhere. */
 Ending patient_attempt(const Problem *problem, const double *x, int *budget, Evaluation *now);
 
 #endif

@@ -9,7 +9,7 @@
 #include "numerics/_tolerances.h"
 
 #define RESERVED_PART 4  /* 1 / RESERVED_PART of the budget is reserved for refinement */
-#define MAX_RESERVED 400 /* maximum evaluations: reserved in total, and per refinement */
+#define MAX_RESERVED 400 /* maximum numbers of evaluations, total and per refinement \ */
 
 /* The state of a search: the best result so far, and the results of attempts, sorted by error. */
 typedef struct {
@@ -66,7 +66,7 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Searches from successive start configurations, unless `ending` is NO_POSE. */
+/* Makes attempts and refinements, unless `ending` is NO_POSE. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

@@ -6,7 +6,7 @@
 
 #include "numerics/_tolerances.h"
 
-#define BISECTIONS 40 /* number of bisections of the scale in [0, 1], to 1e-12 */
+#define BISECTIONS 40 /* number of bisections of the scale in [0, 1], for an error of 1e-12 */
 
 int rate_problem_new(RateProblem *p, int n)
 {
@@ -41,8 +41,8 @@ void rate_problem_free(RateProblem *p)
 
 /* ------------------------------------------------------------------ one candidate */
 
-/* Writes y = J# V, with the damped inverse J#: the gain is 1 / sigma, or sigma / border^2 below the
- * border. */
+/* Writes y = J# V with the damped inverse J#. Its gain is 1 / sigma, or sigma / border^2 for
+ * singular values below the border. */
 static void apply_damped_inverse(const RateProblem *p, const double *V, double *y)
 {
     const Svd *svd = &p->svd;
@@ -57,8 +57,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] with s a + b within the bounds of all joints that are not fixed
- * at a bound, else -1. *critical: the joint whose bound limits s, or -1. */
+/* Returns the largest s in [0, 1] for which s a + b is within the bounds of all free joints, else
+ * -1. Joints fixed at a bound are not tested. *critical: the joint whose bound limits s, or -1. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;
@@ -72,7 +72,7 @@ static double largest_scale(const RateProblem *p, int *critical)
             double swap = from;
             a = -a, from = -to, to = -swap;
         }
-        /* The division is executed only if the quotient is in [0, 1], as a may be 0. */
+        /* The division is executed only if the quotient is in [0, 1], because a may be 0. */
         double above = to >= a ? 1 : to < 0 ? -1 : to / a;
         double below = from <= 0 ? 0 : from > a ? 2 : from / a;
         if (above < most) {
@@ -88,8 +88,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Returns the s in [0, 1] with s a nearest to the bounds, by bisection: the derivative of the
- * squared distance increases with s. */
+/* Returns the s in [0, 1] for which s a is nearest to the bounds, by bisection: the derivative of
+ * the squared distance increases with s. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -123,8 +123,8 @@ typedef struct {
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b: a performs the task with the free joints; b has the rates of the joints at
- * bounds and their compensation. */
+/* Computes y = a + b. With a, the free joints perform the task; b contains the rates of the joints
+ * at bounds, and the rates of the free joints that compensate them. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;
@@ -158,14 +158,14 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes J for the free joints. Returns whether these joints need no damping for the task. */
+/* Decomposes J for the free joints. Returns whether the task needs no damping with these joints. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->held);
     return p->rank <= p->svd.count && p->svd.sigma[p->rank - 1] >= p->border;
 }
 
-/* Fixes joints at their bounds one by one, each time the critical joint. */
+/* Repeatedly fixes the critical joint at its bound. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
     memcpy(p->held, p->locked, p->n);
@@ -185,8 +185,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
     }
 }
 
-/* Fixes the joints that are at their bounds in the bounded least-squares solution. Unlike this
- * solution, fixing joints one by one never releases a joint. */
+/* Fixes the joints that are at their bounds in the bounded least-squares solution. The active-set
+ * method of this solution can release joints, unlike hold_one_by_one. */
 static void hold_as_in_box(RateProblem *p, Candidate *best)
 {
     DampedBox *box = &p->box;
@@ -230,7 +230,7 @@ double solve_within_bounds(RateProblem *p)
 
 /* ------------------------------------------------------------------ null space */
 
-/* Projects d (n,) to the null space of the task. */
+/* Projects joint rates d (n,) to the null space of the task. */
 static void project_to_null_space(const RateProblem *p, double *d)
 {
     int n = p->n;
@@ -245,8 +245,8 @@ static void project_to_null_space(const RateProblem *p, double *d)
     }
 }
 
-/* Returns the largest fraction of d in [0, 1] that y can add within the bounds. *critical: the
- * joint at its bound, or -1. Components of d up to `rounding` count as 0. */
+/* Returns the largest s in [0, 1] for which y + s d is within the bounds. *critical: the joint that
+ * limits s, or -1. Components of d up to `rounding` count as 0. */
 static double largest_part(const RateProblem *p, const double *d, double rounding, int *critical)
 {
     double part = 1;

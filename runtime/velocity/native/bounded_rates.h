@@ -13,7 +13,7 @@
 #include "velocity/native/damped_box.h"
 
 typedef struct {
-    int n, rank;   /* number of joints; number of rows that count, at most n */
+    int n, rank;   /* number of joints; number of task components, at most n */
     double border; /* singular value below which a direction is damped */
     double V[TWIST], row[TWIST];
     double *J;                   /* (6, n) */
@@ -22,11 +22,11 @@ typedef struct {
     double *z;                   /* (n,) secondary rates */
     double *y;                   /* (n,) the result */
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
-    char *limited;               /* (n,) whether a bound determines the rate of the joint */
+    char *limited;               /* (n,) whether a bound limits the rate of the joint */
     char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
     char *held;   /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *held_rate; /* (n,) candidates y = a + b; rates of joints fixed at bounds */
+    double *a, *b, *held_rate; /* (n,) candidate y = a + b; rates of fixed joints */
     double *best_a, *best_b;   /* (n,) */
     char *best_held;           /* (n,) */
     DampedBox box;
@@ -38,9 +38,9 @@ int rate_problem_new(RateProblem *p, int n);
 
 void rate_problem_free(RateProblem *p);
 
-/* Computes the rates y for the twist s V, with the largest s in [0, 1] within the bounds. Joints
- * stay at their bounds, and the other joints compensate if no damping is needed. p->svd must be the
- * decomposition of J. Returns s. */
+/* Computes the rates y for the twist s V with the largest s in [0, 1] within the bounds. Joints
+ * that reach their bounds stay there; the other joints compensate this if the task needs no
+ * damping. p->svd must be the decomposition of J. Returns s. */
 double solve_within_bounds(RateProblem *p);
 
 /* Adds the null-space component of the secondary rates z to y, within the bounds. */

@@ -62,7 +62,7 @@ static void bound_rate(const double *x, double dt, double *least, double *greate
         *least = clamp(*least, previous - change, previous + change);
         *greatest = clamp(*greatest, previous - change, previous + change);
     }
-    /* The distance to the limit has a rounding error, and so has the braking rate. */
+    /* The distance to the limit and the braking rate have rounding errors. */
     double rounding = isnan(dt) ? 0 : BRAKING_ROUNDING * (fabs(q) / dt + fabs(previous));
     if (down > *greatest && down <= *greatest + rounding) {
         *greatest = down;

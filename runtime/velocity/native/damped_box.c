@@ -8,7 +8,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MAX_AGE 64 /* maximum decompositions until U is reset: rounding errors accumulate */
+#define MAX_AGE 64 /* decompositions before a reset of U limits rounding errors */
 #define ROUNDS 8   /* maximum number of active-set iterations per variable */
 
 int damped_box_new(DampedBox *box, int n)
@@ -42,7 +42,7 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* Compares the product with the longer row: its component in a short row is below the damping. */
+/* The product is relative to the longer row: its component in a short row is below the damping. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
@@ -122,7 +122,7 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z, up to the first bound, and fixes its variable. Returns 0 without a bound. */
+/* Moves x towards z up to the first bound, and fixes the variable there. Returns 0 if none. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;
@@ -148,7 +148,7 @@ static int advance_to_bound(DampedBox *box, int count, const double *lower, cons
     return 1;
 }
 
-/* Releases the variable with the largest multiplier away from its bound; 0 if none is positive. */
+/* Releases the variable whose multiplier is largest; returns 0 if no multiplier is positive. */
 static int release_bound(DampedBox *box, const double *lower, const double *upper)
 {
     int n = box->n, best = -1;
@@ -210,7 +210,7 @@ void damped_box_bound(DampedBox *box, const double *lower, const double *upper)
     for (int i = 0; i < n; i++) {
         box->x[i] = box->at[i] < 0 ? lower[i] : box->at[i] > 0 ? upper[i] : box->x[i];
     }
-    /* x is within the bounds after every round, so that it is usable without convergence. */
+    /* After every iteration x is within the bounds, so that it is usable without convergence. */
     for (int round = 0; round < ROUNDS * n; round++) {
         int count = 0;
         for (int i = 0; i < n; i++) {

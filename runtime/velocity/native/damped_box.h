@@ -16,7 +16,7 @@
 
 typedef struct {
     int n;
-    int moving;                   /* number of columns that are not always zero, 1 to n */
+    int moving;                   /* number of columns that are not always zero, from 1 to n */
     double border;                /* the damping threshold e */
     double least_damping;         /* the initial d */
     double damping;               /* the current value of d; see damped_box_adapt */

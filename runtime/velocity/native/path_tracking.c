@@ -5,7 +5,7 @@
 
 #include "numerics/_logarithm.h"
 
-#define HALVINGS 40 /* maximum halvings of a step that leads to an open loop */
+#define HALVINGS 40 /* maximum number of halvings of a step that opens a loop */
 
 int tracking_new(Tracking *t, double border, double damping)
 {
@@ -77,7 +77,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* Lowers the change by units in its last place; units of `to` may be too small near zero. */
+    /* Lowers the change by units in its last place; the units of `to` are small near zero. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);

@@ -8,8 +8,8 @@
 #include <numpy/ndarraytypes.h>
 
 /* Damped least-squares joint rates for a twist, within bounds. Operands:
- *   Operands: J (6, n), V (6), lower (n), upper (n), z (n), unit (n), row (6), border, rank ->
- * rates (n), twist (6), damping, smallest, direction (6), scale, limited (n) */
+ *   J (6, n), V (6), lower (n), upper (n), z (n), unit (n), row (6), border, rank
+ *   -> rates (n), twist (6), damping, smallest, direction (6), scale, limited (n) */
 void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
 
 /* Rate bounds from joint, rate and acceleration limits. Operands:
@@ -18,7 +18,7 @@ void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *st
 void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
 
 /* The product of the singular values, and its gradient with respect to q. Operands:
- *   Operands: J (6, n), H (6, n, n), unit (n), row (6), rank -> w, gradient (n) */
+ *   J (6, n), H (6, n, n), unit (n), row (6), rank -> w, gradient (n) */
 void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
 
 #endif

@@ -4,7 +4,7 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-/* Indices of the operands, and of the first step of each operand that is not a scalar. */
+/* Indices of the operands, and index of the first step of each array operand. */
 enum { J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK, N_INPUTS };
 enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS };
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };
@@ -91,7 +91,7 @@ static void write_rates(RateProblem *p, char **args, const npy_intp *core)
     }
 }
 
-/* Writes the same value into all results of a row: NaN, or 0 if all joints are locked. */
+/* Writes NaN, or 0 if all joints are locked, to all results of a row. */
 static void write_everywhere(double value, int limited, int n, char **args, const npy_intp *core)
 {
     fill_vector(args[RATES], n, core[RATES_STEP], value);

@@ -1,11 +1,11 @@
-/* Solver of general arms, for an arm defined only by its tables. */
+/* Solves the general inverse kinematics of an arm that tables define. */
 #include <stddef.h>
 
 #include "chasles_general.h"
 
 static chasles_general_arm arm;
 
-/* Pose and mixed Jacobian of the arm from its placements. */
+/* Computes the pose and the mixed Jacobian of the arm from its constant transforms. */
 static void pose_jacobian(const double *q, double *T, double *J)
 {
     const int n = arm.joints;
@@ -37,21 +37,22 @@ static void pose_jacobian(const double *q, double *T, double *J)
     }
 }
 
-/* Sets the arm. Its forward kinematics is computed from the tables. */
+/* Sets the arm; forward kinematics is computed from its tables. */
 void take(const chasles_general_arm *given)
 {
     arm = *given;
     arm.pose_jacobian = pose_jacobian;
 }
 
-/* The mixed Jacobian (6, n) at a configuration. */
+/* Computes the mixed Jacobian (6, n) at a configuration. */
 void jacobian(const double *q, double *J)
 {
     double T[16];
     pose_jacobian(q, T, J);
 }
 
-/* Solves the poses of configurations with the same fixed joint values. Returns all slots. */
+/* Solves the poses of configurations with the same fixed joint values. Returns all solution slots.
+ */
 void solve(int count, const double *q, double *found, double *residual)
 {
     double T[16], J[6 * CHASLES_CHAIN_MAX_JOINTS], margin[CHASLES_SLOTS],

@@ -1,8 +1,9 @@
-/* Lets one allocation of a thread fail: malloc, calloc, realloc and mmap, for LD_PRELOAD.
+/* Preloaded library (LD_PRELOAD) that makes one memory allocation of a thread fail: a call of
+ * malloc, calloc, realloc or mmap.
  *
- * An allocation counts if it is large, or if code of the given folder asks for it, also through
- * Python. NumPy and Python themselves do not survive every failed small allocation: an iterator of
- * NumPy crashes, and a lock of Python's thread pool remains locked. */
+ * Only some allocations are counted: large allocations, and allocations by code in the given
+ * folder, directly or through Python. NumPy and Python cannot handle every failure of a small
+ * allocation: a NumPy iterator crashes, and a lock of Python's thread pool remains locked. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -14,7 +15,7 @@
 #include <unistd.h>
 
 #define LARGE 100000 /* in bytes */
-#define DEPTH 12     /* frames between an allocation and its caller */
+#define DEPTH 12     /* maximum number of stack frames between an allocation and its caller */
 
 extern void *__libc_malloc(size_t);
 extern void *__libc_calloc(size_t, size_t);
@@ -23,12 +24,13 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Counts allocations from 0; allocation n fails, none if n is negative. A folder of NULL ends. */
+/* Starts to count allocations by code in a folder from 0. Allocation n fails; no allocation fails
+ * if n is negative. A NULL folder ends the counting. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;
     void *frames[1];
-    backtrace(frames, 1); /* the first call allocates */
+    backtrace(frames, 1); /* the first call allocates memory */
     failing = n;
     seen = 0;
     folder = own;
@@ -46,7 +48,7 @@ static int is_in(const char *file, const char *name)
     return !strncmp(last ? last + 1 : file, name, strlen(name));
 }
 
-/* Tests whether code of the folder calls an allocation, possibly through Python's allocators. */
+/* Tests whether code in the folder made an allocation, possibly through Python's allocators. */
 static int is_own(const char *own)
 {
     void *frames[DEPTH];
@@ -75,7 +77,7 @@ static int is_own(const char *own)
 static int fails(size_t size)
 {
     const char *own = folder;
-    folder = NULL; /* allocations of backtrace do not count */
+    folder = NULL; /* allocations of backtrace are not counted */
     int is_counted = own && (size >= LARGE || is_own(own));
     folder = own;
     if (!is_counted || seen++ != failing) {

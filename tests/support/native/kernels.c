@@ -26,7 +26,7 @@
 #define THREADS 4
 #define PART 24
 #define FOREIGN 1.25e300
-#define TOLERANCE 1e-13 /* single calls may round differently */
+#define TOLERANCE 1e-13 /* tolerance, because single calls may round differently */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -55,7 +55,8 @@ typedef struct {
     size_t bytes;
 } rows;
 
-/* The block begins `shift` doubles before the rows. With a negative step, the last row is first. */
+/* The block begins `shift` doubles before the rows. With a negative step, the last row has the
+ * lowest address. */
 static rows make_rows(size_t n, int size, ptrdiff_t step, size_t shift, int place)
 {
     size_t apart = (size_t)(step < 0 ? -step : step);
@@ -107,8 +108,8 @@ static int is_rest_untouched(const rows *made, size_t n)
 }
 
 typedef struct {
-    int gap;      /* doubles between rows */
-    int backward; /* last row first */
+    int gap;      /* number of doubles between rows */
+    int backward; /* the last row has the lowest address */
     int same;     /* all rows of an input share the same memory */
     size_t shift; /* offset from an aligned address, in doubles */
 } layout;
@@ -218,7 +219,7 @@ static void *run_part(void *given)
         }
     }
     kernel->rows(shared->part, inputs, steps, outputs, steps + kernel->n_inputs);
-    /* Every thread makes single calls on the first row. */
+    /* Every thread evaluates the first row only, by single calls. */
     double *own_outputs[MAX];
     for (int j = 0; j < kernel->n_outputs; j++) {
         own_outputs[j] = malloc((size_t)kernel->sizes[kernel->n_inputs + j] * sizeof(double));

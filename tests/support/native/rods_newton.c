@@ -3,7 +3,7 @@
 
 enum { RODS = 6, MAX_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Regularizes singular systems. The value is far below the distance of equal modes. */
+/* Regularizes singular systems; the value is far below the distance of equal modes. */
 static const double NOISE = 1e-12;
 
 /* Rotates a vector by a unit quaternion. */
@@ -17,7 +17,8 @@ static void turn(const double e[4], const double b[3], double r[3])
     r[2] = b[2] + 2 * (e[0] * x[2] + v[0] * x[1] - v[1] * x[0]);
 }
 
-/* Writes length derivatives with respect to a twist, and errors; returns the largest. */
+/* Writes the derivatives of the lengths with respect to a twist, and the length errors; returns the
+ * largest error. */
 static double linear_system(const double *a, const double *b, const double *lengths,
                             const double *e, const double *p, double A[RODS][RODS + 1])
 {
@@ -44,7 +45,8 @@ static double linear_system(const double *a, const double *b, const double *leng
     return worst;
 }
 
-/* Gaussian elimination with pivots; the solution replaces the last column. */
+/* Solves linear equations by Gaussian elimination with pivots; the solution replaces the last
+ * column. */
 static void solve(double A[RODS][RODS + 1])
 {
     for (int k = 0; k < RODS; k++) {

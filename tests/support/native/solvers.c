@@ -1,5 +1,5 @@
-/* Calls the iterative and the damped solvers for a robot without Python, under the compiler's
- * sanitizers. Prints the number of checked cases.
+/* Test program without Python: runs the iterative solver and the damped solver for a robot under
+ * compiler sanitizers. Prints the number of checked cases.
  *
  *   solvers tool       inverse kinematics of the tool, on one thread and on several threads
  *   solvers link       inverse kinematics of the second-to-last link; standard input contains the
@@ -17,7 +17,7 @@
 #include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* the last is not finite, the second to last is out of reach */
+#define POSES 24 /* the last pose is not finite, the second-to-last pose is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
@@ -234,7 +234,7 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each pose is fixed. All other coordinates of a pose have new start
+    /* The first coordinate of each pose is fixed. The other coordinates of the pose have new start
      * values. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;

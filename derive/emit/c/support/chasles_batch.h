@@ -2,8 +2,8 @@
  * of chasles and is the same for every robot.
  *
  * The file is included for each instruction set, after chasles_lanes.h. Defines `lanes_run`, which
- * processes rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a kernel
- * and transposes back.
+ * processes rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a compiled
+ * function and transposes back.
  */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
@@ -11,13 +11,13 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MAX_INPUTS 256  /* number of doubles in all inputs of a kernel */
-#define LANES_MAX_OUTPUTS 512 /* number of doubles in all outputs of a kernel */
+#define LANES_MAX_INPUTS 256  /* number of doubles in all inputs of a compiled function */
+#define LANES_MAX_OUTPUTS 512 /* number of doubles in all outputs of a compiled function */
 #define LANES_MAX_ARGUMENTS 8 /* maximum numbers of inputs and of outputs */
 #define LANES_LINE 8          /* number of doubles in a cache line */
 /* The work memory: inputs, outputs, and collected outputs with one extra cache line each. */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
-/* Results larger than this (bytes) bypass the caches, which could not hold them. */
+/* Size [bytes] above which results bypass the caches, because the caches could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
@@ -25,10 +25,10 @@ typedef struct {
     const int *sizes; /* number of doubles of each input, then of each output */
 } lanes_shape;
 
-/* A result that is written to memory in whole cache lines. Rows of a result are collected after the
- * first cache line of `stage`. At the end of this first line, `held` doubles of earlier rows wait
- * until the line at `to` is complete; the first `skipped` doubles of that line are not part of the
- * result. */
+/* A result whose complete cache lines are written to memory. Rows of a result are collected after
+ * the first cache line of `stage`. The last `held` doubles of this first line belong to earlier
+ * rows and wait until the line at `to` is complete. The first `skipped` doubles at `to` are not
+ * part of the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -80,7 +80,7 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* The memory is aligned to a page: at other addresses, storing and reloading sometimes took
+    /* The memory is aligned to a page, because at other addresses storing and reloading may take
      * twice as long.
      */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));

@@ -19,12 +19,12 @@
 #define CHASLES_CELLS 96
 #define CHASLES_DEGREE 8
 #define CHASLES_MAX_ROOTS 32
-/* Terms of a Taylor series; the first omitted term is 1e-14 of the largest. */
+/* Number of Taylor series terms; the first omitted term is 1e-14 of the largest term. */
 #define CHASLES_TERMS 11
-/* Maximum number of intervals to examine; a pose typically needs fifty, a degenerate pose far more.
- */
+/* Maximum number of intervals to examine: typical poses need fifty, degenerate poses far more. */
 #define CHASLES_MAX_PARTS 400
-/* Maximum number of halvings of a cell, down to 1e-6 rad; closer roots are treated as one root. */
+/* Maximum number of halvings of a cell, down to a width of 1e-6 rad. Closer roots are treated
+ * as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
@@ -88,14 +88,15 @@ static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0},
     {1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0}};
 
-/* The equivalent angle in (-pi, pi]. */
+/* Returns the equivalent angle in (-pi, pi]. */
 static double chasles_circle_wrapped(double angle)
 {
     const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
     return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
 }
 
-/* Sum of a[k] cos(k x) + b[k] sin(k x); its largest coefficient, and its error size. */
+/* A trigonometric polynomial, the sum of a[k] cos(k x) + b[k] sin(k x), with its largest
+ * coefficient and its error bound. */
 typedef struct {
     double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];
     double most, noise;
@@ -103,11 +104,10 @@ typedef struct {
 
 typedef struct {
     int count;
-    int unresolved;                      /* whether the interval may contain more roots */
-    int parts;                           /* examined so far */
+    int unresolved;                      /* whether the interval may contain further roots */
+    int parts;                           /* number of intervals examined so far */
     double angle[CHASLES_MAX_ROOTS];     /* angle of the suppressed joint */
-    double imaginary[CHASLES_MAX_ROOTS]; /* 0 for a root, else half of the distance between two
-                                            close roots */
+    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, or 0 */
 } chasles_circle_roots;
 
 /* Taylor series of a polynomial at the angles with these cosines and sines, with the angle scaled
@@ -137,8 +137,8 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, i
 
 /* A Taylor series on the interval |z| <= 1. */
 typedef struct {
-    double from, radius; /* rad: center and radius of the interval on the circle */
-    double nearly;       /* rad: largest imaginary part of a root to find */
+    double from, radius; /* center and radius of the interval on the circle [rad] */
+    double nearly;       /* largest imaginary part of a root to find [rad] */
     double noise;
     double t[CHASLES_TERMS];
 } chasles_circle_part;
@@ -153,14 +153,14 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* Root error (rad) above which a root may represent several roots. */
+/* Error [rad] of a computed root above which it may represent several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Half of an interval: side is -1 or 1. Term i of the half is side^i times the sum over k of (k
- * over i) (side / 2)^k times term k of the whole. */
+/* Computes the Taylor series on half of an interval; side is -1 or 1. Term i on the half is side^i
+ * times the sum over k of (k over i) (side / 2)^k times term k on the complete interval. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -184,7 +184,7 @@ static void chasles_circle_half(const chasles_circle_part *whole, double side,
         half->t[k] = k % 2 ? side * terms[k] : terms[k];
 }
 
-/* The series and its derivative at z. */
+/* Evaluates a Taylor series and its derivative at z. */
 static double chasles_circle_at(const double *t, double z, double *slope)
 {
     double value = t[CHASLES_TERMS - 1], rate = 0.0;
@@ -196,7 +196,8 @@ static double chasles_circle_at(const double *t, double z, double *slope)
     return value;
 }
 
-/* The zero of a series between two points with different signs, by Newton's iteration. */
+/* Finds the zero of a Taylor series between two points with different signs, by Newton's iteration.
+ */
 static double chasles_circle_zero(const double *t, double low, double high)
 {
     double slope;
@@ -219,7 +220,7 @@ static double chasles_circle_zero(const double *t, double low, double high)
     return z;
 }
 
-/* The root in an interval with a monotonic series, if it exists. */
+/* Finds the root in an interval with a monotonic Taylor series, if there is one. */
 static void chasles_circle_monotonous(const chasles_circle_part *part, double low, double high,
                                       chasles_circle_roots *roots)
 {
@@ -234,7 +235,7 @@ static void chasles_circle_monotonous(const chasles_circle_part *part, double lo
     }
 }
 
-/* The roots in an interval where the series has at most one extremum. */
+/* Finds the roots in an interval where the Taylor series has at most one extremum. */
 static void chasles_circle_convex(const chasles_circle_part *part, chasles_circle_roots *roots)
 {
     double t[CHASLES_TERMS] = {0.0}, slope, low, high;
@@ -267,7 +268,8 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* No root (not even a nearly real complex root); no extremum; no change of curvature. */
+    /* Three tests: the interval has no root (not even a nearly real one), no extremum, no
+     * inflection. */
     const double wide = 1.0 + part->nearly / part->radius;
     double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
@@ -284,7 +286,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (value < part->noise || halvings == 0) {
-        /* One point represents a cluster of roots. */
+        /* One point represents several close roots. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
@@ -302,8 +304,8 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
     }
 }
 
-/* Recomputes an interval from the polynomial's source if the polynomial is small on a whole
- * cell. */
+/* Recomputes the Taylor series of an interval from new samples, if the polynomial is small
+ * throughout a cell. */
 typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
 
 /* Finds the roots in a cell. */
@@ -323,7 +325,7 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
 }
 
 /* Finds the real roots, and the positions of pairs that are nearly double roots. The sampler is
- * NULL if the polynomial cannot be evaluated again. */
+ * NULL if no new samples can be computed. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

@@ -4,20 +4,22 @@
 #ifndef CHASLES_CIRCLE_TOLERANCES_H
 #define CHASLES_CIRCLE_TOLERANCES_H
 
-/* rad: half distance of a complex root pair that may be real: a residual of 1e-9 separates a double
- * root by 1e-4. */
+/* Half distance [rad] of a complex root pair that may be real: a residual of 1e-9 separates a
+ * double root by 1e-4. */
 #define CHASLES_NEARLY_REAL 1e-3
-/* rad: last step of a root of the determinant; the next Newton step would be rounding. */
+/* Size [rad] of the last Newton step to a root of the determinant; the next step would be rounding.
+ */
 #define CHASLES_ROOT_FOUND 1e-9
-/* Ratio of the polynomial to its error below which an interval is recomputed: five digits. */
+/* An interval is recomputed if the ratio of the polynomial to its error is below this value (five
+ * digits). */
 #define CHASLES_BLURRED 1e5
-/* rad: closer roots of the determinant may have exchanged null vectors. */
+/* Distance [rad] below which two roots of the determinant may have exchanged null vectors. */
 #define CHASLES_TWINS 1e-3
-/* Ratio of the polynomial to its error up to which its sign is uncertain. */
+/* The sign of the polynomial is uncertain up to this ratio of the polynomial to its error. */
 #define CHASLES_UNSURE 10.0
-/* rad: half distance of two roots with an uncertain sign between them. */
+/* Half distance [rad] of two roots with an uncertain sign of the polynomial between them. */
 #define CHASLES_EDGE 1e-4
-/* rad: a root of the determinant with a larger error may be several roots. */
+/* Error [rad] above which a root of the determinant may represent several roots. */
 #define CHASLES_DOUBT 3e-4
 
 #endif

@@ -1,5 +1,5 @@
-/* The solutions nearest to seeds for batches of poses on vector lanes, before the lanes become
- * rows. This file is part of chasles and is the same for every robot.
+/* Selects the solutions nearest to seed configurations for a batch of poses, while the solutions
+ * are still in SIMD lanes. This file is part of chasles and is the same for every robot.
  *
  * Included after chasles_batch.h for each instruction set.
  */
@@ -8,8 +8,8 @@
 
 #include "chasles_nearest.h"
 
-/* Seeds of a batch, `step` doubles apart, with the distance metric and the largest residual of a
- * solution. */
+/* The seed configurations of a batch, `step` doubles apart, with the distance metric and the
+ * largest residual of a valid solution. */
 typedef struct {
     const double *q;
     ptrdiff_t step;
@@ -18,12 +18,13 @@ typedef struct {
 } chasles_seeds;
 #endif
 
-/* Selects in each lane the slot nearest to the seed without limits. Writes its n coordinates,
- * shifted by full turns to be nearest to the seed, its residual and its margin to `found`, and its
- * distance, with the slot number in place of the rounding bits, to `least`. `is_inside` becomes 1
- * where there is a slot and its coordinates are within the limits, else 0.
+/* Selects in each SIMD lane the solution nearest to the seed without limits. `found` receives its n
+ * coordinates, shifted by full turns to the values nearest to the seed, its residual and its
+ * margin. `least` receives its distance, with the slot number in place of the rounding bits.
+ * `is_inside` becomes 1 in lanes with a solution within the limits, else 0.
  *
- * slots: vectors of lanes: n coordinates of each of the k slots, k residuals, k margins. */
+ * `slots` contains SIMD vectors: n coordinates of each of the k solution slots, k residuals and k
+ * margins. */
 LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *slots,
                                                    const lanes *q_seed, const chasles_seeds *by,
                                                    lanes *least, lanes *is_inside, lanes *found)
@@ -42,7 +43,8 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
             LANES_NAME(lanes_fabs)(&move, &move);
             largest = LANES_MAX(move * moves->scale[j], largest);
         }
-        /* As in chasles_least. Comparisons with NaN are false. */
+        /* The slot number replaces the rounding bits, as in chasles_least. Comparisons with NaN are
+         * false. */
         key = (lanes)(((lanes_mask)largest & ~(int64_t)CHASLES_ROUNDING) | slot);
         const lanes_where is_nearer =
             LANES_AND(LANES_LT(key, *least), LANES_LE(residual, by->tolerance));
@@ -62,7 +64,7 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
     *is_inside = LANES_NUMBER(holds);
 }
 
-/* Selects among the slots of one lane, with limits; see chasles_nearest. */
+/* Selects the solution of one SIMD lane with limits, by chasles_nearest. */
 static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nearest_lane)(
     int n, int k, const double *slots, const double *q_seed, const chasles_seeds *by, double *q,
     double *residual, double *margin)
@@ -75,8 +77,9 @@ static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nea
     return chasles_nearest(&of, by->moves, q_seed, q, residual, margin);
 }
 
-/* Writes the nearest solutions to dense rows of q, residual and margin, and the slots or the
- * reasons for missing solutions. The kernel is an inverse with k slots of n coordinates. */
+/* Writes the nearest solutions to dense rows of q, residual and margin. Also writes the slot of
+ * each solution, or the reason why there is none. The compiled function is an inverse with k
+ * solution slots of n coordinates. */
 static LANES_TARGET __attribute__((unused)) void LANES_NAME(lanes_nearest)(
     LANES_NAME(lanes_kernel) kernel, const lanes_shape *shape, size_t count,
     const double *const *inputs, const ptrdiff_t *input_steps, int n, int k,

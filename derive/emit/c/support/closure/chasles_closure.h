@@ -1,5 +1,5 @@
-/* Loops without a closed form: Newton's iteration along a path from a known configuration. This
- * file is part of chasles and is the same for every robot.
+/* Solves loops without a closed form: Newton's iteration follows a path from a known configuration.
+ * This file is part of chasles and is the same for every robot.
  *
  * A function through the loops first calls `at` or `seeded` for the variables w, then `factored`,
  * and then functions of chasles_closure_rates.h for derivatives.
@@ -40,7 +40,8 @@
 
 #include "chasles_closure_newton.h"
 
-/* The rates of the unknown variables for coordinate rates; D_u is already factored. */
+/* Computes the rates of the unknown variables from the coordinate rates; D_u is already factored.
+ */
 static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[CLOSURE_Q],
                                 double x[CLOSURE_U])
 {
@@ -90,7 +91,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
     return 0;
 }
 
-/* The variables w at q, along the path from the reference. */
+/* Computes the variables w at q along the path from the reference configuration. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              double w[CLOSURE_W])
 {
@@ -110,7 +111,7 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* The variables w at q, from a nearby configuration z. */
+/* Computes the variables w at q from a nearby configuration z. */
 static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                  const double *z, double w[CLOSURE_W])
 {
@@ -121,8 +122,8 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* Updates the variables w to coordinates q, starting from w, or from the reference if w is NaN or
- * too far away.
+/* Updates the variables w to coordinates q, starting from w, or from the reference configuration if
+ * w is NaN or too far away.
  */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])

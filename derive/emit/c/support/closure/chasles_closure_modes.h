@@ -2,8 +2,8 @@
  * for every robot.
  *
  * The legs of a platform reach a pose with coordinates q; fk(q) is the pose on the reference branch
- * of the loops. The pose of the legs and the fk pose are equal, or they belong to two assembly
- * modes. */
+ * of the loops. The pose of the legs and the fk pose are equal unless they belong to two different
+ * assembly modes. */
 #ifndef CHASLES_CLOSURE_MODES_H
 #define CHASLES_CLOSURE_MODES_H
 
@@ -11,10 +11,10 @@
 
 #include "chasles_closure_tolerances.h"
 
-/* The residual of a slot: the larger of the leg error `legs` and the deviation of its fk pose
- * `reached` from T. The residual is infinite if the pose belongs to another assembly mode, or NaN
- * if the forward kinematics fails. Modes are distinguished with lengths relative to the robot size.
- * */
+/* Returns the residual of a solution, the larger of the leg error `legs` and the deviation of its
+ * fk pose `reached` from T. The residual is infinite if the pose belongs to another assembly mode,
+ * or NaN if the forward kinematics fails. Modes are distinguished with lengths relative to the
+ * robot size. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {

@@ -1,6 +1,6 @@
-/* Loops with geometry p as input, closed by Newton's iteration from the nominal configuration, and
- * tool derivatives through these loops. This file is part of chasles and is the same for every
- * robot.
+/* Loops with the geometry p as input. Newton's iteration from the nominal configuration closes
+ * these loops; further functions compute derivatives of the tool pose through them. This file is
+ * part of chasles and is the same for every robot.
  *
  * Included once for each robot, which defines
  *
@@ -20,7 +20,7 @@
 
 #include "chasles_closure_newton.h"
 
-/* The variables w at q with the geometry p. */
+/* Computes the variables w at q with the geometry p. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              const double p[CLOSURE_P], double w[CLOSURE_W])
 {
@@ -33,8 +33,8 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     memcpy(w, s->w, sizeof s->w);
 }
 
-/* L = J_u c_u^-1 (6 x M), from the tool's Jacobian J (6 x W). Each row solves c_u^T l = j by R^T y
- * = j and l = Q y. */
+/* Computes L = J_u c_u^-1 (6 x M) from the tool's Jacobian J (6 x W). Each row solves c_u^T l = j
+ * by R^T y = j and l = Q y. */
 static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, double *L)
 {
     CLOSURE_NAME(factored)(s);
@@ -58,7 +58,8 @@ static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, doub
     }
 }
 
-/* J = J_x - L c_x for the first columns of arrays J_x and c_x with different row lengths. */
+/* Computes J = J_x - L c_x for the first columns of the arrays J_x and c_x, whose row lengths
+ * differ. */
 static void CLOSURE_NAME(through)(const double *J_x, const double *L, const double *c_x, int width,
                                   int columns, double *J)
 {
@@ -71,15 +72,16 @@ static void CLOSURE_NAME(through)(const double *J_x, const double *L, const doub
         }
 }
 
-/* The tool's Jacobian (6 x Q) with respect to the coordinates, from the Jacobian with respect to
- * w. */
+/* Computes the tool's Jacobian (6 x Q) with respect to the coordinates, from its Jacobian with
+ * respect to w. */
 static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w, const double *L,
                                double *J)
 {
     CLOSURE_NAME(through)(J_w, L, s->D, CLOSURE_W, CLOSURE_Q, J);
 }
 
-/* The tool's Jacobian (6 x P) with respect to the parameters, from the Jacobian at constant w. */
+/* Computes the tool's Jacobian (6 x P) with respect to the parameters, from its Jacobian at
+ * constant w. */
 static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p, const double *L,
                                const double *c_p, double *J)
 {

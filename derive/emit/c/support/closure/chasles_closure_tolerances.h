@@ -8,24 +8,24 @@
 /* Step size of a converged iteration: the next step would be about its square. */
 #define CLOSURE_SETTLED 1e-8
 /* Ratio of successive steps above which the start was too far away. By the Newton-Kantorovich
- * theorem, a nearby solution exists and is unique if a certain number is below 1/2. The ratio is
- * about half of this number, estimated from two steps only. */
+ * theorem, a unique nearby solution exists if the Kantorovich constant is below 1/2. The ratio of
+ * two steps is about half of this constant. */
 #define CLOSURE_CONTRACTION 0.2
 /* Ratio of successive steps for redundant equations, for which no determinant distinguishes the
  * branches. */
 #define CLOSURE_CAREFUL 0.05
-/* First step size above which a start counts as too far away in any case. */
+/* A start whose first step is larger than this value is too far away. */
 #define CLOSURE_FARTHEST 0.5
-/* Minimum stride as a fraction of the path, after 12 halvings; a smaller stride means that a
+/* Minimum stride as a fraction of the path (12 halvings): if a smaller stride is required, a
  * singularity is near. */
 #define CLOSURE_SHORTEST 0.000244140625
 /* Maximum steps of one iteration: with quadratic contraction, 6 are enough. */
 #define CLOSURE_STEPS 8
-/* Steps at an intermediate path point: the second step shows the contraction. */
+/* Number of steps at an intermediate point of the path: the second step shows the contraction. */
 #define CLOSURE_FEW_STEPS 2
 /* Maximum linear solves per call, which bounds the run time. */
 #define CLOSURE_MAX 240
-/* Largest leg residual of a reached pose: accepts poses with seven digits. */
+/* Largest leg residual of a reached pose; this value accepts poses with seven digits. */
 #define CLOSURE_ON_LEGS 1e-7
 /* Deviation of the forward kinematics from the legs' pose above which the pose is another assembly
  * mode. Two modes that are closer are next to a singularity, where rounding of the coordinates

@@ -4,14 +4,15 @@
  * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
  * B(s) x. Here y contains the products of the cosines and sines of two joints (the pair), and x is
  * (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint, the
- * suppressed joint. The pose may be part of any placement of the loop. Six row combinations are
- * free of y. With the half angle of v, they become twelve equations M(s) u = 0 in twelve unknowns.
- * det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
- * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
- * Newton's iteration on the pose refines them (chasles_general_newton.h). Such an order of the
- * joints is a split. If a split fails, other splits and nearby poses follow (chasles_general.h).
- * All computations use vectors of samples, roots or solutions (chasles_vectors.h). The code
- * allocates nothing, has no state and depends only on libm.
+ * suppressed joint. The target pose may be part of any constant transform of the loop. Six row
+ * combinations are free of y. With the half angle of v, they become twelve equations M(s) u = 0 in
+ * twelve unknowns. det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its
+ * real roots (chasles_general_roots.h), and each root gives the other joints
+ * (chasles_general_back.h). Newton's iteration on the pose refines them (chasles_general_newton.h).
+ * Such an order of the joints is an elimination order (type chasles_general_split). If it fails,
+ * other elimination orders and nearby poses follow (chasles_general.h). All computations use
+ * vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has no
+ * state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
  * joint belongs to the pair, or is the joint of v and w without a half angle. If both pair joints
@@ -26,43 +27,49 @@
 
 #include "chasles_circle_roots.h"
 
-/* m, rad: largest residual of a solution, as in the runtime. */
+/* Largest residual of a solution [m, rad], as in the runtime. */
 #define CHASLES_SOLVED 1e-9
-/* m, rad: residual at which Newton's iteration ends, ten times the rounding of forward
+/* Residual [m, rad] at which Newton's iteration ends, ten times the rounding error of forward
  * kinematics. */
 #define CHASLES_CLOSED 1e-14
-/* m, rad: below this residual, a step without improvement ends the iteration: rounding may
+/* Residual [m, rad] below which a step without improvement ends the iteration, because rounding may
  * dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
-/* rad or relative to the arm length: solutions with coordinates closer than this are equal.
+/* Coordinate difference (rad, or relative to the arm length) below which two solutions are equal.
  * Computed copies of a double solution differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
-/* m, rad: above this residual, a pose may be out of reach, and slow iterations are abandoned. */
+/* Residual [m, rad] above which a pose may be out of reach, so that slow iterations are abandoned.
+ */
 #define CHASLES_NEAR 1e-4
-/* Added to pivots that may be 0. Rows of the matrix have order 1; rounding errors are about 1e-16.
+/* This value is added to pivots that may be 0. Matrix rows are of order 1, rounding errors about
+ * 1e-16.
  */
 #define CHASLES_PIVOT_FLOOR 1e-30
-/* Allowed error of the determinant relative to its largest coefficient: six digits remain. */
+/* Maximum error of the determinant relative to its largest coefficient, so that six digits are
+ * correct. */
 #define CHASLES_NOISE 1e-6
-/* Below this largest coefficient, the determinant (entries of order 1) may be zero for every angle,
- * with rounding errors only. It is accepted if its relative error is below CHASLES_CLEAN: for an
- * arm 1e-3 off a structure with zero determinant, it may be 1e-20 with twelve valid digits. */
+/* If its largest coefficient is below this value, the determinant (of entries of order 1) may be a
+ * zero polynomial with rounding errors. It is accepted if its relative error is below
+ * CHASLES_CLEAN. An arm whose geometry is within 1e-3 of a structure with zero determinant may have
+ * a determinant of 1e-20 with twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
 /* Largest residual of the eight other equations at a root that is a solution, relative to the
  * length or its square. Simple solutions have a residual of 1e-8, spurious roots 0.01 and more. */
 #define CHASLES_SOLVES_ALL 1e-4
-/* Smallest pivot ratio of regular pair equations; rounding alone gives 1e-16. */
+/* Smallest pivot ratio of regular equations for the pair; rounding alone gives 1e-16. */
 #define CHASLES_TELLS 1e-9
-/* rad^2: squared angle below which a series of third order is exact. */
+/* Squared angle [rad^2] below which a series of third order is exact to rounding. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps relative to the squared entries of J: initial values far from and near
- * a solution, the value below which damping is dropped, and the value of abandoned steps. */
+ * a solution, the value below which the damping becomes zero, and the value at which the iteration
+ * is abandoned. */
 #define CHASLES_DAMPING_FAR 1e-5
 #define CHASLES_DAMPING_NEAR 1e-14
 #define CHASLES_DAMPING_DROPPED 1e-13
 #define CHASLES_DAMPING_MAX 1e3
-/* Added to the diagonal of J^T J in the inverse iteration for the smallest eigenvector. */
+/* This value is added to the diagonal of J^T J in the inverse iteration for the smallest
+ * eigenvector. */
 #define CHASLES_SHIFT 1e-10
 
 /* A line has fifteen quantities: p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p, and 1. */
@@ -72,15 +79,14 @@
 #define CHASLES_SPLITS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* rad: origin of the half angle; it differs from the right angles of typical arms. */
+/* Origin of the half angle [rad]; it differs from the right angles that are common in arms. */
 #define CHASLES_HALF_FROM 0.61
 
-/* The order of the joints in the equations. */
+/* An elimination order: the order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* joint indices among the six: pair, suppressed, v and w, last */
-    int sense;    /* 1 if the joints are numbered along the arm, -1 against it */
-    int halved;   /* selects the joint with the half angle: 0 for the first of v and w, 1 for the
-                     second */
+    int joint[6]; /* indices of the pair, the suppressed joint, v and w, and the last joint */
+    int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
+    int halved;   /* joint with the half angle: 0 for the first of v and w, 1 for the second */
 } chasles_general_split;
 
 /* A joint. */
@@ -89,22 +95,22 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* An arm. Six joints are solved for; all others are fixed. If only five joints are solved for, an
- * extra joint after the last one rotates the tool and is the sixth. */
+/* An arm with six unknown joints; all other joints are fixed. An arm with five unknown joints has
+ * an additional sixth joint, which rotates the tool. */
 typedef struct {
-    /* fk and mixed Jacobian of the robot. */
+    /* The robot's forward kinematics and mixed Jacobian. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
     double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of a joint's motion about or along z */
     double length; /* size of the arm (m), which converts radians to metres */
-    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* placements (3, 4) around the joints */
+    double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
     int splits;
     chasles_general_split split[CHASLES_SPLITS]; /* best first */
 } chasles_general_arm;
 
-/* The six unknown joints at values of the fixed joints. Lengths are relative to the arm length,
- * also the coordinates of the prismatic joints among the six. */
+/* The arm with its fixed joints at given values. Lengths are relative to the arm length, including
+ * the coordinates of prismatic unknown joints. */
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_CHAIN_MAX_GIVEN]; /* values of the fixed joints (rad or m) */
@@ -115,10 +121,10 @@ typedef struct {
     double placed[7][12];
 } chasles_general_six;
 
-/* The equations of a split at a pose. */
+/* The equations of an elimination order at a pose. */
 typedef struct {
     double loop[6][12];   /* C_1 ... C_6 */
-    int slides[6];        /* whether each joint of the split is prismatic */
+    int slides[6];        /* whether each joint of the elimination order is prismatic */
     double factor[8][8];  /* triangular factor of the matrix A */
     double head[3][8][9]; /* the rows of B that correspond to A's factor */
     double rest[3][6][9]; /* equations without y: factors of 1, cos, sin of the suppressed angle */
@@ -147,19 +153,19 @@ static void chasles_general_inverse(const double *a, double *b)
     }
 }
 
-/* Whether a joint of the arm is solved for. */
+/* Returns whether a joint of the arm is unknown. */
 static int chasles_general_is_solved(const chasles_general_arm *arm, int joint)
 {
     return arm->kind[joint] == CHASLES_SOLVED_TURN || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
-/* Whether a joint of the arm is prismatic. */
+/* Returns whether a joint of the arm is prismatic. */
 static int chasles_general_slides(const chasles_general_arm *arm, int joint)
 {
     return arm->kind[joint] == CHASLES_GIVEN_SLIDE || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
-/* Number of fixed joints of an arm. */
+/* Returns the number of fixed joints of an arm. */
 static int chasles_general_given(const chasles_general_arm *arm)
 {
     int given = 0;
@@ -168,7 +174,7 @@ static int chasles_general_given(const chasles_general_arm *arm)
     return given;
 }
 
-/* The placement after a fixed joint, from the placement before the joint. */
+/* Computes the transform after a fixed joint from the transform before the joint. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
 {
@@ -182,7 +188,7 @@ static void chasles_general_fixed(const chasles_general_arm *arm, int joint, dou
     chasles_general_product(moved, arm->placed[joint + 1], placed);
 }
 
-/* The arm with its fixed joints at their values. */
+/* Computes the arm with its fixed joints at their values. */
 static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {
@@ -217,13 +223,14 @@ static double chasles_general_direction(const chasles_general_six *six, int join
     return six->arm->direction[six->own[joint]];
 }
 
-/* A coordinate reduced by full turns. */
+/* Returns a coordinate reduced by full turns. */
 static double chasles_general_wrapped(const chasles_general_six *six, int joint, double value)
 {
     return six->slides[joint] ? value : chasles_circle_wrapped(value);
 }
 
-/* The placements C_1 ... C_6 of the loop of arm and tool, in the order of the split. */
+/* Computes the constant transforms C_1 ... C_6 of the loop of arm and tool, in the elimination
+ * order. */
 static void chasles_general_loop(const chasles_general_six *six, const chasles_general_split *split,
                                  const double *T, double (*C)[12])
 {
@@ -244,7 +251,7 @@ static void chasles_general_loop(const chasles_general_six *six, const chasles_g
     }
 }
 
-/* The quantities of the z axis of a frame. */
+/* Computes the line quantities of the z axis of a frame. */
 static void chasles_general_line(const double *C, double *x)
 {
     const double p[3] = {C[3], C[7], C[11]}, l[3] = {C[2], C[6], C[10]};
@@ -259,7 +266,7 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* The quantities of a moved line; they are linear in the original quantities. */
+/* Computes the quantities of a moved line, which are linear in the original quantities. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -284,8 +291,8 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Coefficients of 1, cos and sin in the quantities of a line that is rotated by sign * angle about
- * z. */
+/* Computes the coefficients of 1, cos and sin in the quantities of a line that is rotated by sign *
+ * angle about z. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -299,7 +306,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Coefficients of 1, d and d^2 in the quantities of a line that is translated by sign * d along z.
+/* Computes the coefficients of 1, d and d^2 in the quantities of a line that is translated by sign
+ * * d along z.
  */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
@@ -316,7 +324,7 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* The coefficients of a line's quantities moved by a joint. */
+/* Computes the coefficients of the quantities of a line that a joint moves. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)
@@ -325,8 +333,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* The fourteen equations: the columns of A, then of B; the first column of B includes the constants
- * of the left side. `slides` marks the prismatic joints. */
+/* Computes the fourteen equations: the columns of A, then the columns of B. The first column of B
+ * includes the constants of the left side. `slides` marks the prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
@@ -367,7 +375,7 @@ static void chasles_general_rows(const double (*C)[12], const int *slides, doubl
     }
 }
 
-/* Householder reflections of the columns of A. */
+/* Applies Householder reflections to the columns of A. */
 static void chasles_general_reflect(double (*S)[36])
 {
     for (int j = 0; j < 8; j++) {
@@ -394,7 +402,7 @@ static void chasles_general_reflect(double (*S)[36])
     }
 }
 
-/* The six equations without y and the eight that give y. */
+/* Separates the six equations without y from the eight equations that determine y. */
 static void chasles_general_eliminate(const chasles_general_six *six,
                                       const chasles_general_split *split, const double *T,
                                       chasles_general_system *system)

@@ -13,27 +13,27 @@
 
 typedef struct {
     double q[6];
-    double n[6];      /* null vector of M */
+    double n[6];      /* the null vector of M */
     double along;     /* the suppressed angle */
-    double c, s;      /* of this angle */
+    double c, s;      /* cos and sin of this angle */
     double imaginary; /* imaginary part of the suppressed angle; 0 for a real root */
     int has_twin;     /* whether another root is near this root */
     double left;      /* residual of the eight equations that M does not contain */
 } chasles_general_start;
 
-/* A configuration during Newton's iteration towards a pose. */
+/* The state of Newton's iteration towards a pose. */
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
     double left;    /* larger norm of the twist (metre or radian) */
     double cost;    /* sum of squared errors, which each step decreases */
     double damping; /* damping of the next step; 0 for a Newton step */
-    int steps;      /* steps so far */
+    int steps;      /* number of steps so far */
     int is_over;    /* whether no further step can improve the iterate */
 } chasles_general_way;
 
-/* All joints of the robot (rad, m), from the unknown joints, whose prismatic coordinates are
- * relative to a length (m). */
+/* Computes all joints of the robot (rad, m) from the unknown joints, whose prismatic coordinates
+ * are relative to a length (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -47,14 +47,14 @@ static void chasles_general_all_joints(const chasles_general_six *six, const dou
     }
 }
 
-/* All joints of the robot (rad, m), from the six unknowns. */
+/* Computes all joints of the robot (rad, m) from the six unknown joints. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
 {
     chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
-/* The pose and the six Jacobian columns of five joints and of a sixth joint that rotates the tool
- * about a tool axis. */
+/* Computes the pose and the Jacobian columns of five joints and of a sixth joint, which rotates the
+ * tool about a tool axis. */
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
@@ -86,7 +86,7 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
     }
 }
 
-/* The robot's forward kinematics, and the six Jacobian columns of the unknown joints. */
+/* Computes the robot's forward kinematics and the Jacobian columns of the six unknown joints. */
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
@@ -111,9 +111,9 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* The twist at the tool that leads from one pose to another (metre, radian). Returns the larger of
- * distance and angle. The angle uses all matrix entries, so that it is large for a matrix that is
- * not a rotation. */
+/* Computes the twist at the tool from one pose to another (metre, radian). Returns the larger of
+ * distance and angle. The angle depends on all matrix entries, so that it is large for a matrix
+ * that is not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
@@ -130,7 +130,8 @@ static double chasles_general_error(const double *T, const double *at, double *e
         position += e[k] * e[k];
     }
     const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    /* The angle over its sine; a series with error 1e-13 replaces the arc tangent for small angles.
+    /* The ratio of the angle to its sine; for small angles, a series with error 1e-13 replaces the
+     * arc tangent.
      */
     const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
                           : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
@@ -140,7 +141,7 @@ static double chasles_general_error(const double *T, const double *at, double *e
     return sqrt(position > turned ? position : turned);
 }
 
-/* A Levenberg-Marquardt step towards the pose. */
+/* Computes a Levenberg-Marquardt step towards the pose. */
 static void chasles_general_damped(const chasles_general_way *way, double length, double *step)
 {
     double a[6][7], b[6][7];
@@ -161,7 +162,7 @@ static void chasles_general_damped(const chasles_general_way *way, double length
     chasles_solve_six(b, step);
 }
 
-/* The pose error as a sum of squares, which each step decreases. */
+/* Returns the pose error as a sum of squares, which each step decreases. */
 static double chasles_general_cost(const double *e, double length)
 {
     double metres = 0.0, radians = 0.0;
@@ -220,7 +221,7 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     }
 }
 
-/* The next Newton steps of at most CHASLES_VECTOR_LANES configurations. */
+/* Computes the next Newton steps of at most CHASLES_VECTOR_LANES configurations. */
 static void chasles_general_newton(const chasles_general_six *six, const double *T,
                                    chasles_general_way *const *ways, int count)
 {
@@ -246,7 +247,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     }
 }
 
-/* A damped step. */
+/* Computes a damped step. */
 static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
                                         chasles_general_way *way)
 {
@@ -293,7 +294,8 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         way->q[i] = chasles_general_wrapped(six, i, way->q[i]);
 }
 
-/* |det J| over the product of the column norms, for many J: at most 1, 0 for a singular J. */
+/* Computes the ratio of |det J| to the product of the column norms, for many J: at most 1, and 0
+ * for a singular J. */
 static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
     double rows[6][6][CHASLES_VECTOR_LANES];
@@ -322,12 +324,13 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
     }
 }
 
-/* rad, or relative to the length: distance between successive points on a self-motion curve. */
+/* Distance (rad, or relative to the arm length) between successive points on a self-motion curve.
+ */
 #define CHASLES_WALK_STEP 0.1
 /* Maximum number of points on a self-motion curve in one direction: about one revolution of two
  * joints. */
 #define CHASLES_WALK_POINTS 100
-/* Maximum number of corrector steps onto the curve. */
+/* Maximum number of corrector steps onto a self-motion curve. */
 #define CHASLES_WALK_CORRECTIONS 8
 
 /* A point on a self-motion curve. */
@@ -366,8 +369,8 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the self-motion curve, where the pose error is parallel to u. Returns whether
- * the point converged. */
+/* Moves a point onto the self-motion curve, on which the pose error is parallel to u. Returns
+ * whether the iteration converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {
@@ -402,7 +405,8 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
     return 0;
 }
 
-/* Finds the curve point near a configuration. Returns whether such a point exists. */
+/* Finds a point of the self-motion curve near a configuration. Returns whether such a point exists.
+ */
 static int chasles_general_walk_start(const chasles_general_six *six, const double *T,
                                       const double *q, chasles_general_walk_point *point)
 {
@@ -413,8 +417,9 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Follows the curve in one direction and stores starts for Newton's iteration: points where the
- * remaining error changes its sign or has a minimum. Returns their number. */
+/* Follows the self-motion curve in one direction and stores starts for Newton's iteration, the
+ * points where the remaining error changes its sign or has a minimum. Returns the number of starts.
+ */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_way *ways, int most)

@@ -1,6 +1,6 @@
 /* Inverse kinematics of an arm with general geometry and five unknown joints; all other joints are
- * fixed. A sixth joint is added that rotates the tool and must be 0. This file is part of chasles
- * and is the same for every robot.
+ * fixed. An additional sixth joint rotates the tool; its coordinate must be 0 in a solution. This
+ * file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
@@ -13,7 +13,7 @@
 
 typedef chasles_general_arm chasles_general_tool_arm;
 
-/* The pose of five joints, and their Jacobian columns. */
+/* Computes the pose of five joints and their Jacobian columns. */
 static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
                                          double *J)
 {
@@ -26,7 +26,7 @@ static void chasles_general_tool_forward(const chasles_general_six *six, const d
     }
 }
 
-/* A Levenberg-Marquardt step of the five joints, from J and the pose error. */
+/* Computes a Levenberg-Marquardt step of the five joints from J and the pose error. */
 static void chasles_general_tool_step(double length, const double *J, const double *e,
                                       double damping, double *step)
 {
@@ -69,7 +69,7 @@ static double chasles_general_tool_polish(const chasles_general_six *six, const 
     return left;
 }
 
-/* Damped steps of five joints from a distant start, until they nearly reach the pose. */
+/* Takes damped steps of five joints from a distant start until they nearly reach the pose. */
 static void chasles_general_tool_descend(const chasles_general_six *six, const double *T, double *q)
 {
     double at[16], J[30], e[6], step[5], next[5], next_J[30], next_e[6], damping = 1e-3;
@@ -96,9 +96,9 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Iterates towards a pose from quasi-random starts, which are multiples of square roots. If a
- * prismatic joint moves in the plane of other joints, solutions with the added joint form a
- * continuum, and the determinant misses them. */
+/* Iterates five joints towards a pose from quasi-random starts, multiples of square roots. If a
+ * prismatic joint moves in the plane of other joints, the solutions for six joints form a
+ * continuum, and the roots of the determinant miss them. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
@@ -111,7 +111,7 @@ static void chasles_general_tool_restart(const chasles_general_six *six, const d
     }
 }
 
-/* Whether a residual is small enough for a valid solution. */
+/* Returns whether one of the residuals is small enough for a valid solution. */
 static int chasles_general_tool_is_solved(const double *left)
 {
     for (int k = 0; k < CHASLES_SLOTS; k++) {
@@ -121,7 +121,7 @@ static int chasles_general_tool_is_solved(const double *left)
     return 0;
 }
 
-/* Whether two configurations of five joints are equal. */
+/* Returns whether two configurations of five joints are equal. */
 static int chasles_general_tool_is_same(const chasles_general_six *six, const double *a,
                                         const double *b)
 {
@@ -134,7 +134,8 @@ static int chasles_general_tool_is_same(const chasles_general_six *six, const do
     return 1;
 }
 
-/* If no answer is a solution, replaces the answers by the solutions from restarts. */
+/* If no configuration is a solution, replaces the configurations by solutions from quasi-random
+ * starts. */
 static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {
@@ -154,8 +155,8 @@ static void chasles_general_tool_search(const chasles_general_six *six, const do
     }
 }
 
-/* Writes every solution of a pose into sixteen slots, solutions first, at values of the fixed
- * joints (rad or m; the value pointer is NULL if no joint is fixed). */
+/* Writes the solutions of a pose to sixteen solution slots, solutions first, with the other joints
+ * fixed at `value` (rad or m; NULL if no joint is fixed). */
 static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
                                     const double *value, double *q, double *residual,
                                     double *margin)
@@ -177,7 +178,7 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
-    /* Several slots may converge to one solution; the first slot keeps it. */
+    /* If several slots converge to one solution, the first slot keeps this solution. */
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
             if (left[i] <= CHASLES_SOLVED &&

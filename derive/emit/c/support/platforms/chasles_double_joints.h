@@ -1,4 +1,4 @@
-/* All poses of a platform with six rods that end in three double joints. This file is part of
+/* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
  * Two rods that share a joint constrain it to a circle about the line through their other ends, P_i
@@ -6,12 +6,13 @@
  *
  *     |P_i - P_k|^2 = |b_i - b_k|^2,     bilinear in the cosines and sines of t_i and t_k
  *
- * At an angle t_1, the distances from P_1 give two t_2 and two t_3, with square roots of Delta_2
- * and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2 = Delta_i.
- * The product over the four sign combinations has no square roots. Multiplied by its denominators,
- * it is a trigonometric polynomial of degree 8 in t_1, with up to sixteen poses. If the axes of all
- * circles are coplanar, as with three double joints on both sides, all sines of angles from that
- * plane cancel. The polynomial then has degree 8 in cos(t_1), and poses come in mirrored pairs.
+ * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
+ * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
+ * = Delta_i. The product of this expression over the four sign combinations has no square roots.
+ * Multiplied by its denominators, it is a trigonometric polynomial of degree 8 in t_1, with up to
+ * sixteen poses. If the axes of all circles are coplanar, as with three double joints on both
+ * sides, all sines of angles from that plane cancel. The polynomial then has degree 8 in cos(t_1),
+ * and poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -27,10 +28,10 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Number of polynomial samples, which determine the coefficients: a divisor of the cell count, and
+/* Number of samples that determine the polynomial's coefficients: a divisor of the cell count, and
  * more than twice the degree. */
 #define CHASLES_JOINT_SAMPLES 24
-/* Maximum number of Newton steps on the three distances. */
+/* Maximum number of Newton steps for the three distances. */
 #define CHASLES_JOINT_STEPS 12
 
 /* The circles of three joints, and the coefficients of their distances, indexed by (1, cos, sin) of
@@ -61,8 +62,8 @@ static double chasles_joint_normal(double *x)
     return length;
 }
 
-/* The circle of a joint at the end of two rods. Returns the squared radius, or NaN if the other rod
- * ends coincide. */
+/* Computes the circle of a joint at the end of two rods. Returns the squared radius, or NaN if the
+ * other rod ends coincide. */
 static double chasles_joint_circle(const double (*a)[3], const double *l, double *c, double *e,
                                    double *f)
 {
@@ -87,7 +88,8 @@ static double chasles_joint_circle(const double (*a)[3], const double *l, double
     return apart > CHASLES_JOINTS_APART ? square : NAN;
 }
 
-/* The coefficients of the squared distance of two joints, minus the squared true distance. */
+/* Computes the coefficients of the squared distance of two joints, minus the true squared distance.
+ */
 static void chasles_joint_distance(const chasles_double_joints *joints, int i, int k, double square,
                                    double (*Q)[3])
 {
@@ -105,8 +107,8 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* The zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin, as m + w n with w^2 = Delta. `square` is
- * the squared norm of (g[1], g[2]). */
+/* Computes the zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin, in the form m + w n with w^2 =
+ * Delta. `square` is the squared norm of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -120,7 +122,7 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* The solutions for the two other joints at an angle of the first joint. */
+/* Computes the solutions for the two other joints at an angle of the first joint. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -134,7 +136,7 @@ static void chasles_joint_neighbours(const chasles_double_joints *joints, double
     chasles_joint_solved(h, pairs + 1);
 }
 
-/* x^T Q y. */
+/* Returns x^T Q y. */
 static double chasles_joint_form(const double *x, const double (*Q)[3], const double *y)
 {
     double sum = 0.0;
@@ -143,7 +145,7 @@ static double chasles_joint_form(const double *x, const double (*Q)[3], const do
     return sum;
 }
 
-/* The coefficients U, V, W and X of the last distance equation. */
+/* Computes the coefficients U, V, W and X of the last distance equation. */
 static void chasles_joint_last(const chasles_double_joints *joints, const chasles_joint_pair *pairs,
                                double *parts)
 {
@@ -154,7 +156,7 @@ static void chasles_joint_last(const chasles_double_joints *joints, const chasle
     parts[3] = chasles_joint_form(pairs[0].n, Q, pairs[1].n);
 }
 
-/* The polynomial at an angle, and the size of its summands. */
+/* Evaluates the polynomial at an angle, and the size of its summands. */
 static double chasles_joint_sample(const chasles_double_joints *joints, double cosine, double sine,
                                    double *size)
 {
@@ -197,8 +199,8 @@ static int chasles_joint_series(const chasles_double_joints *joints, chasles_cir
     return most <= DBL_MAX && series->most > CHASLES_JOINT_VANISHED;
 }
 
-/* Newton's iteration on the three distances. Returns the largest residual, relative to its
- * summands. */
+/* Solves the three distance equations by Newton's iteration. Returns the largest residual, relative
+ * to its summands. */
 static double chasles_joint_polished(const chasles_double_joints *joints, double (*x)[3])
 {
     double left = HUGE_VAL;
@@ -216,7 +218,7 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
         if (!(worst < left))
             break;
         left = worst;
-        /* own[i] turn[i] + other[i] turn[i + 1] = -value[i] */
+        /* The linear equations are own[i] turn[i] + other[i] turn[i + 1] = -value[i]. */
         const double determinant = own[0] * own[1] * own[2] + other[0] * other[1] * other[2];
         for (int i = 0; i < 3; i++) {
             const int k = (i + 1) % 3, n = (i + 2) % 3;
@@ -237,7 +239,7 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
     return left;
 }
 
-/* The axes of a triangle as rows. Returns the sine of the angle at its first corner. */
+/* Computes the axes of a triangle as rows. Returns the sine of the angle at its first corner. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -253,7 +255,7 @@ static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
     return sine;
 }
 
-/* The quaternion of a rotation. */
+/* Computes the quaternion of a rotation. */
 static void chasles_joint_quaternion(const double (*R)[3], double *e)
 {
     const double trace = R[0][0] + R[1][1] + R[2][2];
@@ -274,7 +276,8 @@ static void chasles_joint_quaternion(const double (*R)[3], double *e)
         e[n] /= size;
 }
 
-/* The pose that moves the joints from b to their circle points: a quaternion and the position. */
+/* Computes the pose, a quaternion and a position, that moves the joints from b to their circle
+ * points. */
 static void chasles_joint_pose(const chasles_double_joints *joints, const double (*b)[3],
                                const double (*x)[3], double *pose)
 {
@@ -294,8 +297,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* The real pose at a zero of the polynomial (angle of the first joint). Returns whether such a
- * pose exists. */
+/* Computes the real pose at a zero of the polynomial (angle of the first joint). Returns whether
+ * there is such a pose. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -324,8 +327,8 @@ static int chasles_joint_real(const chasles_double_joints *joints, double angle,
            fabs(x[0][2] * cosine - x[0][1] * sine) < CHASLES_JOINT_TURN;
 }
 
-/* All poses, with the first joint's angle as unknown. Returns the number of poses, or -1 if the
- * number is uncertain. */
+/* Computes all poses, with the angle of the first joint as unknown. Returns the number of poses, or
+ * -1 if the number is uncertain. */
 static int chasles_joint_poses(const chasles_double_joints *joints, const double (*b)[3],
                                double (*poses)[7])
 {
@@ -342,7 +345,7 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
             if (fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k])) < CHASLES_TWINS)
                 return -1;
         }
-        /* Each simple root has exactly one pose, a real one. */
+        /* Each simple root has exactly one pose, which is real. */
         if (roots.imaginary[k] > 0.0 || !chasles_joint_real(joints, roots.angle[k], x))
             return -1;
         chasles_joint_pose(joints, b, (const double(*)[3])x, poses[k]);
@@ -350,8 +353,8 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
     return roots.count;
 }
 
-/* All poses of a body with three points b on rods of lengths l from six points a, two rods per
- * point. Returns the number of poses, or -1 if the number is uncertain. */
+/* Computes all poses of a body whose three points b are on rods of lengths l from six points a, two
+ * rods per point. Returns the number of poses, or -1 if the number is uncertain. */
 static int chasles_double_joint_poses(const double (*a)[3], const double *l, const double (*b)[3],
                                       double (*poses)[7])
 {

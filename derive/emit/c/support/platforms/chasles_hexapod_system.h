@@ -36,16 +36,16 @@ typedef struct {
     double re, im;
 } chasles_hexapod_number;
 
-/* Coefficients of the rods: entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
- * antisymmetric M, and the upper triangle of S. */
+/* Coefficients of the rods: the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
+ * antisymmetric matrix M, and the upper triangle of S. */
 typedef struct {
     chasles_hexapod_number M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_forms;
 
-/* Coefficients at the start of a path, and their change until its end. */
+/* The coefficients at the start of a path, and their change up to its end. */
 typedef struct {
     chasles_hexapod_forms at, change;
-    int moves; /* whether more than the constants c change */
+    int moves; /* whether not only the constants c change */
 } chasles_hexapod_way;
 
 /* The coefficients at each lane's path parameter. */
@@ -68,7 +68,7 @@ static inline void chasles_hexapod_subtract(chasles_hexapod_lanes *sum,
     sum->im -= x->re * y->im + x->im * y->re;
 }
 
-/* The coefficients of one rod. */
+/* Computes the coefficients of one rod. */
 static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b,
                                 chasles_hexapod_number c, chasles_hexapod_number *M,
                                 chasles_hexapod_number *S)
@@ -96,7 +96,8 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* All coefficients; for all rods except the last, differences to the last rod. */
+/* Computes all coefficients; for all rods except the last, these are differences to the last rod.
+ */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
 {
@@ -111,7 +112,7 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
     }
 }
 
-/* The interpolated value at each lane's t. */
+/* Interpolates a value at the t of each lane. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
                                            const chasles_vector *t, chasles_hexapod_lanes *value)
@@ -140,7 +141,7 @@ static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles
     }
 }
 
-/* Half the gradient of a rod's equation at (e, g), without the term g.g. */
+/* Computes half the gradient of a rod's equation at (e, g), without the term g.g. */
 static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
                                             const chasles_hexapod_lanes *S,
                                             const chasles_hexapod_lanes *x,
@@ -164,8 +165,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Half of the Jacobian; the last column contains half of each negative equation value. The last row
- * keeps steps orthogonal to x, because only the direction of x matters. */
+/* Computes half of the Jacobian; the last column contains half of each negative equation value. The
+ * last row makes steps orthogonal to x, because only the direction of x matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
@@ -220,7 +221,7 @@ static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_
     a[6][8].re = a[6][8].im = a[7][8].re = a[7][8].im = zero;
 }
 
-/* Swaps two values on the lanes of a mask. */
+/* Swaps two values in the lanes that a mask selects. */
 static inline void chasles_hexapod_exchange(const chasles_vector_mask *mask, chasles_vector *x,
                                             chasles_vector *y)
 {
@@ -234,8 +235,8 @@ static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x, chasle
     *square = x->re * x->re + x->im * x->im;
 }
 
-/* Solves eight equations by elimination with separate pivots per lane; the last column is the right
- * side. */
+/* Solves eight linear equations by elimination with separate pivots in each lane; the last column
+ * is the right side. */
 static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {

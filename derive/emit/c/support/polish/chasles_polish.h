@@ -4,12 +4,12 @@
  * Included once for each robot, which defines
  *
  *   POLISH_NAME(name)          the names of its functions
- *   POLISH_N, POLISH_SLOTS     coordinates, and slots of the nominal arm
- *   POLISH_RESULTS             these slots and extra slots for additional solutions
- *   POLISH_INPUTS              doubles in all inputs: the pose, then the other inputs
+ *   POLISH_N, POLISH_SLOTS     numbers of coordinates, and of solution slots of the nominal arm
+ *   POLISH_RESULTS             number of these slots and of extra slots for additional solutions
+ *   POLISH_INPUTS              number of doubles in all inputs: the pose, then the other inputs
  *   POLISH_NOMINAL(in, out)    the inverse of the nominal arm: q, residual and margin of each slot
- *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), on lanes
- *   POLISH_FREE, POLISH_TURNS  of each coordinate: 1 if the iteration moves it; revolutions per
+ *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), in SIMD lanes
+ *   POLISH_FREE, POLISH_TURNS  for each coordinate: 1 if the iteration moves it; revolutions per
  *                              unit, 0 for a prismatic coordinate
  *   POLISH_MOVING              number of coordinates that the iteration moves
  *   POLISH_LENGTH              the arm's length (metre), which converts angles to lengths
@@ -18,24 +18,24 @@
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL defines the arm for the general solver
  *                              (chasles_general.h), which completes uncertain branches
- *   POLISH_IS_ASKED            whether the general solver runs at every pose, because folds may
- *                              miss solutions
+ *   POLISH_IS_ASKED            whether the general solver runs at every pose, because the search at
+ *                              fold points may miss solutions
  *   POLISH_IS_SEARCHED         whether to search near uncertain branches; not for robots with
  *                              loops, where the true loops may lack a nominal branch
  *   POLISH_IS_POSITION         whether the target is a position only
  *   POLISH_ON_LANES            whether chasles_lanes.h was included before: one branch per lane
- *   POLISH_SEEDS               variables of iterated loops, 0 for other robots; then
+ *   POLISH_SEEDS               number of variables of iterated loops, 0 for other robots; then
  *   POLISH_FROM_SEED(q, w, at) POLISH_POSE from nearby loop variables w, or from the reference if
  *                              w[0] is NaN; sets w to its values at q
  *   POLISH_REFERENCE           coordinates of that reference; angles stay within half a turn of
  *                              them, because loops may block full turns
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
- * pose and lambda proportional to |e|^2. This damping acts near singularities and fades with the
- * error. Near singularities the true solutions may be anywhere, so nominal solutions of surrounding
- * poses are starts as well. Pose, Jacobian and residual belong to the true arm. One exception: with
- * iterated loops, a slot that the nominal arm misses by far keeps the nominal residual. The code
- * allocates nothing and has no state.
+ * pose and lambda proportional to |e|^2. This damping acts near singularities and vanishes with the
+ * error. Near singularities the solutions of the true arm may be anywhere, so nominal solutions of
+ * surrounding poses are starts as well. Pose, Jacobian and residual belong to the true arm. One
+ * exception: with iterated loops, a slot keeps the nominal residual if the nominal arm misses the
+ * pose by far. The code allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
@@ -44,9 +44,9 @@
 #include "chasles_polish_lanes.h"
 #include "chasles_polish_tolerances.h"
 
-/* Equations of a step: one per pose component or, if fewer, one per coordinate. */
+/* Number of equations of a step: one per pose component or, if fewer, one per coordinate. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
-/* Whether to search for branch pairs at folds: only if six coordinates move. */
+/* Whether to search for pairs of branches at fold points: only if six coordinates move. */
 #define POLISH_UNFOLDS (POLISH_MOVING == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_equations.h"
@@ -61,10 +61,10 @@
 #endif
 
 #if POLISH_IS_SEARCHED
-/* Number of pose lines to search for further solutions near a branch.
+/* Returns the number of pose lines on which further solutions near a branch are searched.
  *
- * If the nominal arm just misses the pose, two branches meet at a fold. If its Jacobian is singular
- * (pivots `least`), branches may be anywhere. */
+ * If the nominal arm just misses the pose, two branches meet at a fold point. If its Jacobian is
+ * singular (pivots `least`), branches may be anywhere. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
@@ -83,7 +83,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Restarts branches whose start is on the true loop branch but whose iteration diverged. */
+/* Restarts the diverged branches whose start is on the true branch of the loops. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
@@ -102,7 +102,7 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
         to[i] = LANES_CHOICE(astray, from[i], to[i]);
 }
 
-/* Newton's iteration; diverging branches repeat with halved steps. */
+/* Refines all branches by Newton's iteration; diverging branches are repeated with halved steps. */
 static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAME(slots) * start,
                                               int b, const lanes_where *near,
                                               POLISH_NAME(configurations) * c, lanes *first)
@@ -116,7 +116,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
     POLISH_NAME(newton)(in, near, c, first);
     POLISH_NAME(again)(in, start->q, b, near, first, c);
 #if POLISH_SEEDS
-    /* From nearby variables, the loops may have reached another branch than from the reference. */
+    /* The iteration from nearby variables may have reached another loop branch than the iteration
+     * from the reference. */
     if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
         c->seed[0] = NAN;
         POLISH_NAME(evaluate)(in, c);
@@ -125,7 +126,7 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
 }
 #endif
 
-/* Finds all branches of the true arm, in the slots of the nominal branches. A solution may occur in
+/* Finds all solutions of the true arm, in the slots of the nominal branches. A solution may be in
  * several slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
@@ -172,7 +173,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
         int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
-        /* If no branch has a solution, any branch may be the nearest. */
+        /* If no branch has a solution, any branch may have the smallest residual. */
         if (s->count == 0 && isfinite(start.residual[k]))
             ways = POLISH_FEW_WAYS;
         is_unsure[k] = ways > 0;
@@ -201,7 +202,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
 }
 
-/* Writes all branches of the true arm, each solution in one slot. */
+/* Writes all solutions of the true arm, each in one slot. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
 {

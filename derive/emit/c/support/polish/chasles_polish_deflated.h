@@ -1,10 +1,10 @@
 /* Tests whether the known roots are all real roots of the determinant. This file is part of chasles
  * and is the same for every robot.
  *
- * Divided by sin((s - r) / 2) for an even number n of roots r, the determinant is a trigonometric
- * polynomial in s with a degree lower by n / 2. If this quotient has no real root, the known roots
- * are all roots, and simple. This test is cheaper than root isolation: it needs fewer samples and
- * cells, and finds no roots.
+ * The determinant is divided by sin((s - r) / 2) for each of an even number n of known roots r. The
+ * quotient is a trigonometric polynomial in s whose degree is lower by n / 2. If this quotient has
+ * no real root, the known roots are all roots, and simple. This test is cheaper than root
+ * isolation, because it needs fewer samples and cells.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
@@ -12,19 +12,20 @@
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Samples around the circle; minimum and maximum number of known roots. With fewer roots, no spare
- * degree remains for error estimation. */
+/* Number of samples around the circle; minimum and maximum number of known roots. With fewer known
+ * roots, no high-degree coefficient remains for the error estimate. */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
-/* rad: root error that the quotient must reveal. Solutions have errors of 1e-6. */
+/* Error [rad] of a known root that the quotient must reveal. Solutions have errors of 1e-6. */
 #define CHASLES_SHOWN 1e-4
 /* Number of cells to examine. */
 #define CHASLES_WIDE_CELLS 48
-/* Halvings of a cell, to 1e-4 rad: a root closer to the real axis counts as real. */
+/* Number of halvings of a cell, to 1e-4 rad: a root closer to the real axis counts as real. */
 #define CHASLES_WIDE_HALVINGS 9
 
-/* Samples of the determinant divided by the products. Returns the largest determinant. */
+/* Computes samples of the quotient, the determinant divided by the products of sines. Returns the
+ * largest determinant. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
 {
@@ -56,7 +57,8 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     return most;
 }
 
-/* The polynomial of a degree from its samples; higher-degree coefficients estimate its error. */
+/* Computes the polynomial of a degree from its samples; coefficients of higher degree estimate its
+ * error. */
 static void chasles_polish_interpolated(const double *value, int degree,
                                         chasles_circle_series *series)
 {
@@ -82,7 +84,7 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Truncation bound of a polynomial's Taylor series within a radius. */
+/* Returns a bound of the truncation error of a polynomial's Taylor series within a radius. */
 static double chasles_polish_left_out(const chasles_circle_series *series, int degree,
                                       double radius)
 {
@@ -96,7 +98,7 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Completeness of the known solutions, according to one elimination order (split). */
+/* Completeness of the known solutions, according to one elimination order. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
 /* The solutions are complete if the polynomial has no real or nearly real root, and incomplete if
@@ -151,7 +153,8 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Whether the test applies to these angles: their number is even, and no two are close together. */
+/* Returns whether the test applies to these angles: their number is even, and no two are close
+ * together. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)
@@ -165,8 +168,8 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
-/* Whether the noise of a quotient shows that the known roots are exact. A root error adds this
- * error times the quotient's value at the root. */
+/* Returns whether the known roots are exact, from the error estimate of the quotient. A root error
+ * adds this error times the quotient's value at the root. */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {
@@ -186,7 +189,7 @@ static int chasles_polish_shows_roots(const chasles_circle_series *series, int d
     return 1;
 }
 
-/* Whether these angles certainly are all real roots of the determinant. */
+/* Returns whether these angles are certainly all real roots of the determinant. */
 static chasles_polish_verdict chasles_polish_are_all(const chasles_general_system *system,
                                                      const double *root, int count)
 {

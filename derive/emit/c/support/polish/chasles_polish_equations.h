@@ -1,10 +1,10 @@
-/* Linear equations of a damped step, one configuration per lane. This file is part of chasles and
- * is the same for every robot. Included by chasles_polish.h, once for each robot.
+/* Linear equations of a damped step, one configuration per SIMD lane. This file is part of chasles
+ * and is the same for every robot. Included by chasles_polish.h, once for each robot.
  */
-/* Near dead points of loops, block inverses lose small entries next to very large ones. */
+/* Near dead points of loops, block inverses lose small entries next to very large entries. */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED
-/* Inverts a symmetric matrix in place, from its lower half; updates the two smallest pivots. Its
- * divisions are independent, unlike in an elimination. */
+/* Inverts a symmetric matrix in place, from its lower half; updates the two smallest pivots. In
+ * contrast to an elimination, its divisions are independent. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
 {
     lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -34,7 +34,7 @@ POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lan
     y[2] = r2[0] * x[0] + r2[1] * x[1] + r2[2] * x[2];
 }
 
-/* Solves factored equations for another right side. */
+/* Solves the factored equations for another right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
     lanes x[3], y[3];
@@ -74,7 +74,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, l
         POLISH_NAME(solve_again)(a, b[m]);
 }
 
-/* The trace of the inverse of a solved matrix. */
+/* Returns the trace of the inverse of the factored matrix. */
 POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
 {
     *trace = a[0][0] + a[1][1] + a[2][2] + a[3][3] + a[4][4] + a[5][5];
@@ -124,7 +124,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
-/* Solves the factored equations for another right side. */
+/* Solves the factored equations for another right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes *b)
 {
     POLISH_UNROLL
@@ -145,7 +145,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], l
 #endif
 
 #if POLISH_N >= 6
-/* The lower half of J J^T, plus `added` on the diagonal. */
+/* Computes the lower half of J J^T, plus `added` on the diagonal. */
 POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
 {
     POLISH_UNROLL
@@ -161,7 +161,7 @@ POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added
 }
 #endif
 
-/* The matrix of the damped step: J^T J or, with six or more coordinates, J J^T. */
+/* Computes the matrix of the damped step: J^T J or, with six or more coordinates, J J^T. */
 POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
                                           lanes a[POLISH_ROWS][POLISH_ROWS])
 {
@@ -181,7 +181,7 @@ POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *add
 #endif
 }
 
-/* The right side of these equations for a twist e. */
+/* Computes the right-hand side of these equations for a twist e. */
 POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e, lanes *b)
 {
 #if POLISH_N < 6
@@ -199,7 +199,7 @@ POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e,
 #endif
 }
 
-/* The step dq, from the solution of these equations. */
+/* Computes the step dq from the solution of these equations. */
 POLISH_INLINE void POLISH_NAME(step_of)(lanes (*J)[POLISH_N], const lanes *b, lanes *dq)
 {
 #if POLISH_N < 6

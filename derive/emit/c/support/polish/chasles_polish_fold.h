@@ -1,20 +1,20 @@
-/* Folds, where two branches meet. This file is part of chasles and is the same for every robot.
- * Included by chasles_polish.h, once for each robot.
+/* Finds solutions near fold points, where two solution branches meet. This file is part of chasles
+ * and is the same for every robot. Included by chasles_polish.h, once for each robot.
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints reach worst. At q + s v, the twist to the pose along u is
- * lack - slope s - bend s^2 / 2 to second order. It vanishes at two values of s, on both sides of
- * the fold, or nowhere, depending on the discriminant slope^2 + 2 bend lack. The two branches of
- * the true arm start at these values, even if the nominal arm has no solution.
+ * lack - slope s - bend s^2 / 2 to second order. Depending on the discriminant slope^2 + 2 bend
+ * lack, it vanishes at two values of s on both sides of the fold point, or nowhere. These two
+ * values are starts for the two branches of the true arm, even if the nominal arm has no solution.
  */
-/* Folds, one per lane: a nearby configuration, v, u and the coefficients of the equation (lack is
- * never negative); the step orthogonal to v, and its square. */
+/* Fold points, one per SIMD lane: a nearby configuration, v, u, the coefficients of the equation
+ * (lack is never negative), the step orthogonal to v, and its square. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
 } POLISH_NAME(folds);
 
-/* Finds v and u at the configurations, and the step orthogonal to v. */
+/* Computes v and u at the configurations, and the step orthogonal to v. */
 POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 {
     const lanes added = POLISH_OF(POLISH_MIN_DAMPING);
@@ -23,7 +23,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     POLISH_NAME(evaluate)(T, &f->c);
     POLISH_NAME(weighted)(&f->c, J);
     POLISH_NAME(squared)(J, &added, a);
-    /* Two steps of inverse iteration, from a generic direction. */
+    /* Two steps of inverse iteration from a generic direction give the singular vector. */
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
@@ -62,8 +62,8 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Steps orthogonally to v, finds v and u there, and measures the curvature (bend) at a displaced
- * point. */
+/* Moves each configuration orthogonally to v, computes v and u there, and measures the curvature
+ * (bend) at a displaced point. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
     POLISH_NAME(configurations) shifted;
@@ -85,13 +85,14 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
-/* Folds to search: start points of their two branches, and the squared search distance. */
+/* Pairs of branches at fold points: the starts of both branches, and the squared search distance.
+ */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
 } POLISH_NAME(pairs);
 
-/* Whether a solution is known near a configuration. */
+/* Returns whether a solution is known near a configuration. */
 static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, double far2)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -101,9 +102,9 @@ static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, 
     return 0;
 }
 
-/* Whether a branch without a solution may be one of two meeting branches. Either the iteration
- * found no new solution, or the nominal arm misses a pose that the true arm may reach. The miss may
- * be large near a second singularity. */
+/* Returns whether a branch without a solution may be one of two meeting branches. Either the
+ * iteration found no new solution, or the nominal arm misses a pose that the true arm may reach.
+ * Near a second singularity, the nominal arm may miss the pose by far. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -116,26 +117,27 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Whether solutions may lie away from a fold although the nominal arm misses the pose by far: its
- * nearest configuration is singular, but its error is not along the unreachable direction. For
- * example, a wrist rotation that keeps the tool fixed would bring the pose within reach. `cost` is
- * the squared error (radian, or relative to the length). */
+/* Returns whether solutions may lie away from a fold point although the nominal arm misses the pose
+ * by far. Then its nearest configuration is singular, but its error is not along the unreachable
+ * direction. For example, a wrist rotation that keeps the tool fixed would bring the pose within
+ * reach. `cost` is the squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Whether further solutions may be near a solved branch: the true arm is nearly singular there, and
- * the deviation moved the joints far. For example, the wrist has four solutions instead of two. */
+/* Returns whether further solutions may be near a branch with a solution: the true arm is nearly
+ * singular there, and the deviation moved the joints far. A wrist, for example, may have four
+ * solutions instead of two. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
     return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
-/* Starts branches on both sides of folds, one per lane, unless their solutions are known. Returns
- * whether each fold certainly has two solutions or none. */
+/* Starts branches on both sides of the fold points unless their solutions are known. Returns
+ * whether each fold point certainly has two solutions or none. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot, int count,
                                           POLISH_NAME(pairs) * pairs)
@@ -173,8 +175,9 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Searches for solutions at folds. Returns whether the solutions are certainly complete: they come
- * in pairs, and each fold has two or none. `first` contains data of each branch's first steps. */
+/* Searches for solutions near fold points. Returns whether the solutions are certainly complete,
+ * because they come in pairs and each fold point has two or none. `first` contains measures of the
+ * first steps of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {
@@ -190,7 +193,7 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
         if (s->taken[k]) {
             is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
         } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
-            /* Near a second singularity, a fold alone is not enough. */
+            /* Near a second singularity, the fold point does not give all solutions. */
             is_clear = is_clear && !(own[LANES] < unsure * unsure);
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];

@@ -1,9 +1,9 @@
-/* Solutions from the general solver, in the slots of their nearest branches. This file is part of
- * chasles and is the same for every robot. Included by chasles_polish.h, once for each robot that
- * the general solver supports.
+/* Adds solutions of the general solver, in the solution slots of their nearest branches. This file
+ * is part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
+ * robot that the general solver supports.
  */
-/* Stores a further solution: in the slot with a less exact copy, else in the free slot of the
- * nearest nominal branch, else in an extra slot. */
+/* Stores a further solution. It replaces a less exact copy of itself; otherwise it is stored in the
+ * free slot of the nearest nominal branch, or in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -32,8 +32,8 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
     s->count++;
 }
 
-/* Whether solutions are missing: solutions come in pairs and, away from singularities, are as many
- * as nominal solutions. */
+/* Returns whether solutions are missing: solutions come in pairs and, away from singularities, are
+ * as many as nominal solutions. */
 static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     int reached = 0;
@@ -42,8 +42,9 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
     return s->count == 0 || s->count % 2 || s->count < reached;
 }
 
-/* Whether the nominal arm misses a pose by far on every branch. The true arm may still reach the
- * pose: near several singularities, solutions exist where the nominal arm is 0.8 m off. */
+/* Returns whether the nominal arm misses a pose by far on every branch. The true arm may still
+ * reach the pose: near several singularities, solutions exist where the nominal arm is 0.8 m off.
+ */
 static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 {
     for (int k = 0; k < POLISH_SLOTS; k++) {
@@ -53,9 +54,9 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Whether the known solutions match the real roots of an elimination order (split) one to one, with
- * no two roots near each other: then the solutions are complete. Complex double roots that are
- * certain do not count as solutions. */
+/* Returns whether the known solutions match the real roots of an elimination order one to one, with
+ * no two roots near each other. The solutions are then complete. Certainly complex roots do not
+ * count as solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_split *split,
                                     const chasles_circle_roots *roots)
@@ -84,8 +85,8 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* Converts the known solutions to values of the suppressed joint of an elimination order (split).
- * Returns their number. */
+/* Converts the known solutions to values of the suppressed joint of an elimination order. Returns
+ * the number of values. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_split *split, double *root)
 {
@@ -99,10 +100,10 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Whether the known solutions are complete, according to the first elimination order (split) that
- * decides. An elimination order decides only if no two of its roots are near each other; an elbow,
- * for example, has the same angle on several branches. `system` receives the equations of the order
- * that was evaluated last, or remains null. */
+/* Returns whether the known solutions are complete, according to the first decisive elimination
+ * order. An elimination order is decisive only if no two of its roots are near each other. The
+ * elbow angle, for example, is the same on several branches. `system` receives the equations of the
+ * last evaluated order, or remains null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int splits,
                                                    chasles_general_system *system,
@@ -149,7 +150,7 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    /* For large deviations, the search along lines of poses misses solutions. */
+    /* If the deviation is large, the search along lines of poses misses solutions. */
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
@@ -182,8 +183,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
     return is_sure;
 }
 
-/* Adds solutions near a nominal self-motion, if slots nearly reach the pose.
- */
+/* Adds solutions near a nominal self-motion if some branches nearly reach the pose. */
 static void POLISH_NAME(walk)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;

@@ -1,26 +1,26 @@
-/* Searches for solutions that Newton's iteration from the nominal solutions misses. This file is
- * part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
- * robot.
+/* Searches for solutions that Newton's iteration does not reach from the nominal solutions. This
+ * file is part of chasles and is the same for every robot. Included by chasles_polish.h, once for
+ * each robot.
  *
  * Near a singularity, even a small deviation of the arms moves solutions far away. The search uses
  * poses on a straight line through the target: T displaced by -mu u, with a constant twist u. At
  * the line's ends, the nominal arm is away from its singularity, and Newton's iteration finds the
  * true solutions. From there, the search follows the curve of configurations with error mu u. This
- * curve passes through folds, and crosses mu = 0 at solutions of the target.
+ * curve passes through fold points, and crosses mu = 0 at solutions of the target.
  */
-/* Solutions found so far, and queued starts that wait to fill all lanes. */
+/* The solutions found so far, and the queued starts, which wait until they fill all SIMD lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
-    int taken[POLISH_RESULTS]; /* whether the slot has a solution of its own */
+    int taken[POLISH_RESULTS]; /* whether the slot contains a new solution */
     int count;                 /* of these */
-    int ways;                  /* lines to search for branches with a known solution */
+    int ways;                  /* number of pose lines for branches with a known solution */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
 } POLISH_NAME(search);
 
-/* Whether an occupied slot contains a configuration. */
+/* Returns whether an occupied solution slot contains a configuration. */
 static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -30,7 +30,7 @@ static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
     return 0;
 }
 
-/* Marks the slots with a solution that is in no earlier slot. */
+/* Marks the slots whose solution is in no earlier slot. */
 static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
 {
     s->count = 0;
@@ -43,8 +43,9 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Stores the result of a start. A new solution is stored in its branch's slot, or in another slot
- * if that slot is occupied. A slot without a solution keeps its nearest result. */
+/* Stores the result of a start. A new solution is stored in the slot of its branch or, if this slot
+ * is occupied, in another slot. A slot without a solution keeps the result with the smallest
+ * residual. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
 {
     double found[POLISH_N], left;
@@ -66,7 +67,7 @@ static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
     s->margin[slot] = s->margin_of[lane];
 }
 
-/* Repeats the first lane in lane `count` and all later lanes. */
+/* Copies the first lane to lane `count` and all later lanes. */
 static void POLISH_NAME(repeat)(double *rows, int n, int count)
 {
     for (int i = 0; i < n; i++) {
@@ -76,8 +77,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Finishes the iteration of a slot whose residual is valid but not yet minimal. Returns whether the
- * slot reaches the solution of another slot. */
+/* Continues the iteration of a slot whose residual is valid but not yet minimal. Returns whether it
+ * reaches the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -96,7 +97,7 @@ static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, in
 }
 #endif
 
-/* Empties a slot with a valid residual if it repeats another slot's solution. */
+/* Empties a slot with a valid residual if it repeats the solution of another slot. */
 static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int slot)
 {
     double *q = s->q + POLISH_N * slot;
@@ -128,7 +129,7 @@ static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
     s->waiting = 0;
 }
 
-/* Queues the start of a branch. */
+/* Queues a start configuration of a branch. */
 static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double *q, int slot,
                                           double margin)
 {
@@ -142,11 +143,11 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* A twist of about `size` (radian, or relative to the arm's length), in a different direction for
- * each index; linear part first. */
+/* Computes a twist of about `size` (radian, or relative to the arm length), linear part first; its
+ * direction differs for each index. */
 static void POLISH_NAME(direction)(int way, double size, double *u)
 {
-    /* The six axes of an icosahedron, evenly distributed together with their opposites. */
+    /* The six axes of an icosahedron; these axes and their opposites are evenly distributed. */
     static const double axes[6][3] = {
         {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
@@ -157,7 +158,7 @@ static void POLISH_NAME(direction)(int way, double size, double *u)
     }
 }
 
-/* The inputs for a nearby pose, displaced by such a twist. */
+/* Computes the inputs for a nearby pose, displaced by such a twist. */
 static void POLISH_NAME(nearby)(const double *in, double size, int way, double *near)
 {
     double u[6];
@@ -178,7 +179,8 @@ static void POLISH_NAME(nearby)(const double *in, double size, int way, double *
     }
 }
 
-/* Whether the upper left block of a pose is a rotation; otherwise the pose has no solutions. */
+/* Returns whether the upper left block of a pose is a rotation; otherwise the pose has no
+ * solutions. */
 static int POLISH_NAME(is_rigid)(const double *T)
 {
     double off = 0.0;
@@ -193,7 +195,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Searches uncertain branches, starting from nominal solutions of surrounding poses. */
+/* Searches for the solutions of uncertain branches, starting from nominal solutions of surrounding
+ * poses. */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -211,22 +214,21 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Scaled half length of a line, comparable with radians along its curves: near a fold, coordinates
- * change with the square root of the displacement. */
+/* Returns the scaled half length of a pose line, comparable with radians along its curves: near a
+ * fold point, coordinates change with the square root of the displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
-/* Curves, one per lane: configuration and mu, curve direction, and the branch at its start. */
+/* Curves, one per SIMD lane: configuration and mu, curve direction, and the branch at the start. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
     int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the line's end */
     double margin[LANES];
-    int side, arrived; /* the line's end at which the curves start; number of branches that reached
-                          the other end */
+    int side, arrived; /* end with the starts of curves; number of arrivals */
 } POLISH_NAME(curves);
 
-/* Corrects configurations onto their curves: the smallest first-order change of (q, mu) to e = mu
- * u. The new direction is the projection of the previous direction. */
+/* Moves configurations onto their curves by the smallest first-order change of (q, mu) that gives e
+ * = mu u. The new direction is the projection of the previous direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -315,7 +317,7 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
                 } else if (b < a && b < c && b < POLISH_TOUCH * half &&
                            first[lane] * then[lane] > 0.0) {
-                    /* A parabola through three points, assumed equidistant. */
+                    /* Evaluates a parabola through three points, which are assumed equidistant. */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
                     const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
@@ -342,7 +344,7 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve from a configuration with line parameter mu; it leads to the end opposite to
+/* Adds a curve from a configuration with line parameter mu; the curve leads to the end opposite to
  * `side`. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
@@ -361,7 +363,7 @@ static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const doubl
         POLISH_NAME(trace)(s, u, k);
 }
 
-/* Searches uncertain branches along lines of poses. */
+/* Searches for the solutions of uncertain branches along lines of poses. */
 static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;

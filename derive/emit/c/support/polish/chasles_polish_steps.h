@@ -1,7 +1,7 @@
-/* Steps of Newton's iteration, one configuration per lane. This file is part of chasles and is the
- * same for every robot. Included by chasles_polish.h, once for each robot.
+/* Steps of Newton's iteration, one configuration per SIMD lane. This file is part of chasles and is
+ * the same for every robot. Included by chasles_polish.h, once for each robot.
  */
-/* Configurations on lanes: coordinates; their pose and Jacobian; the twist to the target, with
+/* Configurations in SIMD lanes: coordinates; their pose and Jacobian; the twist to the target, with
  * lengths relative to the arm length; the squared twist and residual; the start of iterated loops.
  */
 typedef struct {
@@ -22,7 +22,7 @@ static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes
     POLISH_POSE(q, at);
 }
 
-/* Computes only the pose: the compiler removes the Jacobian's operations. */
+/* Computes only the pose, because the compiler removes the operations of the unused Jacobian. */
 static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 {
     lanes all[16 + 6 * POLISH_N];
@@ -43,7 +43,7 @@ static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 }
 #endif
 
-/* The twist to the target and its norms, from the pose at the coordinates. */
+/* Computes the twist to the target and its norms from the pose at the coordinates. */
 POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes *at = c->at;
@@ -64,7 +64,8 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         w[1] += at[8 + k] * T[k] - at[k] * T[8 + k];
         w[2] += at[k] * T[4 + k] - at[4 + k] * T[k];
     }
-    /* The rotation axis times twice the tangent of half the angle, bounded near half a turn. */
+    /* Computes the rotation axis times twice the tangent of half the angle, bounded near half a
+     * turn. */
     const lanes factor = 2.0 / POLISH_MAX(trace + 1.0, POLISH_HALF_TURN);
     c->cost = distance2 * (1.0 / (POLISH_LENGTH * POLISH_LENGTH));
 #if POLISH_IS_POSITION
@@ -77,13 +78,14 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
-    /* The squared residual of an inverse: the larger of both errors, or NaN if one is NaN. */
+    /* Returns the squared residual of an inverse: the larger of both errors, or NaN if one is NaN.
+     */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
 }
 
-/* Computes pose, Jacobian and errors at the coordinates. */
+/* Computes the pose, the Jacobian and the errors at the coordinates. */
 POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurations) * c)
 {
 #if POLISH_SEEDS
@@ -94,8 +96,8 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     POLISH_NAME(compare)(T, c);
 }
 
-/* The Jacobian, with lengths relative to the arm length and without fixed coordinates. For a
- * position target, its angular rows are zero. */
+/* Computes the Jacobian with lengths relative to the arm length and without fixed coordinates. For
+ * a position target, its angular rows are zero. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
 {
@@ -109,7 +111,7 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     }
 }
 
-/* Coordinates reduced by full turns. */
+/* Reduces the coordinates by full turns. */
 POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
 {
     static const double turns[] = POLISH_TURNS;
@@ -140,12 +142,12 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     POLISH_NAME(unwind)(q);
 }
 
-/* Factored equations of a step, and their Jacobian. */
+/* The factored equations of a step, and their Jacobian. */
 typedef struct {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
 } POLISH_NAME(factors);
 
-/* The damped step dq from c. `pivots` receives the smallest pivots of its equations. */
+/* Computes the damped step dq from c. `pivots` receives the smallest pivots of its equations. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                         POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
@@ -168,7 +170,7 @@ POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, cons
     POLISH_NAME(move)(c->q, dq, q);
 }
 
-/* The squared norm of a step. */
+/* Returns the squared norm of a step. */
 POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
 {
     *square = dq[0] * dq[0];
@@ -176,7 +178,7 @@ POLISH_INLINE void POLISH_NAME(size2)(const lanes *dq, lanes *square)
         *square += dq[k] * dq[k];
 }
 
-/* Moves the coordinates of lanes with `going`. */
+/* Moves the coordinates in the lanes that `going` selects. */
 POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
                                       POLISH_NAME(configurations) * c)
 {
@@ -187,9 +189,9 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Whether no solution is near: the error after a step from c exceeds the curvature of the reachable
- * set over the step length. Near singularities (smallest `pivots` so far), damping shortens the
- * step, and the test does not apply. */
+/* Returns whether certainly no solution is near: the error after a step from c is larger than the
+ * curvature of the reachable set explains for this step length. Near singularities (smallest
+ * `pivots` so far), damping shortens the step, and the test does not apply. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -215,13 +217,13 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 }
 #endif
 
-/* Newton's iteration on lanes with `near`; other lanes keep their coordinates. `first` receives the
- * smallest pivots of the first step (damped only on lanes with `near`) and the squared step. With a
- * fold search, it also receives the trace of (J J^T)^-1 after this step, about 1 over the squared
- * smallest singular value of J. With loops, it receives the squared error of the start instead.
- * After a short step, the next steps reuse its equations, because the Jacobian has hardly changed.
- * With fewer than six joints, only some branches reach the pose; the other branches end once this
- * is clear. */
+/* Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates. `first`
+ * receives the smallest pivots of the first step (damped only in the lanes of `near`) and the
+ * squared step. With a search at fold points, it also receives the trace of (J J^T)^-1 after this
+ * step, approximately the inverse square of the smallest singular value of J. With loops, it
+ * receives the squared error of the start instead. After a short step, the next steps reuse its
+ * equations, because the Jacobian has hardly changed. With fewer than six joints, only some
+ * branches reach the pose; the other branches end once this is clear. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -248,8 +250,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         }
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* the fold search uses the pivots of
-        the first step */
+        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* for the search at fold points */
         if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;
@@ -273,8 +274,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The test needs new equations: old equations mistake curvature of the reachable set for a
-         * miss. */
+        /* The test requires new equations: with old equations, curvature of the reachable set looks
+         * like an unreachable pose. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
@@ -348,7 +349,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
 }
 #endif
 
-/* Loads the slots from `first` on into lanes; unused lanes repeat the last slot. */
+/* Loads the solution slots from `first` on into lanes; unused lanes repeat the last slot. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)
 {
     double *rows = (double *)c->q;
@@ -363,7 +364,7 @@ POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(con
 #endif
 }
 
-/* Stores a lane in a slot. */
+/* Stores the result of a lane in a solution slot. */
 POLISH_INLINE void POLISH_NAME(store)(const POLISH_NAME(configurations) * c, int lane, double *q,
                                       double *residual)
 {
@@ -373,7 +374,7 @@ POLISH_INLINE void POLISH_NAME(store)(const POLISH_NAME(configurations) * c, int
     *residual = sqrt(((const double *)&c->residual2)[lane]);
 }
 
-/* Whether two configurations differ by less than a tolerance in every coordinate. */
+/* Returns whether two configurations differ by less than a tolerance in every coordinate. */
 static int POLISH_NAME(same)(const double *a, const double *b, double tolerance)
 {
     static const double turns[] = POLISH_TURNS;
@@ -386,7 +387,7 @@ static int POLISH_NAME(same)(const double *a, const double *b, double tolerance)
 }
 
 #if POLISH_UNFOLDS || POLISH_IS_GENERAL
-/* The squared distance of two configurations (rad, m). */
+/* Returns the squared distance of two configurations (rad, m). */
 static double POLISH_NAME(apart2)(const double *a, const double *b)
 {
     static const double turns[] = POLISH_TURNS;

@@ -5,89 +5,98 @@
 #ifndef CHASLES_POLISH_TOLERANCES_H
 #define CHASLES_POLISH_TOLERANCES_H
 
-/* m, rad: residual at which the iteration ends, ten times the rounding of forward kinematics. */
+/* Residual [m, rad] at which the iteration ends, ten times the rounding error of forward
+ * kinematics. */
 #define POLISH_CLOSED 1e-14
-/* m, rad: below this residual, a step without improvement ends the iteration, because only rounding
- * remains. */
+/* Residual [m, rad] below which a step without improvement ends the iteration, because only
+ * rounding remains. */
 #define POLISH_SETTLED 1e-12
-/* m, rad: largest residual of a solution, as in the runtime. */
+/* Largest residual of a solution [m, rad], as in the runtime. */
 #define POLISH_SOLVED 1e-9
-/* m, rad: solutions with coordinates closer than this are equal. Computed copies of a double
+/* Coordinate difference [m, rad] below which two solutions are equal. Computed copies of a double
  * solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
-/* m, rad: distance of equal solutions if the residual stays above POLISH_SETTLED. The pose is then
- * at the boundary of the reach, where a residual of 1e-9 causes coordinate errors of about 3e-5. */
+/* Coordinate difference [m, rad] of equal solutions if the residual stays above POLISH_SETTLED. The
+ * pose is then at the boundary of the reachable set, where a residual of 1e-9 causes coordinate
+ * errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
 /* Largest entry of R R^T - 1 for a valid rotation R: about 1e-15 for poses in double precision,
  * 1e-7 in single precision. */
 #define POLISH_RIGID 1e-9
 /* Minimum of 1 + trace of the rotation from tool to pose; keeps steps finite near half a turn. */
 #define POLISH_HALF_TURN 1e-3
-/* m, rad: largest coordinate change per step; a larger change may reach another branch. */
+/* Maximum coordinate change per step [m, rad]; a larger change may reach another branch. */
 #define POLISH_STEP 0.3
-/* m, rad: maximum length of a step whose equations are reused, and number of steps that reuse them.
- * Each step with reused equations reduces the error by about this factor. */
+/* Maximum length [m, rad] of a step whose equations are reused, and number of steps that reuse
+ * these equations. Each step with reused equations reduces the error by about this factor. */
 #define POLISH_SHORT 1e-3
 #define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
  * squared step (radian, or relative to the arm length). For two revolute joints, this curvature is
  * at most 1. */
 #define POLISH_BEND 8.0
-/* Smallest ratio of pivot to damping at which damping hardly shortens the step. */
+/* Minimum ratio of pivot to damping at which damping hardly shortens the step. */
 #define POLISH_UNDAMPED 100.0
 /* Damping relative to the squared error, for steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
 /* Minimum damping: squared singular values have errors of 1e-16. */
 #define POLISH_MIN_DAMPING 1e-15
-/* Maximum damping relative to the squared error: above it, the minimum residual is reached. */
+/* Maximum damping relative to the squared error: if more damping were required, the minimum
+ * residual is reached. */
 #define POLISH_MAX_DAMPING 1e6
-/* Maximum number of steps near a dead point, with halved steps (77 observed); and smallest step
- * fraction: below it, the minimum residual or the boundary of loop closure is reached. */
+/* Maximum number of halved steps near a dead point (77 observed), and minimum fraction of a step:
+ * if a smaller fraction were required, the minimum residual or the boundary of loop closure is
+ * reached. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
 /* The iteration continues only if a step reduces the squared error to this fraction of it. */
 #define POLISH_SLOW 0.95
 
-/* Tool displacement (m, rad) for a multiple of the axis deviation (radian, or relative to the arm
- * length). At least 1e-6, because rounding near a singularity causes 1e-8. */
+/* Tool displacement (m, rad) that corresponds to a multiple of the axis deviation (radian, or
+ * relative to the arm length). The value is at least 1e-6, because rounding near a singularity
+ * causes displacements of 1e-8. */
 #define POLISH_DEVIATIONS(count) \
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
-/* Largest nominal residual at which the true arm might reach a pose: several axes deviate. */
+/* Maximum nominal residual of a pose that the true arm might reach, because several axes deviate.
+ */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
-/* Largest nominal residual of a start for a curve, which may lead within reach. */
+/* Maximum nominal residual of the start of a curve, because the curve may lead to reachable poses.
+ */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
-/* Largest squared error (radian, or relative to the length) of a start on the true loop branch. The
- * bound of ten deviations is safe: the maximum of a hundred starts was one deviation. */
+/* Maximum squared error (radian, or relative to the length) of a start on the true branch of the
+ * loops. Ten deviations are a safe bound: the maximum of a hundred starts was one deviation. */
 #define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
-/* m, rad: largest residual of a pose that the nominal arm reaches: rounding near a singularity. */
+/* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
+ * singularity. */
 #define POLISH_FOLD 1e-7
-/* If a pivot of J J^T is below the square of this value (in deviations), branches may lie anywhere:
- * so close to a nominal singularity, the true arm may be singular. Up to 0.01 rad for small
- * deviations, because few poses are so close. */
+/* If a pivot of J J^T is below the square of this value (in deviations), branches may be anywhere:
+ * the true arm may be singular so near a nominal singularity. For small deviations, the limit is
+ * 0.01 rad, because few poses are so near. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
-/* Deviation (radian, or relative to the length) times first step (radian) over the cubed smallest
- * singular value. Below this value, a branch has only one solution: among 1469 poses with a second
- * solution (six arms, errors of 1 to 5 mm and mrad), none was below. If no three axes nearly
- * intersect, the limit is larger: 3 of 300,000 poses of six arms were below it. */
+/* Limit of deviation times first step (radian) over the cubed smallest singular value. Below this
+ * limit, a branch has only one solution: none of 1469 poses with a second solution was below (six
+ * arms, errors of 1 to 5 mm and mrad). If no three axes nearly intersect, the limit is larger: 3 of
+ * 300,000 poses of six arms were below. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
-/* Displacement of surrounding poses, as a multiple of the axis deviation: larger than the
- * difference of the arms. */
+/* Displacement of surrounding poses as a multiple of the axis deviation: larger than the difference
+ * of the two arms. */
 #define POLISH_AROUND 2.5
-/* Half length of a line of poses, as a multiple of the axis deviation: at its ends, the nominal arm
- * is far enough from its singularity. */
+/* Half length of a pose line as a multiple of the axis deviation: at the ends of the line, the
+ * nominal arm is far enough from its singularity. */
 #define POLISH_LINE 8.0
-/* Largest stride along a curve: in coordinates (radian), and as a fraction of half the line.
+/* Maximum stride along a curve: in coordinates (radian), and as a fraction of half the line.
  * Solutions that are closer together are found where the curve nearly touches the target. */
 #define POLISH_STRIDE 0.12
 #define POLISH_SHARE 0.3
-/* Fraction of half the line up to which an extremum may hide two solutions. */
+/* Maximum distance of a curve's extremum from the target, as a fraction of half the line, at which
+ * it may hide two solutions. */
 #define POLISH_TOUCH 0.3
-/* Error (radian, or relative to the arm length) before a correction at which a curve is lost. */
+/* Error (radian, or relative to the arm length) before a correction above which a curve is lost. */
 #define POLISH_OFF_CURVE 0.05
 
-/* Maximum numbers: steps from a nominal solution (each doubles the digits), steps from a crossing,
- * strides along a curve, line directions, and line directions for branches with a known
+/* Maximum numbers of steps from a nominal solution (each step doubles the digits), steps from a
+ * crossing, strides along a curve, line directions, and line directions for branches with a known
  * solution. */
 #define POLISH_STEPS 6
 #define POLISH_MAX_STEPS 30
@@ -95,31 +104,32 @@
 #define POLISH_WAYS 6
 #define POLISH_FEW_WAYS 2
 
-/* rad: offset from a fold at which its curvature is measured. */
+/* Offset [rad] from a fold point at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03
-/* Curvature at a fold (1/rad), as a multiple of the axis deviation, that the deviation alone may
- * cause: for a self-motion, the nominal curvature is zero. */
+/* Curvature [1/rad] at a fold point that the axis deviation alone may cause, as a multiple of this
+ * deviation: for a self-motion, the nominal curvature is zero. */
 #define POLISH_FLAT 8.0
-/* Curvature limit (1/rad), as a multiple of the axis deviation, at folds without a solution. If the
- * squared slope is above POLISH_TILTED, the nearest point is far from the fold, and the curvature
- * may differ. */
+/* Curvature limit [1/rad] at fold points without a solution, as a multiple of the axis deviation.
+ * If the squared slope is above POLISH_TILTED, the nearest point is far from the fold point, and
+ * the curvature may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* rad: largest distance from a fold to its solutions, and largest step orthogonal to the fold
- * direction, at which the second-order equation gives their number. */
+/* Maximum distance [rad] from a fold point to its solutions, and maximum step orthogonal to v, at
+ * which the second-order equation gives the number of solutions. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
-/* Assumed minimum ratio of a second step to the squared first step. */
+/* Minimum ratio of a second step to the squared first step (an assumption). */
 #define POLISH_SQUARED 0.01
-/* Fraction of the squared error along the unreachable direction, below which the point is not a
- * fold; at a fold, the fraction is 1. */
+/* Fraction of the squared error along the unreachable direction below which a point is not a fold
+ * point. At a fold point, the fraction is 1. */
 #define POLISH_ASIDE 0.01
-/* Allowed relative error of the terms in this equation's discriminant. */
+/* Maximum relative error of the terms in the discriminant of the second-order equation. */
 #define POLISH_CLEAR 0.3
-/* Bounds for a branch near a second singularity whose nominal solution misses the pose by far:
- * square root of a pivot (rad), residual, and the product of both (m, rad), per unit deviation. The
- * nearer the second singularity, the further the deviation moves the fold. For residuals up to ten
- * deviations, the root is bounded by POLISH_NEARER deviations. */
+/* Bounds for a branch near a second singularity if its nominal solution misses the pose by far: the
+ * square root of a pivot (rad), the residual, and the product of both (m, rad) relative to the axis
+ * deviation. The deviation moves the fold point further if the second singularity is nearer. For
+ * residuals up to ten deviations, the square root of the pivot is bounded by POLISH_NEARER
+ * deviations. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
