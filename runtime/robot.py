@@ -69,7 +69,7 @@ class Robot(
         cleaning: The snapped values of the robot description, with bounds on the change of the tool
             pose: `cleaning.position` [m], `cleaning.orientation` [rad].
         functions: The generated functions by name, including intermediate functions.
-        labels: The branch in each slot, by the name of the function or method with slots:
+        labels: The branch in each solution slot, by the name of the function or method with slots:
             `robot.labels["ik"]`, `robot.labels["chain_branches"]`.
         redundancy: The redundancy parameters, for `fixed=`: name, index in q (None for a swivel
             angle), unit and meaning of each.

@@ -16,8 +16,8 @@ SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
 REFINED = 1e-4
-"""Maximum residual (length, radian) of a slot that is refined: rounding can change four nearly
-equal roots of a quartic by the fourth root of the rounding error."""
+"""Maximum residual (length, radian) of a solution slot that is refined: rounding can change four
+nearly equal roots of a quartic by the fourth root of the rounding error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
 six joints, which cannot reach rounded poses."""
@@ -25,8 +25,8 @@ GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
 degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
 GIVEN_NEAR = 1e-2
-"""Maximum residual (length, radian), at the offset value, of a slot from which Newton's method
-starts: the offset times the amplification near a singularity."""
+"""Maximum residual (length, radian), at the offset value, of a solution slot from which Newton's
+method starts: the offset times the amplification near a singularity."""
 AT_REST = 1e-7
 """Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
 much to reach smaller residuals."""

@@ -50,7 +50,7 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum index difference of two joints of which one may be added to the other."""
+"""Maximum index difference of two joints if one of them may be added to the other."""
 _FEW = 6
 """Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
 checked with any number of rows."""

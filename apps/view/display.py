@@ -74,7 +74,7 @@ class Displayed:
 
 @dataclass(frozen=True, eq=False)
 class Ghosts:
-    """Other configurations with the same tool pose as ghosts, in a fixed number of slots.
+    """Other configurations with the same tool pose as ghosts, in a fixed number of solution slots.
 
     Attributes:
         positions: (g, bodies, 3) positions of the bodies [m].

@@ -108,8 +108,8 @@ def refined_inverse(
 ) -> WrittenFunction:
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
-    The first slots belong to the nominal branches. Extra slots contain further solutions that the
-    true robot may have near singularities; unused slots are NaN.
+    The first slots belong to the nominal branches. Extra solution slots contain further solutions
+    that the true robot may have near singularities; unused slots are NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

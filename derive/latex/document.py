@@ -1,4 +1,4 @@
-r"""Assembles the article of a robot, and the fragments that it reads."""
+r"""Assembles the article of a robot, and the LaTeX fragments that it reads."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -45,7 +45,7 @@ from .setting.names import escape
 from .setting.page import Page
 
 FOLDER = "latex"
-"""Folder with the fragments, next to the document."""
+"""Folder with the LaTeX fragments, next to the document."""
 _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "parameters": ("Description", parameters),
     "symbols": ("Notation", symbols),
@@ -58,7 +58,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Heading of each fragment, and the function that writes it, in reading order."""
+"""Heading of each LaTeX fragment, and the function that writes it, in reading order."""
 _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "parameters": ("Description", coupled_description),
     "couplings": ("Couplings", couplings),
@@ -66,18 +66,18 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Fragments of a serial robot with couplings, in place of those of its chain."""
+"""LaTeX fragments of a serial robot with couplings, in place of those of its chain."""
 _DRAWING = "drawing"
-"""Name of the fragment with the figure of the robot."""
+"""Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
-"""Name of the fragment with the workspace figure."""
+"""Name of the LaTeX fragment with the workspace figure."""
 _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures of a serial robot by the preceding fragment: name and heading of each picture."""
+"""Pictures of a serial robot by the preceding LaTeX fragment: name and heading of each picture."""
 _NEEDS_GEOMETRY = "parametric"
-"""Name of the fragment with the parametric functions."""
+"""Name of the LaTeX fragment with the parametric functions."""
 
 
 _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
@@ -115,20 +115,20 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading of each fragment, and the function that writes it, for loops or geared motors."""
+"""Heading of each LaTeX fragment, and the function that writes it, for loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
-"""Name of the last fragment, which lists the cited works."""
+"""Name of the last LaTeX fragment, which lists the cited works."""
 
 
 _BRIEF = frozenset(
     ("parameters", "drawing", "symbols", "fk", "jacobian", "inverse", "solution", "references")
 )
-"""Fragments of a brief article: description, forward kinematics, velocities, inverse."""
+"""LaTeX fragments of a brief article: description, forward kinematics, velocities, inverse."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the article of a robot and its fragments, by path.
+    """Returns the article of a robot and its LaTeX fragments, by path.
 
     LaTeX is printed from the equations; the programs of the other languages are not needed.
     """
@@ -142,7 +142,7 @@ def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
-    """Returns the article with the selected fragments, and these fragments, by path."""
+    """Returns the article with the selected LaTeX fragments, and these fragments, by path."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}
@@ -151,10 +151,10 @@ def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""Returns the fragments of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
-    The fragments need amsmath and booktabs, fit a line of 345 pt at 10 pt, and contain no headings.
-    ``drawing.tex`` and ``workspace.tex`` need TikZ; the drawing may be wider. ``jacobian.tex`` and
-    ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex`` explains the short symbols of
-    all fragments.
+    The LaTeX fragments need amsmath and booktabs, fit a line of 345 pt at 10 pt, and contain no
+    headings. ``drawing.tex`` and ``workspace.tex`` need TikZ; the drawing may be wider.
+    ``jacobian.tex`` and ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex`` explains
+    the short symbols of all LaTeX fragments.
 
     Args:
         derivation: A robot with its functions.
@@ -165,7 +165,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
         ``parametric.tex`` if there are parametric functions. A robot with loops also has
         ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``. A
-        platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are closures. Empty
+        platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are closures. Empty LaTeX
         fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
@@ -182,9 +182,9 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
-    """Returns the text of each fragment. A forked process draws the pictures."""
+    """Returns the text of each LaTeX fragment. A forked process draws the pictures."""
     drawn = [name for name in writers if name in (_DRAWING, _WORKSPACE)]
-    # The symbol table is written last, because it lists the symbols of all other fragments.
+    # The symbol table is written last, because it lists the symbols of all other LaTeX fragments.
     order = sorted(writers.keys() - {*drawn}, key=[*writers].index)
     order.sort(key="symbols".__eq__)
     with run_in_fork(lambda: {name: writers[name]() for name in drawn}) as pictures:
@@ -195,7 +195,7 @@ def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
 
 
 def _headings(derivation: Derivation) -> dict[str, str]:
-    """Returns the fragments of a robot's article with their headings."""
+    """Returns the LaTeX fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
         found = {}
@@ -270,7 +270,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """Returns a section heading and the fragment that follows it."""
+    """Returns a section heading and the LaTeX fragment that follows it."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 

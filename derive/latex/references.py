@@ -1,7 +1,7 @@
 r"""Prints the works that an article cites, as a list at the end of the article.
 
-A fragment cites a work by author and year, so that any article can include the fragment. The list
-contains the works that other fragments cite.
+A LaTeX fragment cites a work by author and year, so that any article can include the fragment. The
+list contains the works that other LaTeX fragments cite.
 """
 
 from collections.abc import Iterable, Mapping
@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Lists the works that the fragments cite; empty without citations."""
+    """Lists the works that the LaTeX fragments cite; empty without citations."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

@@ -392,11 +392,12 @@ counts as 0.
 The six equations do not determine a unique solution in this case.
 """
 POOR_SEPARATION = 1e-5
-"""Separation of splits (:attr:`.Choice.separation`) below which different joints are fixed. The
-separation is 1e-4 or more for arms with six regular joints besides the prismatic joint, and 7e-7
-for an arm with a prismatic joint along two axes."""
+"""Separation of the solutions (:attr:`.Choice.separation`) below which different joints are fixed.
+The separation is 1e-4 or more for arms with six regular joints besides the prismatic joint, and
+7e-7 for an arm with a prismatic joint along two axes."""
 ASKED_SEPARATION = 5e-3
-"""Separation of splits (:attr:`.Choice.separation`) from which the general solver is practical.
+"""Separation of the solutions (:attr:`.Choice.separation`) from which the general solver is
+practical.
 
 The general solver may then run at every pose of an arm that nearly has a closed-form structure. The
 separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa it is at most 2e-3, and

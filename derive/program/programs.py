@@ -68,7 +68,7 @@ def seeing_its_inputs(program: Program) -> Program:
     for every x. Without this change, a target with x = NaN would count as solved.
 
     Args:
-        program: The program of an inverse, for all slots or for a single slot.
+        program: The program of an inverse, for all solution slots or for a single slot.
 
     Returns:
         The program, with a residual that depends on every input on which the coordinates depend.

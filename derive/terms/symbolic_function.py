@@ -85,7 +85,7 @@ class WrittenFunction(Signature):
             it.
         tables: The numerical data of the robot, in the class of the solver.
         calls: Names of the functions that the solver calls, in the expected order.
-        branches: Number of slots in the output.
+        branches: Number of solution slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
         margin: Name of the function that explains NaN results; empty if there is none.
         steps: Names of the loops, one per entry, if the function returns margins.

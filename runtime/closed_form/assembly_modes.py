@@ -14,12 +14,12 @@ from .closures import is_planar
 
 
 class PlanarAssemblyModes(NamedTuple):
-    """The assembly modes of a planar platform, sorted by phi; unused slots are last.
+    """The assembly modes of a planar platform, sorted by phi; unused solution slots are last.
 
     Attributes:
         x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform, or NaN if unused.
-        valid: (..., 6) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
-            platform size.
+        valid: (..., 6) whether a solution slot holds a mode. Rod lengths are accurate to 1e-12 of
+            the platform size.
     """
 
     x: FloatArray
@@ -27,13 +27,13 @@ class PlanarAssemblyModes(NamedTuple):
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes of a parallel platform, in k slots; unused slots are last.
+    """The assembly modes of a parallel platform, in k solution slots; unused slots are last.
 
     Attributes:
-        T: (..., k, 4, 4) poses of the tool, or NaN in unused slots.
+        T: (..., k, 4, 4) poses of the tool, or NaN in unused solution slots.
         theta: (..., k, n_theta) joints of the main chain [rad or m].
-        valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
-            platform size.
+        valid: (..., k) whether a solution slot holds a mode. Rod lengths are accurate to 1e-12 of
+            the platform size.
         margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 if the
             platform is singular and two modes meet.
         complete: (...,) whether all modes were found, as all complex solutions are known.

@@ -131,7 +131,7 @@ class LoopMethods(NewtonMethods):
         """Return all main-chain configurations at q (..., n) [rad or m], one branch per slot.
 
         The result is `theta (..., k, n_theta)`, `valid (..., k)` and `margin`;
-        `labels["chain_branches"]` lists the branch in each slot.
+        `labels["chain_branches"]` lists the branch in each solution slot.
         """
         theta, margin = self.functions["chain_all"](q)
         return ChainBranches(theta, _branch_closes(theta, margin), margin)
@@ -141,7 +141,7 @@ class LoopMethods(NewtonMethods):
         """Return all actuated coordinates at theta (..., n_theta) [rad or m], one branch per slot.
 
         The result is `q (..., k, n)`, `valid (..., k)` and `margin`, on all loop branches;
-        `labels["actuator_branches"]` lists the branch in each slot.
+        `labels["actuator_branches"]` lists the branch in each solution slot.
         """
         q, margin = self.functions["actuators_all"](theta)
         closes = _branch_closes(q, margin)

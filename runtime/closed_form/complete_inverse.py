@@ -26,7 +26,7 @@ _SEARCH = 16
 """Steps of Newton's method from each start configuration; then only configurations near the pose
 continue."""
 _TURNS = 96
-"""Number of start configurations with random revolute joints for each slot."""
+"""Number of start configurations with random revolute joints for each solution slot."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class CompleteInverse:
         poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
         aside = (at[is_open] + GIVEN_ASIDE).T
         near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
-        # All slots of a pose may be NaN.
+        # All solution slots of a pose may be NaN.
         zero = np.zeros((1, len(kind.wraps)))
         further: dict[tuple[int, ...], Solutions] = {}
         for row, index in enumerate(map(tuple, np.argwhere(is_open))):
@@ -148,7 +148,7 @@ def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solution
 
 
 def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
-    """Return solutions with as many further slots as any of the poses needs."""
+    """Return solutions with as many further solution slots as any of the poses needs."""
     most = max(len(more.valid) for more in further.values())
     if not most:
         return slots

@@ -35,7 +35,7 @@ from .task_components import Task, inverse_for
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
-"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or negative reasons."""
+"""Coordinates (N, n), residuals (N,), margins (N,), and solution slots (N,) or negative reasons."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,8 @@ class NearestMethods(RobotFacts):
 
         The search covers all branches and all windings within the limits. The distance is the
         largest weighted displacement of a coordinate; prismatic joints are scaled by `unit_length`.
-        If distances are equal up to rounding, the lowest slot is selected. Poses of a batch are
-        independent of each other.
+        If distances are equal up to rounding, the lowest solution slot is selected. Poses of a
+        batch are independent of each other.
 
         Args:
             T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or inputs of

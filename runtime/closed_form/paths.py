@@ -76,7 +76,7 @@ class JointPath:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The coordinates and the slot of a pose on the branch, or the reason for the end."""
+    """The coordinates and the solution slot of a pose on the branch, or the reason for the end."""
 
     q: FloatArray
     margin: float
@@ -137,7 +137,7 @@ class InverseMethods(RobotFacts):
         """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
         Each step selects the solution nearest to the previous pose, over all windings. The path
-        follows the branch even if slots are exchanged at a singularity. If infinitely many
+        follows the branch even if solution slots are exchanged at a singularity. If infinitely many
         solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby solution.
         The path ends at a joint limit, even if a different branch would continue.
 
@@ -273,7 +273,7 @@ class InverseMethods(RobotFacts):
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # `inside` has one slot per winding, so the start has no slot of `slots`.
+            # `inside` has one solution slot per winding, so the start has no slot of `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -311,7 +311,7 @@ class InverseMethods(RobotFacts):
     ) -> FloatArray:
         """Return coordinates (k, n) from pose `first` on, for as long as the path stays in a slot.
 
-        As in `_next`, the slot must be nearest, and no joint may jump or exceed a limit.
+        As in `_next`, the solution slot must be nearest, and no joint may jump or exceed a limit.
         """
         units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)

@@ -47,11 +47,11 @@ class Ways(NamedTuple):
 
 
 _Fields = tuple[FloatArray, FloatArray, BoolArray]
-"""Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
+"""Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all solution slots."""
 
 _SEARCH = 12
-"""Maximum number of steps from a distant slot; then only slots near the target continue. At a
-double solution, a step divides the error by 4."""
+"""Maximum number of steps from a distant solution slot; then only slots near the target continue.
+At a double solution, a step divides the error by 4."""
 _ROUNDED_STEPS = 8
 """Number of steps to a least-squares solution of a rounded pose; each divides the error by 100."""
 _GROWTH = 10.0
@@ -73,7 +73,7 @@ class Refinement:
         unit: The unit length [m] of the robot, for the iteration.
         task: The task of the inverse.
         judged: The unit length [m] of residuals and tolerances, 1 for some tasks.
-        searches: Whether the closed form misses solutions, so that all slots are refined.
+        searches: Whether the closed form misses solutions, so that all solution slots are refined.
         is_determined: Whether all inputs of the inverse are coordinates. A swivel angle is not a
             coordinate: a self-motion would change it.
     """
@@ -88,7 +88,7 @@ class Refinement:
 
     @property
     def near(self) -> float:
-        """Maximum residual [m] of a slot that is refined."""
+        """Maximum residual [m] of a solution slot that is refined."""
         return np.inf if self.searches else REFINED * self.judged
 
     def __call__(
@@ -121,8 +121,8 @@ class Refinement:
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
         """Accept slots of targets (..., *task.shape) with residuals up to ``enough`` (...,).
 
-        Slots of rounded targets first move to their least-squares solutions. If a slot reaches the
-        target, the target is exact, and slots with larger residuals are not solutions.
+        Slots of rounded targets first move to their least-squares solutions. If a solution slot
+        reaches the target, the target is exact, and slots with larger residuals are not solutions.
         """
         q, residual, valid = fields
         solved = SOLVED * self.judged
@@ -143,8 +143,8 @@ class Refinement:
     ) -> BoolArray:
         """Test if missed poses (...,), axis-aligned with rounded translation, are reachable.
 
-        At the workspace boundary, the error of the nearest slot is in the singular direction. A
-        reachable pose has a different error direction, or two singular directions.
+        At the workspace boundary, the error of the nearest solution slot is in the singular
+        direction. A reachable pose has a different error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():
@@ -329,25 +329,25 @@ class Refinement:
 
 
 def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
-    """A selection of N slots by index arrays."""
+    """A selection of N solution slots by index arrays."""
     return tuple(index[chosen] for index in slots)
 
 
 def _blocks(chosen: BoolArray) -> Iterator[tuple[IntArray, ...]]:
-    """Yield the index arrays of chosen slots (..., k), at most ``BLOCK`` at a time."""
+    """Yield the index arrays of chosen solution slots (..., k), at most ``BLOCK`` at a time."""
     slots = np.nonzero(chosen)
     for first in range(0, len(slots[0]), BLOCK):
         yield tuple(index[first : first + BLOCK] for index in slots)
 
 
 def _of_slots(array: NDArray[Any], slots: tuple[IntArray, ...]) -> NDArray[Any]:
-    """Return target values (N, *rest) for N slots, from an array (..., *rest)."""
+    """Return target values (N, *rest) for N solution slots, from an array (..., *rest)."""
     rest = array.shape[len(slots) - 1 :]
     return np.broadcast_to(array[slots[:-1]], (len(slots[-1]), *rest))
 
 
 def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
-    """Return the slot with the smallest finite residual of each target."""
+    """Return the solution slot with the smallest finite residual of each target."""
     rows = np.flatnonzero(np.isfinite(left))
     rows = rows[np.argsort(left[rows], kind="stable")]
     if len(slots) == 1:
@@ -357,7 +357,7 @@ def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
 
 
 def _missed(slots: tuple[IntArray, ...], valid: BoolArray) -> BoolArray:
-    """Test whether the targets of N slots have no valid slot yet."""
+    """Test whether the targets of N solution slots have no valid slot yet."""
     return np.broadcast_to(~np.asarray(valid.any(-1))[slots[:-1]], slots[-1].shape)
 
 

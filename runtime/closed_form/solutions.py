@@ -1,8 +1,8 @@
-"""Inverse kinematics solutions in fixed slots, and filters for them.
+"""Inverse kinematics solutions in fixed solution slots, and filters for them.
 
-Each slot belongs to one branch of the inverse, for every pose, even if the pose is out of reach on
-that branch. `labels` describes the branches. Therefore filters clear `valid` and do not move slots.
-Each filter returns Solutions, so several filters can be applied in sequence:
+Each solution slot belongs to one branch of the inverse, for every pose, even if the pose is out of
+reach on that branch. `labels` describes the branches. Therefore filters clear `valid` and do not
+move solution slots. Each filter returns Solutions, so several filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -50,7 +50,7 @@ class LeastSquares(NamedTuple):
 
 
 class Solutions(Fields):
-    """Solutions on all branches of an inverse, in k fixed slots per pose.
+    """Solutions on all branches of an inverse, in k fixed solution slots per pose.
 
     A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`. The solutions of one pose
     are the rows of `valid_q()`.
@@ -63,18 +63,18 @@ class Solutions(Fields):
             mode, see `other_mode`.
         margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
             boundary, negative outside.
-        valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
-            is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times the
-            rounding: `se3.deviation`, or half a unit of the last decimal of the rotation if that
-            is larger.
+        valid: (..., k) whether the solution slot holds a solution that no filter has removed: its
+            residual is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times
+            the rounding: `se3.deviation`, or half a unit of the last decimal of the rotation if
+            that is larger.
         unit_length: The length [m] that is equivalent to 1 rad, as for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged: true for revolute joints
             until `within_limits` lists their windings separately.
-        labels: (k,) the branch in each slot, as "shoulder_pan +, elbow -", with the joints and
-            signs that select the branch; () after `sorted_by_distance` has reordered the slots.
-        windings: Number of consecutive slots that `within_limits` lists for each branch.
+        labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -", with the joints
+            and signs that select the branch; () after `sorted_by_distance` has reordered the slots.
+        windings: Number of consecutive solution slots that `within_limits` lists for each branch.
     """
 
     __slots__ = ()
@@ -88,7 +88,7 @@ class Solutions(Fields):
 
     @classmethod
     def _judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Return solutions from slots, valid if the residual is at most `tolerance`."""
+        """Return solutions from solution slots, valid if the residual is at most `tolerance`."""
         return cls(q, residual, margin, residual <= cls.tolerance)
 
     @property
@@ -103,9 +103,9 @@ class Solutions(Fields):
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
         the mode of the reference configuration: its result is a different pose or a singularity.
-        A slot in another assembly mode is not valid. `fk_all(q)` has all modes of some platforms.
-        The result is False for robots whose loops have a closed form. Filters do not change this
-        field.
+        A solution slot in another assembly mode is not valid. `fk_all(q)` has all modes of some
+        platforms. The result is False for robots whose loops have a closed form. Filters do not
+        change this field.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -139,10 +139,11 @@ class Solutions(Fields):
     ) -> Self:
         """Keep the solutions within limits, with all windings (values that differ by 2 pi).
 
-        A joint with a range of `w` turns, rounded up, multiplies the slots by `w`. The slots of a
-        branch are consecutive, in ascending order, and the last joint varies fastest. Windings are
-        counted down from the upper limit, which is included; of values at both limits, only the
-        upper is listed. Joints without limits keep their value. Joints with one limit are moved
+        A joint with a range of `w` turns, rounded up, multiplies the solution slots by `w`. The
+        solution slots of a branch are consecutive, in ascending order, and the last joint varies
+        fastest. Windings are counted down from the upper limit, which is included; of values at
+        both limits, only the upper is listed. Joints without limits keep their value. Joints with
+        one limit are moved
         within it by the fewest turns. Afterwards each winding is a separate solution: distances
         from a seed wrap only for joints without limits.
 
@@ -151,11 +152,11 @@ class Solutions(Fields):
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
                 and inf for none.
-            windings: False keeps the k slots, each moved into the limits by the fewest turns. All
-                windings of a large batch can need much memory.
+            windings: False keeps the k solution slots, each moved into the limits by the fewest
+                turns. All windings of a large batch can need much memory.
 
         Returns:
-            Solutions with k slots times the number of windings.
+            Solutions with k solution slots times the number of windings.
 
         Raises:
             InputValueError: If a lower limit is above the upper limit, or a solution has more than
@@ -170,7 +171,7 @@ class Solutions(Fields):
         return tuple.__new__(kind, _filtered(_filters.windings, self, listing.limits, AT_LIMIT))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
-        """Sort the slots of each pose by their distance from a seed, invalid slots last.
+        """Sort the solution slots of each pose by their distance from a seed, invalid slots last.
 
         The distance is the largest weighted joint displacement, in the shorter direction for joints
         that wrap; prismatic joints are scaled by `unit_length`.
@@ -225,7 +226,7 @@ class Solutions(Fields):
         return self._remade(*self[:-1], self.valid & kept)
 
     def within_tolerance(self, tolerance: float) -> Self:
-        """Mark all slots with a residual of at most the tolerance [m] as valid.
+        """Mark all solution slots with a residual of at most the tolerance [m] as valid.
 
         Earlier filters have no effect on the result. A tolerance is necessary for measured poses,
         which an arm with fewer than six joints cannot reach exactly.
@@ -243,8 +244,8 @@ class Solutions(Fields):
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
         """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
 
-        Among equal distances, the lowest slot is selected; among windings of one solution, the
-        winding with the smallest sum of displacements.
+        Among equal distances, the lowest solution slot is selected; among windings of one solution,
+        the winding with the smallest sum of displacements.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].
@@ -266,7 +267,7 @@ class Solutions(Fields):
         return found
 
     def least_squares(self) -> LeastSquares:
-        """Return the slots with the smallest residual for poses out of reach.
+        """Return the solution slots with the smallest residual for poses out of reach.
 
         Filters and limits are ignored. `q (..., n)` and `residual (...,)` are NaN for poses with
         solutions, even if filters have removed all of them.

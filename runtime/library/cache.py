@@ -34,7 +34,7 @@ GLUE_FILE = "chasles_glue.c"
 _NEAREST = "chasles_nearest.h"
 """The generated file that selects the nearest solution of an inverse."""
 _MAX_NEAREST = 64
-"""Largest number of slots for this selection."""
+"""Largest number of solution slots for this selection."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 

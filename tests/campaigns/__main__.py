@@ -62,7 +62,7 @@ class Progress:
 
 
 def repeat(names: list[str], number: int) -> int:
-    """Repeats a numbered trial in this process; returns 1 if the trial fails."""
+    """Repeats the trial with this number in the current process; returns 1 if the trial fails."""
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)

@@ -26,8 +26,8 @@ class Campaign:
     Attributes:
         name: The command-line name.
         summary: The property that each trial checks, as one sentence.
-        trial: Runs a numbered trial. All random values depend only on the number, so the number
-            reproduces the trial.
+        trial: Runs the trial with this number. All random values depend only on the number, so the
+            number reproduces the trial.
     """
 
     name: str

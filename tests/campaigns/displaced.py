@@ -6,7 +6,7 @@ Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 r
 configurations may be missing from the solutions of its pose. Missing configurations with right
 angles are counted, but do not fail the campaign. Six-joint arms of even trials are also solved as
 general arms, and the trial counts solutions found only by the general solver. Stricter rules apply
-to errors up to 3 (millimetre, milliradian). Each solution is in exactly one slot. Every
+to errors up to 3 (millimetre, milliradian). Each solution is in exactly one solution slot. Every
 configuration with a smallest singular value above 1e-3 is found, also at right angles. On some
 poses, the regular solutions must equal the set found by multi-start Newton iteration.
 """
@@ -113,7 +113,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Counts duplicated solutions, and regular configurations without a slot."""
+    """Counts duplicated solutions, and regular configurations without a solution slot."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))

@@ -158,7 +158,7 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arms of a numbered trial."""
+    """Tests the arms of the trial with this number."""
     found = {name: judged(robot, POSES, number) for name, robot in arms(number)}
     failures = [
         f"{name}, {kind}: {own.none} without a solution, {own.lost} lost"

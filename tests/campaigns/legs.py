@@ -25,7 +25,7 @@ FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 
 def trial(number: int) -> Outcome:
-    """Compares the slots of one platform with its forward kinematics."""
+    """Compares the solution slots of one platform with its forward kinematics."""
     kinds = kinds_of(number)
     mechanism = drawn(number, kinds)
     derivation = derive(mechanism, functions=FUNCTIONS)

@@ -5,7 +5,7 @@ branches at several inputs. No branch may be missing, duplicated or wrong: a val
 loops with positive cylinder lengths. If no mode is on the reference branch, a function may return a
 finite value only if the value does not depend on its input. Mechanisms without a closed form are
 counted. The campaign compares such mechanisms only at inputs for which no mode exists. ``fk`` of
-every valid ``ik`` slot is the target pose, and one slot is the generating configuration.
+every valid ``ik`` solution slot is the target pose, and one slot is the generating configuration.
 """
 
 import tempfile

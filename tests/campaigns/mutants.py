@@ -40,7 +40,7 @@ class Finding:
         mutant: The mutant.
         cleaning: Summary of the snapped numbers.
         excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
-        kept: Whether the mutant has the structure and the tier of its arm.
+        kept: Whether the mutant has the structure and the solution method of its arm.
         missed: Description of the conditions of the arm's structure that the mutant violates.
     """
 
@@ -92,7 +92,7 @@ def serial_robots() -> list[SerialRobot]:
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """Tests numbered mutants; consecutive numbers cycle through the arms."""
+    """Tests the mutants with these numbers; consecutive numbers cycle through the arms."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"

@@ -163,7 +163,8 @@ def modes(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray
 
 @dataclass(frozen=True)
 class Solved:
-    """Results of the C solver: joints (n, 6) and margins (n,) of all slots, and ``unsure``."""
+    """Results of the C solver: joints (n, 6) and margins (n,) of all solution slots, and
+    ``unsure``."""
 
     theta: np.ndarray
     margin: np.ndarray

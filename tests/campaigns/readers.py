@@ -67,7 +67,7 @@ class Reader:
 
 
 def trial(number: int) -> Outcome:
-    """Reads the mutated files of a numbered trial."""
+    """Reads the mutated files of the trial with this number."""
     dice = random.Random(number)
     counts: dict[str, int] = {}
     failures = []

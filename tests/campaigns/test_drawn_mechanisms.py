@@ -52,7 +52,8 @@ def maps_of(mechanism, folder):
 
 
 def test_nearby_assembly_mode_is_kept_distinct():
-    """The crank is 1e-4 rad from the fold, so the crossed mode is within the tolerance."""
+    """The crank is 1e-4 rad from its folded position, so the crossed mode is within the
+    tolerance."""
     drawn = drawn_mechanism(474)
     numbers = Multistart(drawn.mechanism)
     theta = np.array([[1.2654e-4, -1.2654e-4]])

@@ -80,7 +80,7 @@ def test_underivable_arm_is_reported(tmp_path):
 def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
     """Solutions of six-joint arms come in pairs.
 
-    Without refinement, a double solution occurs in several slots.
+    Without refinement, a double solution occurs in several solution slots.
     """
     pytest.importorskip("ssik")
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])

@@ -1,4 +1,4 @@
-"""The inverse of robots with loops returns every solution, each in exactly one slot.
+"""The inverse of robots with loops returns every solution, each in exactly one solution slot.
 
 For a delta robot, an independent Newton's method on the rods finds all actuator values for a
 platform position from many start values. For random mechanisms, the poses come from random
@@ -26,7 +26,8 @@ SEEDS = (0, 1, 14)
 
 
 def slots(functions, compiled, T):
-    """Returns coordinates (N, k, n), margins and validity (N, k) of the slots at poses (16, N)."""
+    """Returns coordinates (N, k, n), margins and validity (N, k) of the solution slots at poses
+    (16, N)."""
     ik = next(f for f in functions if f.name == "ik")
     found = []
     for signs in patterns(ik) if ik.signs else [None]:
@@ -46,7 +47,8 @@ def apart(q, other, turns, size):
 
 
 def faults(functions, compiled, q, turns, size):
-    """Counts repeated solutions away from dead points, and configurations without a slot."""
+    """Counts repeated solutions away from dead points, and configurations without a solution
+    slot."""
     T = np.array(compiled["fk"](q.T)).reshape(16, -1)
     closed = np.isfinite(T).all(0)
     q, T = q[closed][:POSES], T[:, closed][:, :POSES]

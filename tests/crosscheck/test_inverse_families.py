@@ -101,7 +101,7 @@ def assert_nothing_is_missed(arm, grid=True):
 
 
 def assert_complete(arm, monkeypatch):
-    """Asserts that the slots contain every solution of Newton's method."""
+    """Asserts that the solution slots contain every solution of Newton's method."""
     monkeypatch.setattr(verdict, "STARTS", STARTS)
     rng = np.random.default_rng(2)
     for row, found in zip(q := some(arm, TARGETS), arm.answers(q).q, strict=True):

@@ -144,7 +144,7 @@ BUILT = {
 
 @cache
 def printed(name):
-    """Returns the robot, the text of its document, and its fragments keyed by file."""
+    """Returns the robot, the text of its document, and its LaTeX fragments keyed by file."""
     robot = BUILT[name]() if name in BUILT else robot_of(name)
     # The equations of serial robots do not depend on the derived functions.
     return text_and_fragments(robot, ["fk", "ik"] if isinstance(robot, Mechanism) else ["fk"])
@@ -158,7 +158,7 @@ def text_and_fragments(robot, functions):
 
 
 def compiled(folder, text, shown):
-    """Compiles a document together with its fragments, and returns the log."""
+    """Compiles a document together with its LaTeX fragments, and returns the log."""
     (folder / FOLDER).mkdir()
     for name, fragment in shown.items():
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
@@ -200,7 +200,7 @@ def test_latex_documents_compile_cleanly(name, tmp_path):
 
 @pytest.mark.parametrize("name", [*SHIPPED, "imported"], indirect=True)
 def test_latex_fragments_compile_in_plain_article(name, tmp_path):
-    """Fragments do not print the title or the source of the description."""
+    """LaTeX fragments do not print the title or the source of the description."""
     _, _, shown = printed(name)
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)

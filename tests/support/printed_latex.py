@@ -242,7 +242,7 @@ class PrintedInverse:
 
     Attributes:
         is_whole: Whether every step has a formula and every number has full precision.
-        signs: Names of the sign symbols, in the order of the slots.
+        signs: Names of the sign symbols, in the order of the solution slots.
     """
 
     def __init__(self, fragments):

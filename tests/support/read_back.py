@@ -12,7 +12,7 @@ from tests.support.printed_latex import PrintedInverse
 SAME = 1e-9
 """Tolerance (radian or metre); printed formulas are less accurate near the boundary."""
 INSIDE = 1e-3
-"""Minimum margin of compared slots."""
+"""Minimum margin of compared solution slots."""
 POSES = 3
 
 
@@ -35,7 +35,8 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """Counts the slots of reachable poses in which the solution equals the printed solution.
+    """Counts the solution slots of reachable poses in which the solution equals the printed
+    solution.
 
     Args:
         found: The derivation.

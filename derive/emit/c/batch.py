@@ -198,7 +198,8 @@ def _choice(name: str, size: Sizes) -> str:
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
     """Returns the macro that writes the nearest solutions by lanes and returns, if there are any.
 
-    The runtime uses this macro where n, inputs, input_steps, seeds, outputs and slot are defined.
+    The runtime uses this macro where n, inputs, input_steps, seeds, outputs and solution slot are
+    defined.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(

@@ -21,7 +21,7 @@ LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
 SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum slots and coordinates in the support file."""
+"""Maximum solution slots and coordinates in the support file."""
 
 
 def nearest_file(robot: Described) -> str:
@@ -63,7 +63,7 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def _inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses with slots."""
+    """Returns the inverses with solution slots."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 

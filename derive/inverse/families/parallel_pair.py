@@ -1,4 +1,4 @@
-"""Three revolute joints of which two consecutive axes are parallel.
+"""Three revolute joints with two consecutive parallel axes.
 
 The orientation determines the sum of the parallel joints and the third joint. The position
 determines the first of the parallel joints. Maximum number of solutions: 1.

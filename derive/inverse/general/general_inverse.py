@@ -40,8 +40,8 @@ class GeneralArm(Tables):
         directions: 1 or -1 for each joint.
         length: The arm length (metre).
         placed: The rows of the constant placements of the joints and the tool.
-        split_count: Number of elimination orders (splits).
-        splits: Joint order, direction and half-angle joint of each elimination order (split).
+        split_count: Number of elimination orders.
+        splits: Joint order, direction and half-angle joint of each elimination order.
     """
 
     joints: int
@@ -85,7 +85,7 @@ class WithTool:
 
     Attributes:
         constants: The constant placements before, between and after the six joints, as floats.
-        choice: The elimination orders of the joints (splits).
+        choice: The elimination orders of the joints.
     """
 
     constants: tuple[Array, ...]
@@ -99,7 +99,7 @@ class GeneralInverse:
     Attributes:
         title: Description of the arm, and the source of the method.
         method: Description of the solution method.
-        choice: The elimination orders of the joints (splits), and the fixed joints.
+        choice: The elimination orders of the joints, and the fixed joints.
         function: The function ``ik``, which solves for the roots of a determinant.
         steps: Descriptions of the numbered solution steps.
         given: Names of the fixed joints.
@@ -310,15 +310,15 @@ def solver_function(
 ) -> WrittenFunction:
     """Returns the function ``ik``: every solution of a pose, in sixteen slots.
 
-    Solutions come first, sorted by the suppressed joint. Without a solution, the slots contain the
-    nearest result; unused slots otherwise contain an invalid configuration. The margin of a
-    solution is |det J| divided by the product of the column norms of J, with lengths relative to
-    the arm length. The margin is 0 if J is singular and two solutions coincide, and at most 1. The
-    margin of an invalid slot is its negative residual.
+    Solutions come first, sorted by the suppressed joint. Without a solution, the solution slots
+    contain the nearest result; unused slots otherwise contain an invalid configuration. The margin
+    of a solution is |det J| divided by the product of the column norms of J, with lengths relative
+    to the arm length. The margin is 0 if J is singular and two solutions coincide, and at most 1.
+    The margin of an invalid slot is its negative residual.
 
     Args:
         robot: The description.
-        choice: The elimination orders of the joints (splits).
+        choice: The elimination orders of the joints.
         constants: The constant placements of the joints, including the added joint of a five-joint
             arm.
     """

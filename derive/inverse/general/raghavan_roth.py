@@ -1,13 +1,13 @@
-"""Equations of Raghavan and Roth for general six-joint arms, and their elimination orders (splits).
+"""Equations of Raghavan and Roth for general six-joint arms, and their elimination orders.
 
 The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
 placement from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
-A split (elimination order) numbers the joints from any joint in either direction. A split consists
-of a pair (1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6
-does not move its own axis, so the equations of this axis do not contain joint 6:
+An elimination order numbers the joints from any joint in either direction. It consists of a pair
+(1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move
+its own axis, so the equations of this axis do not contain joint 6:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
@@ -67,7 +67,7 @@ class Split:
 
 @dataclass(frozen=True)
 class LineEquations:
-    """Coefficients of the equations for one elimination order (split).
+    """Coefficients of the equations for one elimination order.
 
     Attributes:
         left: (14, 9), functions of the pose: the constant column, then the columns of y.
@@ -79,7 +79,7 @@ class LineEquations:
 
 
 def splits(slides: Collection[int] = ()) -> list[Split]:
-    """Returns every elimination order (split) of a loop with six joints."""
+    """Returns every elimination order of a loop with six joints."""
     every = (
         Split(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
@@ -120,7 +120,7 @@ def numbers(robot: SerialRobot) -> list[Array]:
 def equations(
     constants: Sequence[Array], split: Split, T: Array, slides: Collection[int] = ()
 ) -> LineEquations:
-    """Returns the fourteen equations for one elimination order (split).
+    """Returns the fourteen equations for one elimination order.
 
     Args:
         constants: The seven constant placements of the arm, as expressions or floats.
@@ -134,7 +134,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free, and an elimination order (split) exists.
+    """Whether enough joints are free, and an elimination order exists.
 
     Args:
         robot: The description.
@@ -215,7 +215,7 @@ def _raised(height: float) -> Array:
 
 
 def _inverses(constants: Sequence[Array], split: Split, T: Array) -> list[Array]:
-    """Returns the inverses of the loop placements C_1 ... C_6, in the direction of the split."""
+    """Returns the inverses of the transforms C_1 ... C_6, in the direction of the order."""
     before, *between, behind = constants
     if split.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]

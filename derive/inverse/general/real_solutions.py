@@ -30,7 +30,7 @@ def real_solutions(
 
     Args:
         constants: The seven constant placements of the arm, as floats.
-        splits: Elimination orders (splits); the solutions of all orders are merged.
+        splits: Elimination orders; the solutions of all orders are merged.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 
@@ -89,7 +89,7 @@ class _Six:
 
 
 def _starts(arm: _Six, split: Split, target: Array) -> Iterator[Array]:
-    """Yields the solutions for one elimination order (split), before their refinement."""
+    """Yields the solutions for one elimination order, before their refinement."""
     found = equations(arm.constants, split, target, arm.slides)
     M = suppressed(found, split.halved)
     for angle in _roots(M):

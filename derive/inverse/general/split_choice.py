@@ -1,10 +1,11 @@
-"""Selects the elimination orders (splits) of a general arm, and its fixed joints.
+"""Selects the elimination orders of a general arm, and its fixed joints.
 
-If consecutive axes intersect or are parallel, many splits are unsuitable: det M is zero for every
-suppressed angle, or several solutions have the same suppressed angle. So all splits are rated at
-many random configurations. A split is suitable at a configuration if det M is a trigonometric
-polynomial of degree 8 in the suppressed angle. In addition, the second smallest singular value of M
-at the solution and the smallest singular value of A must be far from zero.
+If consecutive axes intersect or are parallel, many elimination orders are unsuitable: det M is zero
+    for every
+suppressed angle, or several solutions have the same suppressed angle. So all elimination orders are
+rated at many random configurations. An elimination order is suitable at a configuration if det M is
+a trigonometric polynomial of degree 8 in the suppressed angle. In addition, the second smallest
+singular value of M at the solution and the smallest singular value of A must be far from zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,17 +36,16 @@ from .raghavan_roth import (
 )
 
 SAMPLES = 32
-"""Number of angles at which the determinant is sampled for one elimination order (split)."""
+"""Number of angles at which the determinant is sampled for one elimination order."""
 DEGREE = 8
 """Degree of the determinant in the suppressed angle; allows sixteen solutions."""
 CONFIGURATIONS = 12
-"""Number of configurations at which an elimination order (split) of six joints is rated."""
+"""Number of configurations at which an elimination order of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 """Number of configurations with fixed joints, and additional configurations per right angle."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders (splits) that are kept; if one fails at a pose, the next order is
-tried. A fourth split is kept only if it is suitable at configurations where the other three are
-not."""
+"""Number of elimination orders that are kept; if one fails at a pose, the next order is tried. A
+fourth order is kept only if it is suitable at configurations at which the other three are not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
@@ -53,7 +53,7 @@ MAX_JOINTS = len(PRIMES)
 
 @dataclass(frozen=True)
 class Rating:
-    """Rating of an elimination order (split).
+    """Rating of an elimination order.
 
     Attributes:
         split: The split.
@@ -99,11 +99,11 @@ class Rating:
 
 @dataclass(frozen=True)
 class Choice:
-    """The selected elimination orders (splits) and fixed joints of an arm.
+    """The selected elimination orders and fixed joints of an arm.
 
     Attributes:
         given: Indices of the fixed joints, in ascending order.
-        ratings: The elimination orders (splits) to use and their ratings, best first.
+        ratings: The elimination orders to use and their ratings, best first.
     """
 
     given: tuple[int, ...]
@@ -122,12 +122,12 @@ class Choice:
 
     @property
     def splits(self) -> tuple[Split, ...]:
-        """The elimination orders (splits) with the indices of the six free joints."""
+        """The elimination orders with the indices of the six free joints."""
         return tuple(rating.split for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """Returns the elimination orders (splits) of an arm, or None without a suitable one.
+    """Returns the elimination orders of an arm, or None without a suitable order.
 
     Some arms need their prismatic joint as a free joint, because the other six joints alone are
     nearly singular. In this case, any joint may be the fixed joint.
@@ -186,7 +186,7 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """Returns the elimination orders (splits) for a set of fixed joints, or None.
+    """Returns the elimination orders for a set of fixed joints, or None.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.
@@ -222,11 +222,11 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """Returns the best elimination orders (splits) with distinct joint orders, best first.
+    """Returns the best elimination orders with distinct joint orders, best first.
 
-    If the solution separations are known, splits whose suppressed joint separates the solutions
-    come first. Each selected split has a different suppressed joint, because solutions that agree
-    in one joint may differ in another joint.
+    If the separations of the solutions are known, elimination orders whose suppressed joint
+    separates the solutions come first. Each selected order has a different suppressed joint,
+    because solutions that agree in one joint may differ in another joint.
     """
 
     def tells_apart(rating: Rating) -> tuple[bool, bool]:
@@ -236,9 +236,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # If four or more axes pass through two points, A is singular in every split. A is also
-        # singular for two parallel prismatic joints in the pair, but such an arm lacks a degree of
-        # freedom.
+        # If four or more axes pass through two points, A is singular for every elimination order. A
+        # is also singular for two parallel prismatic joints in the pair, but such an arm lacks a
+        # degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -335,7 +335,7 @@ def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, .
 
     Args:
         found: The equations (C, 14, 9) and (C, 3, 14, 9) of all poses.
-        split: The elimination order (split) of the equations.
+        split: The elimination order of the equations.
         q: Joint values (C, 6) at each pose; only the suppressed angle is used.
     """
     M = suppressed(found, split.halved)

@@ -127,7 +127,7 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
 
 
 def _least(far: FloatArray) -> FloatArray:
-    """Returns the smallest distance (N,) among all slots (..., N)."""
+    """Returns the smallest distance (N,) among all solution slots (..., N)."""
     return np.asarray(far.reshape(-1, far.shape[-1]).min(0))
 
 
@@ -176,7 +176,7 @@ def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
 def _asked(
     function: SymbolicFunction, inputs: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns coordinates (2, ..., 2, N, n) and residuals (2, ..., 2, N) of every slot."""
+    """Returns coordinates (2, ..., 2, N, n) and residuals (2, ..., 2, N) of every solution slot."""
     (ik,) = lower([function], "inverse")
     count = inputs[0].shape[1]
     slots = [

@@ -2,8 +2,8 @@
 
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
 these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
-So ``ik`` evaluates ``fk`` at every slot of ``ik_legs``. A slot is a solution if ``fk`` returns the
-target pose; otherwise it belongs to a different assembly mode.
+So ``ik`` evaluates ``fk`` at every solution slot of ``ik_legs``. A solution slot is a solution if
+``fk`` returns the target pose; otherwise it belongs to a different assembly mode.
 """
 
 from collections.abc import Mapping
@@ -35,7 +35,8 @@ def with_legs(
     """
     if IK not in makers:
         return dict(makers), {}
-    # The function is cached, because ``ik`` needs the number of slots before its C code is printed.
+    # The function is cached, because ``ik`` needs the number of solution slots before its C code is
+    # printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker
@@ -65,7 +66,7 @@ class ClosureSize(Tables):
 
 
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
-    """Returns ``ik``: the leg inverse with the residual of ``fk`` in each slot."""
+    """Returns ``ik``: the leg inverse with the residual of ``fk`` in each solution slot."""
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
     slots = legs.branches
     return WrittenFunction(

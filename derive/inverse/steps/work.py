@@ -91,7 +91,7 @@ class Work:
             call.
         remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
-        signs: The sign symbols (1 or -1), in the order of the slots.
+        signs: The sign symbols (1 or -1), in the order of the solution slots.
         settled: Indices of the redundant branch signs, whose value is always 1.
         choices: Number of branch signs introduced so far.
         sides: For signs of loop branches, the loop name and the branch names keyed by sign.

@@ -1,4 +1,4 @@
-"""Builds the generated function of a solved chain: all slots, residuals and margins."""
+"""Builds the generated function of a solved chain: all solution slots, residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
@@ -173,7 +173,7 @@ def branches(
     given: Iterable[int] = (),
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Returns the task of a serial robot over all slots, from its joint values."""
+    """Returns the task of a serial robot over all solution slots, from its joint values."""
     asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
@@ -197,7 +197,7 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Returns the function of a task over all slots, from the entries of one slot.
+    """Returns the function of a task over all solution slots, from the entries of one slot.
 
     The coordinates with the indices ``given`` are inputs, or they depend only on inputs other than
     the first. ``loops`` contains the margins of the closed loops.

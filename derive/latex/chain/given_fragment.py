@@ -64,7 +64,7 @@ def values(page: Page) -> str:
 def symbols(page: Page) -> str:
     """Prints the table of short symbols, and the rules for indices and accents.
 
-    The fragment is empty if the equations contain no angle and no named constant.
+    The LaTeX fragment is empty if the equations contain no angle and no named constant.
     """
     notation, printer = page.equations.notation, page.equations.printer
     angles = ""

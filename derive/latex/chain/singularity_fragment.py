@@ -29,7 +29,7 @@ def singularities(page: Page) -> str:
     For an arm that is singular everywhere, prints the rank. For an arm without singularities,
     prints a sentence.
 
-    The fragment is empty if no singularity is known.
+    The LaTeX fragment is empty if no singularity is known.
     """
     found = page.singular
     if found.is_regular:

@@ -1,4 +1,4 @@
-r"""Prints the inverse: the structure of the axes, the solution steps, and the slots."""
+r"""Prints the inverse: the structure of the axes, the solution steps, and the solution slots."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-r"""Prints the fragment for planar platforms on legs with revolute or prismatic joints.
+r"""Prints the LaTeX fragment for planar platforms on legs with revolute or prismatic joints.
 
 The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, the elimination from
 :mod:`chasles.derive.loops.modes.leg_elimination`.

@@ -1,4 +1,4 @@
-r"""Prints the fragment for platforms on legs: rods, velocity relation, assembly modes.
+r"""Prints the LaTeX fragment for platforms on legs: rods, velocity relation, assembly modes.
 
 The rods, the rows of the velocity relation and the elimination come from
 :mod:`chasles.derive.loops.modes.rods` and :mod:`chasles.derive.loops.modes.triad`.

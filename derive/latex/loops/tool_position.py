@@ -19,7 +19,7 @@ _LETTER = r"\varrho"
 def tool_position(page: LoopPage) -> str:
     """Returns the forward kinematics with main-chain joints replaced by the loop solution.
 
-    The fragment is empty if an iteration solves the loops.
+    The LaTeX fragment is empty if an iteration solves the loops.
     """
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:

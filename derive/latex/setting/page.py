@@ -24,7 +24,8 @@ class Page:
     """A serial chain with everything that its article prints.
 
     Short symbols are numbered in the order of first use. This class creates all expressions in
-    short symbols at once, in attribute order, so that no fragment depends on earlier fragments.
+    short symbols at once, in attribute order, so that no LaTeX fragment depends on earlier
+    fragments.
 
     Attributes:
         robot: The chain.
@@ -113,5 +114,5 @@ def sentence(*blocks: str) -> str:
 
 
 def text(*paragraphs: str) -> str:
-    """Joins paragraphs into a fragment, with empty lines between."""
+    """Joins paragraphs into a LaTeX fragment, with empty lines between."""
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph) + "\n"

@@ -250,7 +250,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Builds the function for all branches; branches of passive joints share a slot."""
+    """Builds the function for all branches; branches of passive joints share a solution slot."""
     argument, codomain = between
     alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
     for values, solution in branches:
@@ -290,7 +290,8 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
     """Returns the margins of a branch slot; a step that does not occur on the branch has margin 1.
 
-    If several branches of passive joints share the slot, the first branch that closes is used.
+    If several branches of passive joints share the solution slot, the first branch that closes is
+    used.
     """
     rows = []
     for solution in solutions:
@@ -309,7 +310,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the branch label of each slot, which contains the names of the loops."""
+    """Returns the branch label of each solution slot, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
@@ -322,7 +323,7 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch choices that all solutions of a slot share, keyed by joints."""
+    """Returns the branch choices that all solutions of a solution slot share, keyed by joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions

@@ -195,7 +195,7 @@ class HexapodTables(Tables):
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.
         moves: Whether the rod ends on the actuated side move.
-        paths: Number of complex poses and of slots.
+        paths: Number of complex poses and of solution slots.
         joined: The side of the double joints.
         pairs: The rods, in pairs that share a joint.
         b: The rod ends on the platform.

@@ -104,7 +104,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
 
 
 def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """Returns the clusters of bodies that known joints connect."""
+    """Returns the rigid clusters of bodies that known joints connect."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass

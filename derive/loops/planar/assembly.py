@@ -114,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first clusters of bodies that can be joined, or returns False."""
+    """Joins the first rigid clusters of bodies that can be joined, or returns False."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 

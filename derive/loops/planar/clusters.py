@@ -1,7 +1,7 @@
-"""Clusters: groups of planar bodies that are known to be rigidly connected.
+"""Rigid clusters: groups of planar bodies whose relative pose is known.
 
-Initially, each body is a cluster of its own. The pose of a body in its cluster has an angle, a
-constant rotation, and an origin that is a sum of rotated vectors.
+Initially, each body is a rigid cluster of its own. The pose of a body in its rigid cluster has an
+angle, a constant rotation, and an origin that is a sum of rotated vectors.
 """
 
 import cmath
@@ -30,22 +30,22 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """Rigidly connected bodies, each with its pose in the cluster's axes."""
 RING = 3
-"""Number of clusters, each connected with the two others, that one step solves."""
+"""Number of rigid clusters, each connected with the two others, that one step solves."""
 
 
 class PlanarStep(LoopStep):
-    """A solution step that joins clusters of a planar linkage."""
+    """A solution step that joins rigid clusters of a planar linkage."""
 
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first clusters to which the step applies, and records the step.
+        """Joins the first rigid clusters to which the step applies, and records the step.
 
         Args:
             clusters: The partially solved linkage.
 
         Returns:
-            False if the solution step applies to no clusters.
+            False if the solution step applies to no rigid clusters.
 
         Raises:
             DescriptionError: The loop does not close at the reference configuration, or its branch
@@ -55,7 +55,7 @@ class PlanarStep(LoopStep):
 
 @dataclass(frozen=True)
 class Guide:
-    """The guide along which a cluster of bodies slides, in the axes of the base cluster.
+    """The guide along which a rigid cluster of bodies slides, in the axes of the base cluster.
 
     Attributes:
         angle: The sliding cluster's rotation angle, in addition to ``rotor``.
@@ -79,7 +79,7 @@ class Guide:
 
 
 class Clusters:
-    """The clusters of one linkage, which steps join into a single cluster.
+    """The rigid clusters of one linkage, which steps join into a single cluster.
 
     Attributes:
         terms: Names of all terms.
@@ -103,7 +103,7 @@ class Clusters:
         reference: AtReference,
         branch: Branch | None = None,
     ) -> None:
-        """Creates one cluster per body."""
+        """Creates one rigid cluster per body."""
         self.terms, self.linkage, self.known = terms, linkage, known
         self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
@@ -115,37 +115,37 @@ class Clusters:
         self.bases: list[PhasorSum] = []
 
     def on(self, branch: Branch) -> "Clusters":
-        """Returns a copy of the clusters for another branch."""
+        """Returns a copy of the rigid clusters for another branch."""
         other = copy(self)
         other.branch, other.all = branch, [dict(cluster) for cluster in self.all]
         other.steps, other.relations = [*self.steps], [*self.relations]
         other.loops, other.travels, other.bases = {**self.loops}, {**self.travels}, [*self.bases]
         return other
 
-    # --- selection of clusters ---
+    # --- selection of rigid clusters ---
 
     def cluster(self, body: str) -> Cluster:
-        """Returns the cluster of a body."""
+        """Returns the rigid cluster of a body."""
         return next(cluster for cluster in self.all if body in cluster)
 
     def between(self) -> list[Edge]:
-        """Returns the joints between different clusters."""
+        """Returns the joints between different rigid clusters."""
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether a joint connects two given clusters of bodies."""
+        """Whether a joint connects two given rigid clusters of bodies."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
-        """Returns the pin between two clusters."""
+        """Returns the pin between two rigid clusters."""
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts clusters: first the cluster with the root body, then by number of bodies."""
+        """Sorts rigid clusters: first the cluster with the root body, then by number of bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three clusters connected by pins and a given number of slides."""
+        """Yields rings of three rigid clusters connected by pins and a given number of slides."""
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
@@ -173,20 +173,20 @@ class Clusters:
     def _id(self, body: str) -> int:
         return id(self.cluster(body))
 
-    # --- pins and slides of a cluster ---
+    # --- pins and slides of a rigid cluster ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
-        """Returns the position of a pin in one of its clusters."""
+        """Returns the position of a pin in one of its rigid clusters."""
         if pin.a in cluster:
             return cluster[pin.a].point(pin.at_a)
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """Returns the vector from one pin of a cluster to a second pin."""
+        """Returns the vector from one pin of a rigid cluster to a second pin."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """Returns the guide along which cluster ``other`` slides on ``base``."""
+        """Returns the guide along which rigid cluster ``other`` slides on ``base``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -199,7 +199,7 @@ class Clusters:
         back = conjugate(rotor)
         return Guide(-angle, back, at_b, at_a, -along.times(back).turned(-angle))
 
-    # --- joining of clusters ---
+    # --- joining of rigid clusters ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
         """Joins a cluster to a second cluster, given the pose of the first in the second's axes."""
@@ -209,13 +209,13 @@ class Clusters:
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Joins a rotated cluster that shares a point with the base cluster."""
+        """Joins a rotated rigid cluster that shares a point with the base cluster."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
 
     def join_known(self) -> bool:
-        """Joins the first two clusters connected by a weld or a known joint."""
+        """Joins the first two rigid clusters connected by a weld or a known joint."""
         for edge in self.between():
             a, b = self.cluster(edge.a), self.cluster(edge.b)
             on_a, on_b = a[edge.a], b[edge.b]
@@ -249,7 +249,7 @@ class Clusters:
 
         Args:
             square: The radicand of a step's square root.
-            parts: The clusters of bodies that the step joins, including cylinders.
+            parts: The rigid clusters of bodies that the step joins, including cylinders.
         """
         lengths = [
             edge.at_a[0] + self.known[edge.name]
@@ -314,7 +314,7 @@ class Clusters:
 
         Args:
             edges: The joints.
-            turns: Rotation of each cluster of bodies, keyed by its id (radian).
+            turns: Rotation of each rigid cluster of bodies, keyed by its id (radian).
             travel: Travel of the slide among the joints (metre).
         """
         hints = self._hints([edge.name for edge in edges])
@@ -349,7 +349,7 @@ class Clusters:
         return min(distances, key=distances.__getitem__)
 
     def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """Returns the largest gap of the joints inside clusters, at each configuration.
+        """Returns the largest gap of the joints inside rigid clusters, at each configuration.
 
         On a branch other than the reference branch, a redundant joint may stay open.
 
@@ -378,7 +378,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the gap of a joint, relative to the size, or None between clusters."""
+        """Returns the gap of a joint, relative to the size, or None between rigid clusters."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None
@@ -402,7 +402,7 @@ class Clusters:
     # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of all joints inside clusters."""
+        """Returns the values of all joints inside rigid clusters."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)

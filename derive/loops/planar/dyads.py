@@ -18,10 +18,10 @@ SIDES = {1: "left", -1: "right"}
 
 @dataclass(frozen=True)
 class Dyad:
-    """Three clusters in a ring of pins: the base, and two arms with pin distances V and W.
+    """Three rigid clusters in a ring of pins: the base, and two arms with pin distances V and W.
 
     Attributes:
-        clusters: The three clusters: the base, X and Y.
+        clusters: The three rigid clusters: the base, X and Y.
         pins: The pins base-X, X-Y and base-Y.
         V: Vector on body X, from its pin on the base to its pin on body Y.
         W: Vector on body Y, from its pin on the base to its pin on body X.
@@ -53,7 +53,7 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the clusters of a dyad at the solved rotations.
+    """Joins the rigid clusters of a dyad at the solved rotations.
 
     Returns:
         The pin names, the reference body of the loop equation, and the loop equation.

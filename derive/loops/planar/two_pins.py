@@ -41,7 +41,7 @@ class TwoPins(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two clusters that share two pins at different points."""
+        """Joins the first two rigid clusters that share two pins at different points."""
         pins = [edge for edge in clusters.between() if isinstance(edge, PinEdge)]
         for first, second in combinations(pins, 2):
             pair = clusters.cluster(first.a), clusters.cluster(first.b)
@@ -143,7 +143,7 @@ class PinAndSlide(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two clusters that share a pin and a slide."""
+        """Joins the first two rigid clusters that share a pin and a slide."""
         edges = clusters.between()
         pairs = product_of(
             [edge for edge in edges if isinstance(edge, SlideEdge)],

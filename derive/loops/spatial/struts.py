@@ -138,7 +138,7 @@ class Legs:
         """Returns the single strut that determines a single joint, or None.
 
         Args:
-            struts: The struts, of which exactly one must apply.
+            struts: The struts; exactly one of them must apply.
             sliding: Whether the joint must be prismatic rather than revolute.
         """
         if len(struts) != 1:

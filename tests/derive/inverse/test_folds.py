@@ -1,4 +1,5 @@
-"""Calibrated arms near folds, where two solutions merge: no solution is missed or spurious."""
+"""Calibrated arms near fold points, at which two solutions merge: no solution is missed or
+spurious."""
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def at_fold(arm, rng, count):
 
 
 def near_folds(arm, seed, count):
-    """Returns configurations 1e-6 to 1e-2 rad away from a fold, on both sides."""
+    """Returns configurations 1e-6 to 1e-2 rad away from a fold point, on both sides."""
     rng = np.random.default_rng(seed)
     q = at_fold(arm, rng, count)
     q[:, ELBOW] += 10 ** rng.uniform(-6, -2, count) * rng.choice((-1, 1), count)
@@ -100,7 +101,7 @@ def test_ik_near_folds_recovers_generating_configuration(case):
 
 
 def test_solution_count_near_folds_is_even(case):
-    """Poses on both sides of a fold have an even number of solutions, all of them correct."""
+    """Poses on both sides of a fold point have an even number of solutions, all of them correct."""
     arm, fk = case
     rng = np.random.default_rng(1)
     q = at_fold(arm, rng, 100)
@@ -133,7 +134,8 @@ def test_random_search_near_folds_finds_no_extra_solutions(case):
 
 
 def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
-    """Two wrist axes nearly coincide, so the number of solutions does not depend on a fold."""
+    """Two wrist axes nearly coincide, so the number of solutions does not depend on a fold
+    point."""
     arm, _ = case
     rng = np.random.default_rng(4)
     q = rng.uniform(-np.pi, np.pi, (300, arm.n))

@@ -67,7 +67,7 @@ def of(name):
 
 @cache
 def choice_of(name):
-    """Returns the elimination orders (splits) chosen for an arm."""
+    """Returns the elimination orders chosen for an arm."""
     return choose(of(name))
 
 

@@ -330,7 +330,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # An elbow distance of 1e-9 is not treated as a fold.
+    # An elbow distance of 1e-9 is not treated as a folded elbow.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
@@ -357,7 +357,7 @@ def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
-    """The vectors have lengths 1 and 1 + 3e-8, with an elbow near its fold."""
+    """The vectors have lengths 1 and 1 + 3e-8, with a nearly folded elbow."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
     k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))

@@ -36,7 +36,7 @@ EVALUATED += ("fourteen", "random0", "random3")
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
 """Robots of every kind whose articles are written again.
 
-`test_order` adds the fragments of jaco2, and `tests/generated` all files of five_bar.
+`test_order` adds the LaTeX fragments of jaco2, and `tests/generated` all files of five_bar.
 """
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12

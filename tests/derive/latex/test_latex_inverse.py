@@ -139,7 +139,8 @@ def page_and_tasks(name):
 
 
 def check(page, tasks, name, function_of, target):
-    """Compares every slot inside the boundary with the generated function, and counts the slots."""
+    """Compares every solution slot inside the boundary with the generated function, and counts the
+    slots."""
     compared = 0
     for task in tasks.values():
         function = task.solved.function

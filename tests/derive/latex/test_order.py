@@ -54,7 +54,7 @@ def test_fragments_written_in_any_order_are_the_same(name):
     random.Random(name).shuffle(names)
     page = Page.of(found)
     written = {file: WRITERS[file](page) for file in names}
-    # The symbol table lists the symbols of all other fragments.
+    # The symbol table lists the symbols of all other LaTeX fragments.
     written["symbols.tex"] = symbols(page)
     written["references.tex"] = references(written.values())
     assert {file: text for file, text in written.items() if text} == expected, names

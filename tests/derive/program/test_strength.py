@@ -68,12 +68,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements of which all except the first are results."""
+    """Reduces statements that are all results, except the first one."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements of which only the last is a result."""
+    """Reduces statements if only the last one is a result."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -108,7 +108,8 @@ def test_labels_name_the_mirrored_part():
     labels = arm.labels["ik"]
     assert solutions.labels == labels
     assert len(labels) == len(set(labels)) == 8
-    # Labels that differ only in the elbow belong to slots that differ in the sign of that joint.
+    # Labels that differ only in the elbow belong to solution slots that differ in the sign of that
+    # joint.
     pairs = [
         (k, labels.index(label.replace("elbow +", "elbow -")))
         for k, label in enumerate(labels)
@@ -128,7 +129,7 @@ def test_labels_follow_slots_through_solution_filters():
     times = wound.valid.shape[-1] // 8
     assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
     assert solutions.distinct().labels == solutions.labels
-    # After sorting, each pose has its own order of slots.
+    # After sorting, each pose has its own order of solution slots.
     assert solutions.sorted_by_distance(np.zeros(6)).labels == ()
 
 
@@ -144,7 +145,8 @@ def test_branches_of_loops_have_labels(name, function, method):
     labels = robot.labels[method]
     assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
     first = labels[0].split(", ")
-    # The last branch varies fastest: the second slot differs from the first only in that branch.
+    # The last branch varies fastest: the second solution slot differs from the first only in that
+    # branch.
     second = labels[1].split(", ")
     assert [a == b for a, b in zip(first, second, strict=True)] == [True] * (len(first) - 1) + [
         False

@@ -58,7 +58,8 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Returns a function that counts the splits with a verdict, by default "complete"."""
+    """Returns a function that counts the elimination orders with a verdict, by default
+    "complete"."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -92,7 +93,8 @@ def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Tests whether a split still certifies the solutions if one of them moves by 1e-3."""
+    """Tests whether an elimination order still certifies the solutions if one of them moves by
+    1e-3."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)
 
@@ -110,7 +112,7 @@ def test_certificate_accepts_only_complete_solution_sets(displaced_arm, are_all)
     arm = displaced_arm
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6))
     T = arm.fk(q)
-    # Near singularities, two slots may contain the same solution.
+    # Near singularities, two solution slots may contain the same solution.
     found = arm.ik(T).distinct()
     rng = np.random.default_rng(2)
     whole, missed = [], []

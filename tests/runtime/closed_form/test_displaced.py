@@ -129,7 +129,8 @@ def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
 
 
 def test_split_joints_separate_the_solutions(robot):
-    """Solutions may agree in all joints before the wrist, so the first splits use wrist joints."""
+    """Solutions may agree in all joints before the wrist, so the first elimination orders use wrist
+    joints."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function
     apart = Sampled.of(robot, found.classification.lines, nominal).separations

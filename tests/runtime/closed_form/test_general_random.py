@@ -90,7 +90,7 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
     assert (found.valid & (far < 1e-6)).any(axis=1).all()
     error = np.abs(arm.fk(found.q) - T[:, None]).max(axis=(-1, -2))
     assert error[found.valid].max() < 2e-9
-    # Valid slots come first, and each solution occurs only once.
+    # Valid solution slots come first, and each solution occurs only once.
     assert not (found.valid[:, 1:] & ~found.valid[:, :-1]).any()
     two = found.valid[:, 1]
     apart = np.abs(found.q[two, 0] - found.q[two, 1]).max(axis=-1)

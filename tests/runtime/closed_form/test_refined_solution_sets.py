@@ -1,4 +1,4 @@
-"""A refined inverse returns every regular solution, each in exactly one slot."""
+"""A refined inverse returns every regular solution, each in exactly one solution slot."""
 
 import numpy as np
 
@@ -45,7 +45,8 @@ def is_found(arm, solutions, q):
 
 
 def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
-    """At pose 21 two refined slots may be only 7e-8 rad apart, with a residual of 2e-10."""
+    """At pose 21 two refined solution slots may be only 7e-8 rad apart, with a residual of
+    2e-10."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     solutions = arm.ik(arm.fk(q))
     np.testing.assert_array_equal(solutions.count, solutions.distinct().count)

@@ -207,7 +207,8 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Perturbs all slots of an inverse. Returns the solutions of the final refinement stage."""
+    """Perturbs all solution slots of an inverse. Returns the solutions of the final refinement
+    stage."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)

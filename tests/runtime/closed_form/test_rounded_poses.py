@@ -34,13 +34,14 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Minimum margin of every slot. Closer to the reach boundary, validity depends on rounding."""
+"""Minimum margin of every solution slot. Closer to the reach boundary, validity depends on
+rounding."""
 SAME_POSE = 1e-14
 """Tolerance of the entries of a projected pose against the oracle."""
 REACHED = 1e-12
 """Residual of a solution relative to the requested rigid pose."""
 SOLVED = 1e-9
-"""Residual below which a slot or an iteration counts as solved."""
+"""Residual below which a solution slot or an iteration counts as solved."""
 
 ROUNDED_AS_FAR = 10
 """Largest residual for a rounded pose, relative to its distance from a rigid pose."""

@@ -1,7 +1,7 @@
 """Micrometre- and kilometre-sized robots have the same solutions as a metre-sized robot.
 
 The oracle is similarity: scaling all lengths scales positions and prismatic joints, and changes
-neither revolute joints nor the validity of a slot.
+    neither revolute joints nor the validity of a solution slot.
 """
 
 from pathlib import Path

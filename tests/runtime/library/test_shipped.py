@@ -1,4 +1,5 @@
-"""In the manifests of the shipped robots every function has a role, and every slot a label."""
+"""In the manifests of the shipped robots every function has a role, and every solution slot a
+label."""
 
 from itertools import chain
 

@@ -149,11 +149,11 @@ class Derived(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Returns all slots for the targets at q (m, n)."""
+        """Returns all solution slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
-        """Returns the slots in the format of the benchmarks."""
+        """Returns the solution slots in the format of the benchmarks."""
         found = self.found(q)
         return Answers(found.q, found.valid)
 

@@ -12,7 +12,7 @@ LINKS = "/=x"
 
 
 def long_arm(seed: int) -> SerialRobot:
-    """Returns an arm with seven to ten joints, of which at least six are revolute."""
+    """Returns an arm with seven to ten joints and at least six revolute joints."""
     rng = np.random.default_rng([seed, 10])
     slides = {int(k) for k in rng.choice(7, rng.integers(0, 3), replace=False)}
     count = 6 + max(len(slides) + int(rng.integers(0, 3)), 1)

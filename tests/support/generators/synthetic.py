@@ -111,7 +111,7 @@ class Found:
 
     @property
     def valid(self) -> np.ndarray:
-        """Whether each slot contains a solution, (m, k)."""
+        """Whether each solution slot contains a solution, (m, k)."""
         return self.residual <= VALID
 
 
@@ -215,10 +215,10 @@ class Arm(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """Returns all slots for the targets at q (m, n)."""
+        """Returns all solution slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
-        """Returns the slots in the format of the benchmarks."""
+        """Returns the solution slots in the format of the benchmarks."""
         found = self.found(q)
         return Answers(found.q, found.valid)

@@ -1,7 +1,7 @@
 """Handwritten SCARA arm in the contract format, with a two-branch inverse.
 
-Slot 0 has the elbow to the left (positive), slot 1 to the right. `ik_position` has the tool angle
-as a second input.
+Solution slot 0 has the elbow to the left (positive), slot 1 to the right. `ik_position` has the
+tool angle as a second input.
 """
 
 import numpy as np

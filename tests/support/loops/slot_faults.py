@@ -1,4 +1,4 @@
-"""Finds faulty slots of loop inverses with the robot's own forward kinematics."""
+"""Finds faulty solution slots of loop inverses with the robot's own forward kinematics."""
 
 from collections import Counter
 
@@ -11,7 +11,7 @@ FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
 """Tolerances of equal poses and equal coordinates (relative to the size, or radian)."""
 CLEAR = 1e-3
-"""Minimum margin at which slots must recover a configuration.
+"""Minimum margin at which solution slots must recover a configuration.
 
 Closer to a dead point, the configuration is inaccurate.
 """

@@ -26,7 +26,7 @@ class Answers:
     """The answers of a solver to some poses.
 
     Attributes:
-        q: (m, k, n) joint values, NaN in slots without an answer.
+        q: (m, k, n) joint values, NaN in solution slots without an answer.
         claimed: (m, k) whether the solver claims a solution and not only a least-squares answer.
     """
 

@@ -111,7 +111,7 @@ def twisted_delta():
 
 @cache
 def solved(make):
-    """Returns actuators (k, N, n) and residuals (k, N) of all slots at poses (N, 4, 4)."""
+    """Returns actuators (k, N, n) and residuals (k, N) of all solution slots at poses (N, 4, 4)."""
     mechanism = make()
     ik = derive(mechanism, functions=["ik_legs"]).function("ik_legs")
     (kernel,) = lower([ik], "arms")

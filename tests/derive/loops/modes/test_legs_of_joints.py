@@ -46,7 +46,8 @@ def closed_configurations(mechanism, seed):
 
 
 def inverse_at(ik, model, z):
-    """Returns actuators (k, N, n) and residuals (k, N) of all ``ik`` slots, and actuators of z."""
+    """Returns actuators (k, N, n) and residuals (k, N) of all ``ik`` solution slots, and actuators
+    of z."""
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []
     for signs in product((1.0, -1.0), repeat=len(ik.signs)):
@@ -71,8 +72,8 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # One slot contains the solution on the reference branch. The derivative of this slot equals the
-    # actuator velocities of the reference branch.
+    # One solution slot contains the solution on the reference branch. The derivative of this
+    # solution slot equals the actuator velocities of the reference branch.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
