@@ -56,6 +56,8 @@ missed, the number of cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
 """Minimum number of cells along the longest side; with fewer cells, nearly all cells are at the
 surface."""
+_MAX_CELLS = 10**9
+"""Maximum number of cells, whose counts take 4 GB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +87,8 @@ class Grid:
 
         Raises:
             ShapeError: A corner does not have the shape (3,).
-            InputValueError: The box has no extent, or the corners are not finite or not in order.
+            InputValueError: The box has no extent, the corners are not finite or not in order, or
+                there are more than 1e9 cells.
         """
         lower = finite("Grid.from_bounds: lower", lower, (3,))
         upper = finite("Grid.from_bounds: upper", upper, (3,))
@@ -100,6 +103,11 @@ class Grid:
         shape = np.where(flat, 1, np.ceil(extent / side - _FLAT) + 1).astype(int)
         middle = (lower + upper) / 2
         nx, ny, nz = (int(n) for n in shape)
+        if nx * ny * nz > _MAX_CELLS:
+            raise InputValueError(
+                f"resolution = {resolution} divides the box into {nx} x {ny} x {nz} cells, more "
+                f"than {_MAX_CELLS:,}: choose a smaller resolution"
+            )
         return cls(middle - side * shape / 2, side, (nx, ny, nz))
 
     @property

@@ -135,6 +135,12 @@ REFUSED = {
     "Grid.from_bounds: resolution = 1: expected": lambda: Grid.from_bounds(
         np.zeros(3), np.ones(3), 1
     ),
+    "resolution = 10000000 .* cells, more than 1,000,000,000: choose a smaller": lambda: workspace(
+        ROBOT, 10, resolution=10_000_000
+    ),
+    "resolution = 1001 divides the box into 1001 x 1001 x 1001 cells": lambda: Grid.from_bounds(
+        np.zeros(3), np.ones(3), 1001
+    ),
     "constant_orientation_workspace: phi: expected finite": lambda: constant_orientation_workspace(
         chasles.load("planar_3rrr"), NAN
     ),
