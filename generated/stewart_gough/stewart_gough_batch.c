@@ -58,7 +58,10 @@ extern "C" {
 }
 #endif
 
-#if CHASLES_LANES
+#ifdef CHASLES_NO_DISPATCH
+#define CHASLES_HAS_AVX512 1
+#define CHASLES_HAS_AVX2 1
+#else
 #define CHASLES_HAS_AVX512 \
   (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && \
    __builtin_cpu_supports("avx512vl"))
