@@ -69,6 +69,7 @@ setup(
             "description/templates/*.toml",
             "emit/c/support/*.h",
             "emit/c/support/*/*.h",
+            "emit/c_float/support/*",
             "emit/cpp/support/*",
         ],
         **{

@@ -252,6 +252,10 @@ def export(
     functions: Annotated[
         str, typer.Option(help="Functions to export, separated by commas. Default: all.")
     ] = "",
+    real: Annotated[
+        Literal["double", "float"],
+        typer.Option(help="Numbers of the language c; float is C for microcontrollers."),
+    ] = "double",
     fixed: FixedNames = "",
     base: Base = None,
     tip: Tips = None,
@@ -260,13 +264,15 @@ def export(
     time_limit: TimeLimit = LIMIT,
 ) -> None:
     """Write the functions of robots in one language."""
+    if real == "float" and language != "c":
+        stop(f"--real float: {language} is written in double precision; use the language c")
     job = _job(
         to=to,
         base=base,
         functions=listed(functions),
         fixed=listed(fixed),
         exact=exact,
-        languages=listed(language),
+        languages=("c_float",) if real == "float" else listed(language),
         name=name,
         time_limit=time_limit,
     )

@@ -7,6 +7,7 @@ from .. import latex
 from ..model.errors import InputValueError
 from . import casadi_c, casadi_file, python_package
 from .c import language as c
+from .c_float import language as c_float
 from .cpp import language as cpp
 from .emitter import Emitter
 
@@ -20,7 +21,11 @@ LANGUAGES = tuple(emitter.language for emitter in EMITTERS)
 """Names of the default languages."""
 ON_DEMAND = {
     emitter.language: emitter
-    for emitter in (Emitter("casadi_c", casadi_c.files), Emitter("cpp", cpp.files))
+    for emitter in (
+        Emitter("casadi_c", casadi_c.files),
+        Emitter("cpp", cpp.files),
+        Emitter("c_float", c_float.files),
+    )
 }
 """Optional languages, by name."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)

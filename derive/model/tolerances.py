@@ -435,6 +435,23 @@ FEW_PRINTED_DIGITS = 6
 DEAD_POINT = 1e-12
 """Margin (no unit) up to which a loop counts as being at a dead point: sin^2 of a microradian."""
 
+# --- emit: single precision ---
+
+MAX_THRESHOLD = 1e-8
+"""Magnitude (any unit) below which a constant that only conditions use is a rounding threshold. The
+largest threshold is 4e-15 times the fourth power of twice the length of an arm in metres."""
+FLOOR_EXPONENT = 0.12
+"""Exponent that maps the floors 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first floor
+and the second floor are normal numbers in single precision."""
+LARGEST_SINGLE = 1e38
+"""Upper bound of constants in single precision; larger constants only detect infinite inputs."""
+SOLVED_SINGLE = 2e-5
+"""Largest residual (metre or radian) of a solution in single precision: the 1e-9 of double
+precision times the root of the ratio of rounding errors, 2^29."""
+REGULAR = 1e-3
+"""Smallest singular value of a Jacobian, and smallest margin of a loop, for which errors in single
+precision are measured (no unit, or metre). At a singularity they grow without bound."""
+
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9

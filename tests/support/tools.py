@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 PACKAGES = {
+    "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
     "cc": "gcc",
     "chromium": "chromium",
     "clang": "clang",
@@ -14,6 +15,7 @@ PACKAGES = {
     "nm": "binutils",
     "pkg-config": "pkg-config libeigen3-dev",
     "pdflatex": "texlive-latex-base texlive-latex-recommended texlive-latex-extra lmodern",
+    "qemu-system-arm": "qemu-system-arm",
     "tcc": "tcc",
     "valgrind": "valgrind",
 }

@@ -12,6 +12,7 @@ from ...program.programs import Programs
 from ...terms.symbolic_function import Signature
 from ..c import language as c
 from ..c.nearest import seeded
+from ..templates import filled
 from .header import header, safe
 
 SUPPORT = Path(__file__).parent / "support"
@@ -40,16 +41,8 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     return {
         **{f"{folders[file]}/{file}": text for file, text in in_c.items()},
         f"include/chasles/{name}.hpp": header(derivation, programs),
-        **{file: _filled(template, values) for file, template in templates.items()},
+        **{file: filled(SUPPORT / template, values) for file, template in templates.items()},
     }
-
-
-def _filled(template: str, values: dict[str, str]) -> str:
-    """Returns the text of a template with its placeholders, such as ``@robot@``, replaced."""
-    text = (SUPPORT / template).read_text(encoding="utf-8")
-    for name, value in values.items():
-        text = text.replace(f"@{name}@", value)
-    return text
 
 
 def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:

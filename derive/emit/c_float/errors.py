@@ -1,0 +1,200 @@
+"""Measures the errors of programs in single precision against the same programs in double."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...derivation import Derivation
+from ...model.robot import SerialRobot
+from ...model.tolerances import REGULAR, SOLVED_SINGLE
+from ...program.programs import Programs
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
+from .evaluation import Array, evaluate
+from .single import single
+
+SAMPLES = 10_000
+"""Number of random inputs of a function."""
+SAFETY = 2.0
+"""Ratio of the printed bound to the largest measured error: libraries of targets round sines and
+angles less accurately."""
+NEAR_REFERENCE = 0.2
+"""Largest distance of sampled coordinates from the reference of a robot with loops (radian, metre,
+or relative to a range below 1)."""
+SOLVED = 1e-9
+"""Largest residual of a solution in double precision (metre or radian)."""
+RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
+"""Names of inputs that are rates or accelerations."""
+ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}
+"""Entries of a pose that are the components of a task."""
+ROWS = {"position": [0, 1, 2], "plane": [0, 1], "orientation": [3, 4, 5]}
+"""Rows of the Jacobian that belong to these components."""
+_TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a function in single precision.
+
+    Attributes:
+        bounds: A bound for each output; None if it was not measured.
+        solutions: Number of solutions in double precision away from singularities, of an inverse.
+        missed: Number of these solutions that single precision does not find.
+    """
+
+    bounds: tuple[float | None, ...]
+    solutions: int = 0
+    missed: int = 0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Random inputs of a robot's functions, and the errors of the functions at these inputs."""
+
+    derivation: Derivation
+    programs: Programs
+
+    def errors(self, function: SymbolicFunction) -> Errors:
+        """Returns the errors of a function."""
+        inputs = self._inputs(function)
+        if inputs is None:
+            return Errors((None,) * len(function.outputs))
+        exact = self._at(function.name, inputs)
+        regular = self._is_regular(function, inputs)
+        rounded = evaluate(single(self.programs.whole[function.name]), inputs, np.float32)
+        if function.role.is_inverse:
+            return self._inverse_errors(function, exact, rounded)
+        finite = regular & np.all([np.isfinite(x).all(axis=1) for x in exact], axis=0)
+        pairs = zip(exact, rounded, function.outputs, strict=True)
+        bounds = [_bound(_apart(y, x, result)[finite]) for x, y, result in pairs]
+        return Errors(tuple(bounds))
+
+    def _at(self, name: str, inputs: Sequence[Array]) -> list[Array]:
+        return evaluate(self.programs.whole[name], inputs, np.float64)
+
+    @cached_property
+    def _known(self) -> dict[str, Array]:
+        """Returns the inputs that all functions share, by argument name."""
+        q = self._coordinates()
+        known = {"q": q} | self._of_chain()
+        for argument, name in (("theta", "chain"), ("z", "configuration"), ("T", "fk")):
+            if self._is_printed(name):
+                (known[argument],) = self._at(name, [q])
+        return known
+
+    def _is_printed(self, name: str) -> bool:
+        """Whether a function exists and needs no solver."""
+        return any(f.name == name and not f.calls for f in self.derivation.functions)
+
+    def _of_chain(self) -> dict[str, Array]:
+        """Returns joints of the main chain near the reference of a robot with loops."""
+        solved, rng = self.derivation.hybrid, np.random.default_rng(2)
+        if solved is None:
+            return {}
+        reference = [solved.at_reference[j.name] for j in solved.mechanism.main_chain.moving]
+        apart = rng.uniform(-NEAR_REFERENCE, NEAR_REFERENCE, (SAMPLES, len(reference)))
+        return {"theta": np.array(reference) + apart}
+
+    def _coordinates(self) -> Array:
+        """Returns random coordinates: of a serial robot in its range, else near the reference."""
+        rng = np.random.default_rng(0)
+        limits = [c.limits for c in self.derivation.robot.coordinates]
+        low, high = (
+            np.array([math.nan if x is None else float(x) for x in side])
+            for side in zip(*limits, strict=True)
+        )
+        low = np.where(np.isnan(low), -math.pi, low)
+        high = np.where(np.isnan(high), math.pi, high)
+        solved = self.derivation.hybrid
+        if solved is not None:
+            reach = NEAR_REFERENCE * np.minimum(high - low, 1)
+            low = np.maximum(low, solved.q_at_reference - reach)
+            high = np.minimum(high, solved.q_at_reference + reach)
+        return np.asarray(low + (high - low) * rng.random((SAMPLES, len(low))))
+
+    def _inputs(self, function: SymbolicFunction) -> list[Array] | None:
+        """Returns the inputs of a function; None if an input is unknown."""
+        rng = np.random.default_rng(1)
+        first, *others = function.inputs
+        is_inverse = function.role.is_inverse
+        found = [self._target(function) if is_inverse else self._known.get(first.name)]
+        for k, argument in enumerate(others):
+            if argument.name in RATES:
+                found.append(rng.uniform(-1, 1, (SAMPLES, argument.size)))
+            elif is_inverse:
+                found.append(self._fixed(function, argument, k))
+            else:
+                found.append(self._known.get(argument.name))
+        return None if any(item is None for item in found) else found  # type: ignore[return-value]
+
+    def _target(self, function: SymbolicFunction) -> Array | None:
+        """Returns the targets of an inverse; None for unknown components."""
+        T, components = self._known.get("T"), function.role.components
+        if T is None or not set(components) <= ENTRIES.keys():
+            return None
+        return np.hstack([T[:, ENTRIES[part]] for part in components]) if components else T
+
+    def _fixed(self, function: SymbolicFunction, argument: Argument, k: int) -> Array | None:
+        """Returns the values of a fixed joint or of a redundancy parameter."""
+        q, robot = self._known["q"], self.derivation.robot
+        if argument.name in self.programs.whole:
+            return self._at(argument.name, [q])[0]
+        if isinstance(robot, SerialRobot) and not robot.couplings:
+            joint = function.role.given[k]
+            return q[:, joint : joint + 1]
+        return None
+
+    def _is_regular(self, function: SymbolicFunction, inputs: Sequence[Array]) -> Array:
+        """Returns for each input whether the loops are away from their dead points."""
+        if not self._is_printed(function.margin):
+            return np.ones(len(inputs[0]), dtype=bool)
+        (margin,) = self._at(function.margin, inputs[:1])
+        return np.asarray(np.all(margin > REGULAR, axis=1))
+
+    def _inverse_errors(
+        self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
+    ) -> Errors:
+        """Compares the solutions that are away from singularities."""
+        n = function.outputs[0].shape[1]
+        q, near = (x[0].reshape(-1, n).astype(float) for x in (exact, rounded))
+        valid = exact[1].ravel() <= SOLVED
+        regular = self._singular_values(function, q[valid])
+        if regular is None:
+            return Errors((None,) * len(function.outputs))
+        valid[valid] = regular > REGULAR
+        found = valid & (rounded[1].ravel() <= SOLVED_SINGLE)
+        apart = [np.abs(x.ravel() - y.ravel()) for x, y in zip(exact[1:], rounded[1:], strict=True)]
+        bounds = [_bound(_apart(near, q, function.outputs[0])[found])]
+        bounds += [_bound(distances[found]) for distances in apart]
+        return Errors(tuple(bounds), int(valid.sum()), int((valid & ~found).sum()))
+
+    def _singular_values(self, function: SymbolicFunction, q: Array) -> Array | None:
+        """Returns the smallest singular value of the task's Jacobian at configurations."""
+        if not self._is_printed("jacobian_mixed"):
+            return None
+        J = self._at("jacobian_mixed", [q])[0].reshape(len(q), 6, -1)
+        kept = [row for part in function.role.components for row in ROWS[part]] or list(range(6))
+        fixed = {*function.role.given, *function.role.free}
+        columns = [k for k in range(J.shape[2]) if k not in fixed]
+        return np.asarray(np.linalg.svd(J[:, kept][:, :, columns], compute_uv=False)[:, -1])
+
+
+def _apart(x: Array, y: Array, result: Result) -> Array:
+    """Returns the distances of entries; angles may differ by full turns."""
+    apart = x.astype(float) - y
+    if "rad" in result.unit and "/" not in result.unit:
+        apart -= _TURN * np.round(apart / _TURN)
+    return np.asarray(np.abs(apart))
+
+
+def _bound(errors: Array) -> float | None:
+    """Returns a bound of errors, rounded up to one digit; None without errors."""
+    if not errors.size:
+        return None
+    most = SAFETY * float(np.max(errors))
+    if most == 0 or not math.isfinite(most):
+        return most
+    unit = 10.0 ** math.floor(math.log10(most))
+    return float(f"{math.ceil(most / unit) * unit:.0e}")

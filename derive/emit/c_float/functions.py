@@ -1,0 +1,87 @@
+"""Prints the functions of a robot as C in single precision."""
+
+import textwrap
+
+import numpy as np
+
+from ...program.counting import count_operations
+from ...program.operations import Constant, Operand, Operation, Program, Store
+from ...terms.symbolic_function import SymbolicFunction
+from ..c.expressions import WIDTH, expression, naming
+from ..c.sections import summary
+
+_CALLS = {
+    Operation.ATAN: "CHASLES_ATAN2F({0}, 1.0f)",
+    Operation.ATAN2: "CHASLES_ATAN2F({0}, {1})",
+    Operation.SQRT: "CHASLES_SQRTF({0})",
+    Operation.ABS: "fabsf({0})",
+    Operation.MIN: "chasles_least({0}, {1})",
+    Operation.MAX: "chasles_greatest({0}, {1})",
+    Operation.SIGN: "{0} < 0.0f ? -1.0f : {0} > 0.0f ? 1.0f : {0}",
+}
+_TURNS = {
+    Operation.COS: "cos_{0}",
+    Operation.SIN: "sin_{0}",
+    Operation.TAN: "(sin_{0} / cos_{0})",
+}
+"""Expressions in the cosine and the sine of an angle, which one call computes."""
+
+
+def number(value: float) -> str:
+    """Returns the shortest decimal form that reads back as the same single-precision number."""
+    text = str(np.float32(value))
+    return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
+
+
+def signature(prefix: str, function: SymbolicFunction) -> str:
+    """Returns the prototype of a function, without a semicolon or body."""
+    inputs = [f"const float {a.name}[{a.size}]" for a in function.inputs]
+    outputs = [f"float {r.name}[{r.size}]" for r in function.outputs]
+    text = f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
+    return "\n".join(textwrap.wrap(text, WIDTH, subsequent_indent="    "))
+
+
+def definition(prefix: str, function: SymbolicFunction, program: Program) -> str:
+    """Returns a function with its comment."""
+    comment = textwrap.wrap(function.summary, WIDTH - len("// "))
+    counted = summary(count_operations(program))
+    head = [*(f"// {line}" for line in [*comment, counted]), signature(prefix, function)]
+    # All inputs are read before an output is written: outputs may overlap inputs.
+    used = {program.arguments[entry.argument] for entry in program.inputs}
+    unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
+    return "\n".join([*head, "{", *unused, *_statements(function, program), "}\n"])
+
+
+def _statements(function: SymbolicFunction, program: Program) -> list[str]:
+    named, angles, turns = naming(program), dict[Operand, int](), dict[Operand, str]()
+
+    def name(operand: Operand) -> str:
+        if isinstance(operand, Constant):
+            return number(operand.value)
+        return turns.get(operand) or named(operand)
+
+    lines = [
+        f"  const float {name(entry)} = {program.arguments[entry.argument]}[{entry.entry}];"
+        for entry in program.inputs
+    ]
+    for statement in program.statements:
+        if isinstance(statement, Store):
+            output = function.outputs[statement.output].name
+            lines.append(f"  {output}[{statement.entry}] = {name(statement.value)};")
+        elif statement.operation in _TURNS:
+            (angle,) = statement.operands
+            if angle not in angles:
+                k = angles[angle] = len(angles)
+                lines.append(f"  float cos_{k}, sin_{k};")
+                lines.append(f"  CHASLES_COS_SIN({name(angle)}, &cos_{k}, &sin_{k});")
+            turns[statement.result] = _TURNS[statement.operation].format(angles[angle])
+        else:
+            kind = "int" if statement.is_condition else "float"
+            template = _CALLS.get(statement.operation)
+            right = (
+                template.format(*map(name, statement.operands))
+                if template
+                else expression(statement, name)
+            )
+            lines.append(f"  const {kind} {name(statement.result)} = {right};")
+    return lines

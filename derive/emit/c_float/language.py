@@ -1,0 +1,142 @@
+"""Writes the functions of a robot as C in single precision, with a control step as example."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...derivation import Derivation
+from ...model.robot import SerialRobot
+from ...model.tolerances import REGULAR, SOLVED_SINGLE
+from ...program.programs import Programs
+from ...terms.symbolic_function import SymbolicFunction
+from ..c.expressions import WIDTH
+from ..c.header import description, notice
+from ..templates import filled
+from .errors import SAMPLES, Errors, Measurement
+from .functions import definition, number, signature
+from .single import single, stack_bytes
+
+SUPPORT = Path(__file__).parent / "support"
+COMMON = "chasles_float.h"
+"""File that all robots share."""
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Returns the source, the header, the support file, the example and the README by path."""
+    name = derivation.robot.name
+    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    prefix = f"{name}_float"
+    sources = [definition(prefix, f, single(programs.whole[f.name])) for f in printed]
+    included = f'#include "{prefix}.h"\n\n#include "{COMMON}"\n'
+    return {
+        f"{prefix}.c": "\n".join([notice(derivation.robot), included, *sources]),
+        f"{prefix}.h": _header(derivation, programs, printed),
+        COMMON: (SUPPORT / COMMON).read_text(encoding="utf-8"),
+        **_example(derivation, printed),
+    }
+
+
+def _header(derivation: Derivation, programs: Programs, printed: Sequence[SymbolicFunction]) -> str:
+    robot, measured = derivation.robot, Measurement(derivation, programs)
+    prefix = f"{robot.name}_float"
+    upper = prefix.upper()
+    declared = [_declaration(prefix, f, programs, measured.errors(f)) for f in printed]
+    coordinates = [
+        f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
+        for k, joint in enumerate(robot.coordinates)
+    ]
+    lines = [*_conventions(upper), *_missing(derivation), "", *coordinates]
+    comment = "\n".join(f" * {line}".rstrip() for line in lines).removeprefix(" * ")
+    body = "\n\n".join(declared)
+    return f"""\
+{notice(robot)}
+/* {comment}
+ */
+#ifndef CHASLES_ROBOT_{upper}_H
+#define CHASLES_ROBOT_{upper}_H
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+#define {upper}_N {len(robot.coordinates)} /* coordinates */
+#define {upper}_SOLVED {number(SOLVED_SINGLE)} /* largest residual of a solution */
+
+{body}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _conventions(upper: str) -> list[str]:
+    """Returns the lines at the top of the header."""
+    text = f"""\
+Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
+No function allocates memory, has state, fails or computes in double precision. The functions call
+sqrtf and atan2f, and sinf and cosf for large angles; {COMMON} states how to replace
+them. An output may overwrite an input.
+A slot of an inverse is a solution if its residual is at most {upper}_SOLVED.
+
+Errors: twice the largest difference from double precision at {SAMPLES} random inputs. Inputs are
+rounded too. Errors of an inverse are those of solutions whose Jacobian has a smallest singular
+value above {REGULAR}; errors of a robot with loops are those of margins above {REGULAR}.
+Stack: bound of a function's frame for a compiler that optimizes, without the called functions."""
+    return text.split("\n")
+
+
+def _missing(derivation: Derivation) -> list[str]:
+    """Returns the lines that name the functions with a solver in double precision."""
+    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
+    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
+    text = f"Only in double precision, because of an iterative solver: {names}."
+    return ["", *textwrap.wrap(text, WIDTH - 3)] if names else []
+
+
+def _declaration(
+    prefix: str, function: SymbolicFunction, programs: Programs, errors: Errors
+) -> str:
+    described = description(function, programs)
+    count = len(function.outputs)
+    lines = [*described[:-count], *map(_with_error, described[-count:], errors.bounds)]
+    if errors.solutions:
+        found = errors.solutions - errors.missed
+        lines.append(f"Finds {found} of the {errors.solutions} solutions of the random inputs.")
+    lines.append(f"Stack: {stack_bytes(single(programs.whole[function.name]))} bytes.")
+    comment = "\n * ".join(lines)
+    return f"/* {comment} */\n{signature(prefix, function)};"
+
+
+def _with_error(line: str, bound: float | None) -> str:
+    return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
+
+
+def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dict[str, str]:
+    """Returns the README, and a control step if the functions allow one."""
+    name = derivation.robot.name
+    inverse = next((f for f in printed if _is_followed(derivation, f)), None)
+    values = {"robot": name, "upper": f"{name}_float".upper(), "title": derivation.robot.title}
+    found = {"README.md": filled(SUPPORT / "README.md", values)}
+    if inverse is not None:
+        target, joints = inverse.inputs[0], inverse.role.given
+        values |= {
+            "inverse": inverse.name,
+            "target": f"const float {target.name}[{target.size}]",
+            "inputs": ", ".join([target.name, *(f"&q[{k}]" for k in joints)]),
+            "slots": str(inverse.branches),
+        }
+        return found | {"control_step.c": filled(SUPPORT / "nearest_step.c.in", values)}
+    if any(function.name == "fk" for function in printed):
+        return found | {"control_step.c": filled(SUPPORT / "forward_step.c.in", values)}
+    return found
+
+
+def _is_followed(derivation: Derivation, function: SymbolicFunction) -> bool:
+    """Whether the example can follow targets of a function: q contains all other inputs."""
+    others = {argument.name for argument in function.inputs[1:]}
+    robot, computed = derivation.robot, {f.name for f in derivation.functions}
+    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
+    return function.role.is_inverse and (not others or (has_joints and not others & computed))

@@ -1,0 +1,86 @@
+"""Converts programs from double to single precision: thresholds, floors and constants."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ...model.tolerances import ARTICLE_ZERO, FLOOR_EXPONENT, LARGEST_SINGLE, MAX_THRESHOLD
+from ...program.operations import (
+    Compute,
+    Constant,
+    Operand,
+    Operation,
+    Program,
+    Statement,
+    Store,
+)
+
+ROUNDING_RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
+"""Ratio of the rounding errors of single and double precision: 2^29."""
+FRAME = 128
+"""Saved registers and addresses of a function (byte), for processors with 32 or 64 bits."""
+
+
+def single(program: Program) -> Program:
+    """Returns a program for single precision.
+
+    A rounding threshold is a tiny constant that only conditions use. It is multiplied by the ratio
+    of the rounding errors. A floor prevents a division by zero. It becomes a number that single
+    precision represents.
+    """
+    stored = _reaching_results(program)
+
+    def converted(statement: Statement) -> Statement:
+        if isinstance(statement, Store):
+            return replace(statement, value=_replaced(statement.value, _floored))
+        only_compared = statement.is_condition or statement.result not in stored
+        rule = _threshold if only_compared else _floored
+        operands = tuple(_replaced(operand, rule) for operand in statement.operands)
+        return replace(statement, operands=operands)
+
+    return replace(program, statements=tuple(map(converted, program.statements)))
+
+
+def _reaching_results(program: Program) -> set[Operand]:
+    """Returns the operands that reach a result other than through a condition."""
+    found: set[Operand] = set()
+    for statement in reversed(program.statements):
+        if isinstance(statement, Store):
+            found.add(statement.value)
+        elif not statement.is_condition and statement.result in found:
+            is_choice = statement.operation is Operation.SELECT
+            found.update(statement.operands[1:] if is_choice else statement.operands)
+    return found
+
+
+def _replaced(operand: Operand, rule: Callable[[float], float]) -> Operand:
+    return Constant(rule(operand.value)) if isinstance(operand, Constant) else operand
+
+
+def _threshold(value: float) -> float:
+    is_threshold = ARTICLE_ZERO < abs(value) < MAX_THRESHOLD
+    return value * ROUNDING_RATIO if is_threshold else _floored(value)
+
+
+def _floored(value: float) -> float:
+    if 0 < abs(value) <= ARTICLE_ZERO:
+        return float(np.copysign(abs(value) ** FLOOR_EXPONENT, value))
+    return float(np.clip(value, -LARGEST_SINGLE, LARGEST_SINGLE))
+
+
+def stack_bytes(program: Program) -> int:
+    """Returns a bound of a function's stack frame in bytes, for compilers that optimize.
+
+    The bound is the largest number of values that are needed at the same time, and the saved
+    registers.
+    """
+    last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
+    alive: set[Operand] = set(program.inputs)
+    most = len(alive)
+    for k, statement in enumerate(program.statements):
+        if isinstance(statement, Compute):
+            alive.add(statement.result)
+            most = max(most, len(alive))
+        alive -= {operand for operand in statement.operands if last[operand] == k}
+    return 4 * most + FRAME

@@ -1,0 +1,64 @@
+/* Functions of single-precision kinematics. This file is part of chasles and is the same for every
+ * robot.
+ *
+ * To use a CORDIC unit or tables, write a header that defines some of the macros below, and compile
+ * with -DCHASLES_FLOAT_HOOKS='"header.h"'.
+ */
+#ifndef CHASLES_FLOAT_H
+#define CHASLES_FLOAT_H
+
+#include <math.h>
+
+#ifdef CHASLES_FLOAT_HOOKS
+#include CHASLES_FLOAT_HOOKS
+#endif
+#ifndef CHASLES_COS_SIN
+#define CHASLES_COS_SIN(x, c, s) chasles_cos_sin(x, c, s)
+#endif
+#ifndef CHASLES_SQRTF
+#define CHASLES_SQRTF(x) sqrtf(x)
+#endif
+#ifndef CHASLES_ATAN2F
+#define CHASLES_ATAN2F(y, x) atan2f(y, x)
+#endif
+
+#define CHASLES_MAX_REDUCED 8192.0f /* angle [rad] up to which three constants reduce exactly */
+
+/* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. The angle is
+ * reduced by multiples of pi/2 in three parts; the polynomials are those of the Cephes library. */
+static inline void chasles_cos_sin(float x, float *c, float *s)
+{
+    if (x > -CHASLES_MAX_REDUCED && x < CHASLES_MAX_REDUCED) {
+        const int n = (int)(x * 0.636619772f + (x < 0.0f ? -0.5f : 0.5f));
+        const float turns = (float)n;
+        const float r =
+            ((x - turns * 1.5703125f) - turns * 4.837512969970703e-4f) - turns * 7.5497899488e-8f;
+        const float z = r * r;
+        const float sine =
+            r + r * z * (-1.6666654611e-1f + z * (8.3321608736e-3f - z * 1.9515295891e-4f));
+        const float cosine =
+            1.0f - 0.5f * z +
+            z * z *
+                (4.166664568298827e-2f + z * (-1.388731625493765e-3f + z * 2.443315711809948e-5f));
+        const float along = n & 1 ? sine : cosine, across = n & 1 ? cosine : sine;
+        *c = (n + 1) & 2 ? -along : along;
+        *s = n & 2 ? -across : across;
+    } else {
+        *c = cosf(x);
+        *s = sinf(x);
+    }
+}
+
+/* The smaller number; the other number if one is NaN. */
+static inline float chasles_least(float a, float b)
+{
+    return a < b || b != b ? a : b;
+}
+
+/* The greater number; the other number if one is NaN. */
+static inline float chasles_greatest(float a, float b)
+{
+    return a > b || b != b ? a : b;
+}
+
+#endif
