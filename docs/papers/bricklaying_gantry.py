@@ -16,6 +16,7 @@ from typing import Any
 
 import bricklaying_pictures
 import numpy as np
+from bricklaying_wall import chain_of, wall, wall_rows
 from numpy.typing import NDArray
 from report import (
     ECHO,
@@ -24,12 +25,10 @@ from report import (
     Printed,
     Row,
     agrees,
-    assumed,
     at,
     consistent,
     erratum,
     lost,
-    not_printed,
     read,
     show,
 )
@@ -37,7 +36,7 @@ from report import (
 import chasles
 from chasles.derive import kutzbach, mobility
 from chasles.derive.model.mechanism import Mechanism
-from chasles.study.motion import MotionSequence, Trajectory, limit_violations, line
+from chasles.study.motion import MotionSequence
 
 FloatArray = NDArray[np.float64]
 
@@ -46,16 +45,6 @@ ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
 PICK_TO_DROP = 20.0
 """Time from the pick spot to a drop spot [s], printed in section 2.2."""
 TARGET = np.array([11.0, 8.0]) * INCH
-BRICK = np.array([0.08, 0.04, 0.03])
-"""Length, width and height of a brick [m], chosen so that a wall fits into the strokes."""
-PICK_SPOT = np.array([0.04, 0.05, 0.03])
-"""Guide position at which it grips a brick by its upper face [m]."""
-ABOVE = 0.03
-"""Height by which bricks are lifted before they travel [m]."""
-SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
-"""Limits of the guide along its lines [m/s, m/s^2, m/s^3]."""
-GRIP = 0.4
-"""Time to close or open the gripper [s]."""
 
 
 def deg(angle: float) -> float:
@@ -146,6 +135,7 @@ def rows() -> list[Row]:
     printed = read("bricklaying_gantry")
     return [
         *mobility_rows(printed),
+        *equation_rows(printed),
         *drop_spot_rows(printed),
         *unit_rows(printed),
         *inverse_rows(printed),
@@ -245,9 +235,19 @@ def spot(xy: FloatArray) -> Spot:
     return Spot(guide[:2], theta, r, sampled.qd[0, 0], sampled.t[-1])
 
 
-def chain_of(gantry: Any, xyz: Any) -> FloatArray:
-    """Returns the prismatic joints for a position [m], in the order of the main chain."""
-    return np.array([xyz["xyz".index(joint.name)] for joint in gantry.chain_joints])
+def equation_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Evaluates (3) to (6) at the first drop spot; ours is the gantry, or the polar arm in 20 s."""
+    own = spots(1)[0]
+    x, y = own.xy
+    values = {"x": x, "y": y, "r": own.r, "theta": own.theta}
+    values |= {"omega": own.omega, "t": own.duration}
+    gantry = "ours is the guide position of the gantry at spot 1 of set-up 1"
+    arm = "ours is the joint angle of the polar arm at spot 1 of set-up 1"
+    return [
+        agrees(printed["equations_3_4"], own.xy, gantry, evaluated=at(**values)),
+        agrees(printed["equation_5"], own.theta, arm, evaluated=at(**values)),
+        agrees(printed["equation_6"], own.theta, arm, evaluated=at(**values)),
+    ]
 
 
 def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -401,94 +401,6 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             "12.36",
             cause=("sqrt(1131.65 - 979.2), with rounded coefficients", np.sqrt(1131.65 - 979.2)),
         ),
-    ]
-
-
-# A wall
-
-
-@dataclass(frozen=True)
-class Wall:
-    """The motion that lays a wall with the gantry.
-
-    Attributes:
-        places: (m, 3) planned guide positions at which bricks are released [m].
-        released: (m, 3) guide positions from the motor angles [m].
-        sampled: The planned motion of the motors.
-    """
-
-    places: FloatArray
-    released: FloatArray
-    sampled: Trajectory
-
-
-def bond() -> FloatArray:
-    """Returns guide positions for rows of 4, 3 and 2 bricks; each brick rests on two bricks."""
-    length, _, height = BRICK
-    return np.array(
-        [
-            [0.08 + length * (column + course / 2), 0.4, height * (1 + course)]
-            for course in range(3)
-            for column in range(4 - course)
-        ]
-    )
-
-
-@cache
-def wall() -> Wall:
-    """The motion for every brick: pick, lift, travel, lower, release, and return."""
-    gantry = chasles.load("bricklaying_gantry")
-    laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
-    released = []
-    for place in bond():
-        height = place[2] + ABOVE
-        laying = laying.pause(GRIP, "grip")
-        laying = over(laying, place, height, "lay")
-        released.append(gantry.fk(laying.q_end)[:3, 3])
-        laying = over(laying.pause(GRIP, "release"), PICK_SPOT, height, "return")
-    return Wall(bond(), np.array(released), laying.sample(frequency=50))
-
-
-def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Adds straight lines of the guide: up to a height, across, and down to a position."""
-    for stop in ([None, None, height], [place[0], place[1], height], place):
-        start = laying.robot.fk(laying.q_end)
-        end = start.copy()
-        end[:3, 3] = [
-            now if then is None else then for then, now in zip(stop, start[:3, 3], strict=True)
-        ]
-        laying = laying.follow(line(start, end), "s_curve", name=name, **SPEED)
-    return laying
-
-
-def wall_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The wall, with bricks and speeds of our choice."""
-    built = wall()
-    beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
-    if beyond:
-        raise ValueError(f"the wall leaves the strokes: {beyond[0]}")
-    missed = np.linalg.norm(built.released - built.places, axis=1).max()
-    speeds = "limits of 0.12 m/s, 0.4 m/s² and 4 m/s³; within all strokes"
-    return [
-        assumed(printed["brick"], BRICK, "our choice: three courses fit into the strokes"),
-        assumed(
-            printed["bricks"], len(built.places), "four, three and two; each brick rests on two"
-        ),
-        lost(
-            printed["flow_chart"],
-            f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages per brick",
-            "the paper lists: switch on, feed design data, define pick and drop spot, go to the "
-            "next working area; ours grips, lifts, travels, lowers, releases, and returns in 3",
-        ),
-        not_printed(
-            printed["laying"], built.sampled.t[-1], f"{speeds}; 0.4 s each to grip and release"
-        ),
-        not_printed(
-            printed["motors"],
-            np.abs(built.sampled.qd).max(0),
-            "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
-        ),
-        not_printed(printed["placed"], missed, "from forward kinematics of the motor angles"),
     ]
 
 

@@ -12,7 +12,8 @@ from panels import COLOURS, GREY, PALE, curves, edges, legend_below, panels, pla
 import chasles
 
 if TYPE_CHECKING:
-    from bricklaying_gantry import Spot, Triangle, Wall
+    from bricklaying_gantry import Spot, Triangle
+    from bricklaying_wall import Wall
 
 FloatArray = NDArray[np.float64]
 
@@ -213,7 +214,7 @@ def both_elbows(found: Triangle) -> Any:
 
 def wall_of_bricks(built: Wall) -> Any:
     """Draws the wall, the pick-up spot and the path of the guide."""
-    from bricklaying_gantry import BRICK  # noqa: PLC0415
+    from bricklaying_wall import BRICK  # noqa: PLC0415
 
     figure, axes = solid(2.9)
     half = np.array([BRICK[0], BRICK[1], 0]) / 2

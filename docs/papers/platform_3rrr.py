@@ -169,8 +169,9 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
     values = leg(0)
     X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
     square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
-    e1, e2, e3 = -2 * Y * S_A, -2 * X * S_A, X**2 + Y**2 + S_A**2 - L**2
     both = platform().ik_planar(TURNED).q[[0, -1], 0]
+    e3 = X**2 + Y**2 + S_A**2 - L**2
+    e1, e2 = np.linalg.solve(np.array([np.sin(both), np.cos(both)]).T, [-e3, -e3])
     b, _ = base_and_platform()
     node = on_platform()[0] - L * np.array([np.cos(psi), np.sin(psi)])
     sides = {"theta": theta, "S_A": S_A, "X_PB": -b[0, 0]}
@@ -183,12 +184,26 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             f"correct: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2; {LEG}",
             evaluated=at(**values),
         ),
+        agrees(
+            printed["e1_e2"],
+            np.array([e1, e2]),
+            f"from (B.2.1) at both solutions theta; {LEG}",
+            evaluated=at(**values),
+        ),
         erratum(
             printed["e3"],
-            -e1 * np.sin(theta) - e2 * np.cos(theta),
+            2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)),
             e3,
             "correct: X^2 + Y^2 + S_A^2 - L^2; the printed formula is evaluated in millimetres",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
+        ),
+        agrees(
+            printed["half_tangents"],
+            np.zeros(2),
+            f"at both solutions, with e3 corrected; {LEG}",
+            evaluated=lambda item: np.array(
+                [evaluated(item, t=t, e1=e1, e2=e2, e3=e3) for t in np.tan(both / 2)]
+            ),
         ),
         agrees(
             printed["half_angle"],

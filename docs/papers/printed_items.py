@@ -23,7 +23,7 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from math import acos, atan2, cos, pi, sin, sqrt
+from math import acos, atan, atan2, cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,15 @@ UNITS = {
     "mm/s²": 1e-3,
 }
 """Factors from printed units to metres, radians and seconds."""
-_FUNCTIONS = {"pi": pi, "cos": cos, "sin": sin, "atan2": atan2, "acos": acos, "sqrt": sqrt}
+_FUNCTIONS = {
+    "pi": pi,
+    "cos": cos,
+    "sin": sin,
+    "atan": atan,
+    "atan2": atan2,
+    "acos": acos,
+    "sqrt": sqrt,
+}
 
 
 @dataclass(frozen=True)

@@ -110,11 +110,12 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
     found = process()
     T, V = found.sampled.T, found.sampled.V
     tool = {time: T[found.at(time), :3, 3] for time in (0, 5, 25, 37, 39)}
+    theta2 = found.theta[found.at(15) : found.at(37), 1]
     inputs = {
         "theta1": found.theta[found.at(5), 0],
         "R_25": tool[25],
         "R_7": T[found.at(30), :3, :3].round(9),
-        "theta2_locked": found.theta[found.at(25), 1],
+        "theta2_fixed": theta2[np.abs(theta2 - theta2[0]).argmax()],
         "descent": -V[found.at(30), 2],
         "descent_8": -V[found.at(45), 2],
     }

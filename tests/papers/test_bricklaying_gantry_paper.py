@@ -4,6 +4,7 @@ from collections import Counter
 from functools import cache
 
 import bricklaying_gantry as paper
+import bricklaying_wall
 import numpy as np
 import pytest
 from printed_items import UNITS
@@ -85,16 +86,16 @@ def test_bricks_are_released_in_place_and_carried_above_the_wall():
     np.testing.assert_allclose(built.released, built.places, atol=1e-12)
     tops = built.places[:, 2]
     for place in built.places[tops > tops.min() + 1e-9]:
-        below = built.places[np.isclose(tops, place[2] - paper.BRICK[2])]
-        assert np.sum(np.isclose(abs(below[:, 0] - place[0]), paper.BRICK[0] / 2)) == 2
+        below = built.places[np.isclose(tops, place[2] - bricklaying_wall.BRICK[2])]
+        assert np.sum(np.isclose(abs(below[:, 0] - place[0]), bricklaying_wall.BRICK[0] / 2)) == 2
     # The guide carries each brick above all bricks already laid.
     at, stage = built.sampled.T[:, :3, 3], built.sampled.stage
-    over_the_wall = at[:, 1] > 0.4 - paper.BRICK[1]
+    over_the_wall = at[:, 1] > 0.4 - bricklaying_wall.BRICK[1]
     travelling = np.linalg.norm(built.sampled.V[:, :2], axis=1) > 1e-9
     for k, place in enumerate(built.places):
         own = (stage >= 8 * k) & (stage < 8 * (k + 1)) & over_the_wall & travelling
         assert own.any()
-        assert at[own, 2].min() - paper.BRICK[2] >= place[2] - 1e-12
+        assert at[own, 2].min() - bricklaying_wall.BRICK[2] >= place[2] - 1e-12
 
 
 def test_motor_rates_match_finite_differences_and_speed_limit():
@@ -104,4 +105,4 @@ def test_motor_rates_match_finite_differences_and_speed_limit():
     assert smooth.mean() > 0.9
     # The jerk is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The time step is 0.02 s.
     np.testing.assert_allclose(middle[smooth], sampled.qd[smooth], atol=400 * 0.02**2)
-    assert (np.linalg.norm(sampled.V[:, :3], axis=1) <= paper.SPEED["speed"] + 1e-12).all()
+    assert (np.linalg.norm(sampled.V[:, :3], axis=1) <= bricklaying_wall.SPEED["speed"] + 1e-12).all()
