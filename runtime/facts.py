@@ -178,7 +178,7 @@ class RobotFacts(GeneratedFunctions):
         J[~(np.isfinite(J).all((-2, -1)) & self.is_within_limits(q))] = 0.0
         J[:, :3] /= self.unit_length
         values = np.linalg.svd(J, compute_uv=False)
-        return np.asarray(values[:, max(int(np.linalg.matrix_rank(J).max()), 1) - 1])
+        return np.asarray(values[:, int(np.linalg.matrix_rank(J).max()) - 1])
 
     def random_q(
         self, size: int | tuple[int, ...] = (), *, rng: int | np.random.Generator | None = 0

@@ -15,7 +15,7 @@ import numpy as np
 import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
-LOADS = 40
+LOADS = 20
 """Number of allocations of a load that fail; a load has hundreds."""
 POSES = 20_000
 """Number of poses that take two threads."""
@@ -34,9 +34,13 @@ def calls() -> dict[str, Callable[[], object]]:
     poses = arm.fk(path)
     return {
         "load": lambda: chasles.load("scara").fk([0.1, 0.2, 0.03, 0.4]),
+        "load with loops": lambda: chasles.load("five_bar").fk([0.1, 0.2]),
         "fk": lambda: arm.fk(many, threads=2),
         "fk in pooled memory": lambda: arm.fk(large),
+        "ik of one pose": lambda: arm.ik(T[0]).q,
         "ik": lambda: arm.ik(T).q,
+        "valid": lambda: arm.ik(T).valid,
+        "ik_nearest of one pose": lambda: arm.ik_nearest(T[0], q[0]).q,
         "ik_nearest": lambda: arm.ik_nearest(T, q).q,
         "ik_numeric": lambda: arm.ik_numeric(T[:5], q[:5]).q,
         "ik_path": lambda: arm.ik_path(poses, path[0]).q,

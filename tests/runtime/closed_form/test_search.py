@@ -113,12 +113,14 @@ def test_valid_flag_matches_pose_error(arm):
         ({"free": [8]}, "free: .* expected indices below 8"),
         ({"components": ["yaw"]}, 'components.*: .* expected "position" or'),
         ({"components": ["position", "pitch"]}, "components: .* expected components of"),
+        ({"components": ["pitch"]}, r"components: .* expected components of \(4, 4\) entries"),
     ],
     ids=[
         "searches not boolean",
         "index out of range",
         "unknown task part",
         "incompatible task parts",
+        "task part of the size of a fixed coordinate",
     ],
 )
 def test_invalid_search_entry_in_manifest_is_rejected(folder, tmp_path, change, message):

@@ -14,6 +14,7 @@ import chasles
 import chasles.derive
 from chasles.contract import Coordinate
 from chasles.size import unit_length
+from chasles.tolerances import MIN_SIZE
 from tests.support.compiling import compiled
 from tests.support.scaled import scaled
 
@@ -162,6 +163,18 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     # A robot far from the base frame is not large, but the distance adds rounding errors.
     assert unit_length(on_a_line(1, 100 * span), slide, None) == pytest.approx(span)
     assert unit_length(on_a_line(1, 1e8 * span), slide, None) == pytest.approx(1000 * span)
+
+
+@pytest.mark.parametrize(
+    ("radius", "unit"), [(0.02, 0.001), (0.05, 1), (20, 1), (50, 1000)], ids=str
+)
+def test_unit_length_is_the_nearest_power_of_1000(radius, unit):
+    """The root mean square distance from the middle of a line is its half over sqrt(3)."""
+    half = radius * 3**0.5
+    slide = (coordinate("prismatic", -half, half),)
+    assert unit_length(on_a_line(1), slide, None) == unit
+    still = (coordinate("prismatic", -1e-12, 1e-12),)
+    assert unit_length(on_a_line(1, radius / MIN_SIZE), still, None) == unit
 
 
 def test_unit_length_defaults_to_metre():
