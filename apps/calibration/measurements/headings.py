@@ -191,7 +191,7 @@ def _heading(cell: str, number: int) -> _Heading | None:
 def _is_named(inside: str) -> bool:
     """Return whether brackets contain a part of the name, not a unit."""
     words = _TOKEN.findall(inside.lower())
-    return inside.isdigit() or (bool(words) and set(words) <= _LEFT_OUT | _PLANNED | _OTHER)
+    return inside.isdecimal() or (bool(words) and set(words) <= _LEFT_OUT | _PLANNED | _OTHER)
 
 
 def _is_planned_joint(words: Sequence[str]) -> bool:
@@ -234,8 +234,8 @@ def _joint(heading: _Heading) -> int | None:
     core = _core(heading)
     if heading.planned:
         core = tuple(word for word in core if word != TARGET)
-    numbers = [word for word in core if word.isdigit()]
-    others = {word for word in core if not word.isdigit()}
+    numbers = [word for word in core if word.isdecimal()]
+    others = {word for word in core if not word.isdecimal()}
     return int(numbers[0]) if len(numbers) == 1 and others and others <= _JOINTS else None
 
 
@@ -251,7 +251,7 @@ def _numbered_quaternion(
     numbers = {
         int(h.tokens[-1]): h.column.number
         for h in rest
-        if len(h.tokens) > 1 and h.tokens[-1].isdigit() and set(h.tokens[:-1]) <= {"q", "quat"}
+        if len(h.tokens) > 1 and h.tokens[-1].isdecimal() and set(h.tokens[:-1]) <= {"q", "quat"}
     }
     joints = sum(_joint(h) is not None for h in rest)
     first = min(numbers, default=0)
@@ -342,8 +342,8 @@ def _position(heading: _Heading) -> tuple[str, str] | None:
     """Return the axis and the number ("" if none) of a position, or None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
-    numbers = [word for word in core if word.isdigit()]
-    others = {word for word in core if word not in _POSITIONS and not word.isdigit()}
+    numbers = [word for word in core if word.isdecimal()]
+    others = {word for word in core if word not in _POSITIONS and not word.isdecimal()}
     if heading.planned or len(axes) != 1 or len(numbers) > 1 or not others <= _NUMBERED:
         return None
     return axes[0], str(int(numbers[0])) if numbers else ""

@@ -214,7 +214,7 @@ def _with_units(table: _Table, robot: Robot) -> _Table:
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]
     angles = form.names if form and form.kind == "rad" else ()
-    places = [name for name in table.columns if name[:1] in AXES and (name[1:] or "0").isdigit()]
+    places = [name for name in table.columns if name[:1] in AXES and (name[1:] or "0").isdecimal()]
     found = dict(table.columns)
     for words, names, of in (
         ("joint angles", turns, unit_by_size),

@@ -317,6 +317,16 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
         read_measurements(path, ROBOT)
 
 
+@pytest.mark.parametrize("heading", ["y (mm)³", "y² [mm]", "[²]"])
+def test_superscripts_in_a_heading_are_no_numbers(tmp_path, heading):
+    path = tmp_path / "t.csv"
+    header = [*NAMES, "x [mm]", heading, "z [mm]"]
+    rows = [[*map(str, np.degrees(q)), "100", "250", "30"] for q in Q]
+    path.write_text("\n".join(map(";".join, [header, *rows])), encoding="utf-8")
+    with pytest.raises(InputValueError, match=r"t\.csv"):
+        read_measurements(path, ROBOT)
+
+
 def test_damaged_table_raises_only_input_value_error(tmp_path):
     """The 52 damaged tables have deleted, inserted or swapped characters."""
     random, refused = np.random.default_rng(5), 0
