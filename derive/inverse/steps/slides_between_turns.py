@@ -5,14 +5,16 @@ position is then linear in up to three displacements, along directions that the 
 turn. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import sympy as sp
 
 from ...model.tolerances import DIRECTION_FLOOR
-from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, askew
 from ..subproblems.equations import LineAndPlane
@@ -27,6 +29,8 @@ from .work import Work
 _MAX = 3
 """Maximum number of revolute joints, and of prismatic joints."""
 _FREEDOMS = 6
+_PARALLEL = sp.Float("1e-14", 20)
+"""Two slides are parallel below this sine, the rounding error of their directions."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
@@ -83,23 +87,40 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
             sliding.insert(0, axis)
     meaning = "the displacement along the slides"
     way = work.name_vector(("W", "V"), meaning, subtracted(terms, target.position, carried))
-    for k, axis in enumerate(sliding):
-        others = [*sliding[k + 1 :], *sliding[:k]]
-        normal, reason = _normal(work, axis, others)
+    for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
         rate, rest = dot(terms, normal, axis.h), dot(terms, normal, way)
-        # Where two slides are parallel, the displacement is 0 and a search finds a solution.
-        length = terms.let(rest * rate / terms.let(rate**2 + DIRECTION_FLOOR))
+        # Where the slides are parallel, the displacement is 0 and the next slide moves the tool.
+        length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
         work.slide(axis, "a line meets a plane", reason, found)
+        moved = combination(terms, (length,), (axis.h,))
+        way = work.name_vector(("W", "V"), meaning, subtracted(terms, way, moved))
 
 
-def _normal(work: Work, axis: Axis, others: Sequence[Axis]) -> tuple[Vector, str]:
-    """Returns a direction along which only this prismatic joint moves the tool, and the reason."""
-    match others:
-        case [first, second]:
-            reason = f"{first.name} and {second.name} do not move the tool along their normal"
-            return cross(work.terms, first.h, second.h), reason
-        case [other]:
-            reason = f"{other.name} does not move the tool across its direction"
-            return perpendicular(work.terms, other.h, axis.h), reason
-    return axis.h, "it alone moves the tool along its direction"
+def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:
+    """Yields for each slide a unit vector along which the later slides do not move the tool."""
+    terms = work.terms
+    match sliding:
+        case [_, second, third]:
+            across = _unit_across(terms, third.h, second.h)
+            reason = f"{second.name} and {third.name} do not move the tool along their normal"
+            yield cross(terms, across, third.h), reason
+    for axis, later in pairwise(sliding[-2:]):
+        reason = f"{later.name} does not move the tool across its direction"
+        yield _unit_across(terms, later.h, axis.h), reason
+    yield sliding[-1].h, "it alone moves the tool along its direction"
+
+
+def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
+    """Returns the direction of the component of ``v`` perpendicular to the unit vector ``k``.
+
+    The second projection keeps the result perpendicular to ``k`` if ``v`` is nearly parallel.
+    """
+    across = _unit(terms, perpendicular(terms, k, v))
+    return _unit(terms, perpendicular(terms, k, across))
+
+
+def _unit(terms: Terms, v: Vector) -> Vector:
+    """Returns a vector divided by its length; the null vector stays."""
+    inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
+    return combination(terms, (inverse,), (v,))
