@@ -199,8 +199,7 @@ def _losing_least(
             break
     assert best is not None
     lost, attempt, task = best
-    misses = lost or attempt.family.aligns(lines.at_generic(attempt.given))
-    return attempt, task.searching() if misses else task
+    return attempt, task.searching() if lost else task
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
@@ -210,13 +209,10 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
     """
     if found.others:
         return found
-    lines, attempt = found.classification.lines, found.classification.found
-    arm = NumericArm.of(robot, lines)
-    aligns = attempt is not None and attempt.family.aligns(lines)
+    arm = NumericArm.of(robot, found.classification.lines)
 
     def misses(task: Solved) -> bool:
-        is_pose = task.function.role.domain == "pose"
-        return task.is_known and ((aligns and is_pose) or lost_poses(arm, task.function) > 0)
+        return task.is_known and lost_poses(arm, task.function) > 0
 
     solved = {
         name: task.searching() if misses(task) else task for name, task in found.solved.items()

@@ -312,6 +312,11 @@ UNDETERMINED_TURN = sp.Float("2e-10", 20)
 The rotation angle is then chosen for the later joints, which moves the point by at most twice this
 value.
 """
+ALIGNED_AXES = sp.Float("1e-8", 20)
+"""Two axes are aligned below this sine.
+
+The error of their angles from the orientation is the rounding error divided by the sine.
+"""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
 """This value is added to the first component of a computed direction, and to divisors that may be
 0.

@@ -42,8 +42,8 @@ FAULTS = (
     "not finite where closed",
     *SLOT_FAULTS,
 )
-NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror")
-"""Roles of functions that are also defined for open loops."""
+NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror", "near")
+"""Roles of functions that are also defined for open loops, or that need a nearby configuration."""
 
 
 @dataclass

@@ -65,12 +65,14 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds, seed):
     assert not lost_of(cases)
 
 
-def test_rprr_arm_with_aligned_axes_is_solved_by_search():
-    """If the first and third axes are parallel, the position determines their angles."""
-    directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
-    (case,) = cases_of(robot("RPRR", directions, 0))
-    assert case.inverses.functions["ik"].role.searches
-    assert not [loss for loss in losses_of(case, 0) if loss.is_real]
+@pytest.mark.parametrize("kinds", ["RPRR", "PRRR", "RRRP", "RRR"])
+def test_position_determines_angles_of_aligned_axes(kinds):
+    """The orientation then determines only the sum of the first and third angles."""
+    directions = iter([[0, 0, 1], [0, 1, 0], [1, 0, 0]])
+    axes = [[0.6, 0, 0.8] if kind == "P" else next(directions) for kind in kinds]
+    (case,) = [case for case in cases_of(robot(kinds, axes, 0)) if case.function == "ik"]
+    assert not case.inverses.functions["ik"].role.searches
+    assert not lost_of([case])
 
 
 @pytest.mark.parametrize("kinds", ["PRP", "PRPR", "RPRP", "PRRP", "RRRP", "PRRR"])

@@ -24,10 +24,6 @@ def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction,
     return ()
 
 
-def _never(_lines: Lines) -> bool:
-    return False
-
-
 @dataclass(frozen=True)
 class Family:
     """A structure of axes and its closed-form inverse.
@@ -49,8 +45,6 @@ class Family:
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
         tasks: Tasks in addition to the pose, for a chain without fixed joints numbered from the
             base.
-        aligns: Whether aligned axes leave a joint undetermined that other conditions of the pose
-            determine. The runtime then also searches for solutions.
         functions: Returns further functions for such a chain, for example the swivel angle of a
             configuration.
     """
@@ -65,5 +59,4 @@ class Family:
     solves_pose: bool = True
     inputs: tuple[TaskInput, ...] = ()
     tasks: tuple[Task, ...] = ()
-    aligns: Callable[[Lines], bool] = _never
     functions: Callable[[SerialRobot, Lines], tuple[SymbolicFunction, ...]] = _no_functions

@@ -1,9 +1,14 @@
 """Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
 
-The orientation of the tool determines the joints, although their axes need not meet. The residual
-includes the position error. Maximum number of solutions: 2.
+The orientation of the tool determines the joints, although their axes need not meet. Where the
+first and third axes align, the position determines the angles. The residual includes the position
+error. Maximum number of solutions: 2.
 """
 
+from functools import partial
+
+from ..steps.aligned import first_angle
+from ..steps.least_squares import step_on_all
 from ..steps.rotations import three_turns
 from ..steps.target import Target
 from ..steps.work import Work
@@ -19,7 +24,9 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     first, second, third = lines.axes
-    three_turns(work, (first, second, third), lambda v: target.turned(work.terms, v))
+    aligned = partial(first_angle, work.terms, lines.axes, target)
+    three_turns(work, (first, second, third), lambda v: target.turned(work.terms, v), aligned)
+    step_on_all(work, lines, target)
 
 
 ORIENTATION = Family(
@@ -28,6 +35,5 @@ ORIENTATION = Family(
     _requires,
     _solve,
     readings=("base",),
-    aligns=lambda _: True,
     tasks=(POSITION_TASK,),
 )

@@ -4,7 +4,7 @@ Up to three joints are revolute, and neighbors among them are not parallel. Up t
 prismatic. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 
-from ..steps.slides_between_turns import loses_alignment, requires, solve
+from ..steps.slides_between_turns import requires, solve
 from .family import Family
 
 ORIENTED_SLIDES = Family(
@@ -13,5 +13,4 @@ ORIENTED_SLIDES = Family(
     requires,
     solve,
     readings=("base",),
-    aligns=loses_alignment,
 )

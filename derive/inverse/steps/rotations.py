@@ -1,12 +1,17 @@
 """Three revolute joints that produce a rotation: a spherical wrist or shoulder."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from ...terms.vectors import Vector, cross
+import sympy as sp
+
+from ...model.tolerances import ALIGNED_AXES
+from ...terms.vectors import Vector, cross, dot
 from ..structure.lines import Axis, Lines
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..subproblems.turns import NO_TURN, CosSin, rotated
+from ..subproblems.sp6 import chosen
+from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from .target import Target
 from .work import Work
 
@@ -29,7 +34,10 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
 
 
 def three_turns(
-    work: Work, axes: tuple[Axis, Axis, Axis], wanted: Callable[[Vector], Vector]
+    work: Work,
+    axes: tuple[Axis, Axis, Axis],
+    wanted: Callable[[Vector], Vector],
+    aligned: Callable[[CosSin, sp.Expr], CosSin] | None = None,
 ) -> None:
     """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
@@ -40,6 +48,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: Returns a direction after the rotation R.
+        aligned: Returns the first angle where axis 6 is parallel to axis 4, for the angle of joint
+            5 and a sign; without it, the angle is then 0.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -47,15 +57,27 @@ def three_turns(
         two_turns(work, (a4, a5), wanted)
         work.turns[a6.joint] = NO_TURN
         return
-    q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
+    sign = work.sign()
+    q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), sign)
+    end = "is then taken as 0"
+    if aligned is not None:
+        image = wanted(a6.h)
+        across = perpendicular(terms, a4.h, image)
+        are_aligned = dot(terms, across, across) < ALIGNED_AXES**2
+        # Subproblem 2 has a double solution there, accurate to 1e-8 only.
+        middle = sp1(terms, a5.h, a6.h, image).turn
+        first = aligned(middle, sign)
+        q4 = replace(q4, turn=chosen(terms, are_aligned, first, q4.turn))
+        q5 = replace(q5, turn=chosen(terms, are_aligned, middle, q5.turn))
+        end = "then follows from the position"
     work.step(
         [a4],
         "subproblem 2",
         f"{a6.name} does not turn its own axis, and {a5.name} keeps the component along axis "
         f"{a5.name}",
         q4,
-        f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one is "
-        "then taken as 0",
+        f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one "
+        f"{end}",
     )
     work.step(
         [a5], "subproblem 1", f"the rest of the rotation of axis {a6.name}, behind {a4.name}", q5

@@ -7,6 +7,7 @@ turn. Maximum number of solutions: 1, or 2 with three revolute joints.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..subproblems.equations import LineAndPlane
 from ..subproblems.found import FoundLength
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import any_across, perpendicular, rotated
+from .aligned import first_angle
 from .least_squares import step_on_all
 from .rotations import three_turns, two_turns
 from .target import Target
@@ -41,17 +43,10 @@ def requires(lines: Lines) -> list[Requirement]:
     return [count, *(askew(lines, *pair) for pair in pairwise(turning))]
 
 
-def loses_alignment(lines: Lines) -> bool:
-    """Whether the position determines the angles if revolute axes 1 and 3 align."""
-    turning = sum(axis.turns for axis in lines.axes)
-    return turning == _MAX and len(lines.axes) < _FREEDOMS
-
-
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """Solves all joints for a tool displacement."""
-    turning = [axis for axis in lines.axes if axis.turns]
     # 1. The orientation.
-    _turns(work, turning, target)
+    _turns(work, lines, target)
     # 2. The position.
     _slides(work, lines.axes, target)
     # 3. The pose may have more conditions than the chain has joints.
@@ -59,12 +54,19 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         step_on_all(work, lines, target)
 
 
-def _turns(work: Work, turning: Sequence[Axis], target: Target) -> None:
+def _turns(work: Work, lines: Lines, target: Target) -> None:
     """Solves the revolute joints from the orientation."""
     terms = work.terms
-    match turning:
+    match [axis for axis in lines.axes if axis.turns]:
         case [first, second, third]:
-            three_turns(work, (first, second, third), lambda v: target.turned(terms, v))
+            aligned = partial(first_angle, terms, lines.axes, target)
+            has_conditions = len(lines.axes) < _FREEDOMS
+            three_turns(
+                work,
+                (first, second, third),
+                lambda v: target.turned(terms, v),
+                aligned if has_conditions else None,
+            )
         case [first, second]:
             two_turns(work, (first, second), lambda v: target.turned(terms, v))
         case [only]:
@@ -94,7 +96,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
         found = FoundLength(length, LineAndPlane(rate, -rest))
         work.slide(axis, "a line meets a plane", reason, found)
         moved = combination(terms, (length,), (axis.h,))
-        way = work.name_vector(("W", "V"), meaning, subtracted(terms, way, moved))
+        way = subtracted(terms, way, moved)
 
 
 def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:
@@ -108,7 +110,8 @@ def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]
     for axis, later in pairwise(sliding[-2:]):
         reason = f"{later.name} does not move the tool across its direction"
         yield _unit_across(terms, later.h, axis.h), reason
-    yield sliding[-1].h, "it alone moves the tool along its direction"
+    alone = "it alone moves the tool along its direction"
+    yield sliding[-1].h, "the rest of the displacement" if len(sliding) > 1 else alone
 
 
 def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:

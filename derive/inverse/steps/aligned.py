@@ -1,0 +1,79 @@
+"""Angle of aligned axes from the position.
+
+If the last of three revolute axes is parallel to the first, the orientation determines only the sum
+or difference of their angles. A chain of three or four joints has to meet the position, too. With
+the image ``v`` of a point on the last axis, the first angle and the displacement d of a prismatic
+joint solve
+
+    R_1 (w + d u) = v       for a prismatic joint between the first and the last axis, or
+    R_1 w = v - d u         for another one,
+
+where w leads from the first axis to the point, and u is the direction of the prismatic joint. The
+two sides have equal lengths: a quadratic equation for d. Subproblem 1 then gives the angle.
+"""
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...model.tolerances import DIRECTION_FLOOR
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, dot, subtracted
+from ..structure.lines import Axis
+from ..subproblems.quartic import select
+from ..subproblems.sp1 import sp1
+from ..subproblems.turns import CosSin, rotated
+from .target import Target
+
+
+def first_angle(
+    terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
+) -> CosSin:
+    """Returns the rotation of the first of three revolute joints whose first and last axes align.
+
+    Args:
+        terms: Table of named terms.
+        axes: The axes of the chain: three revolute joints and at most one prismatic joint.
+        target: The required displacement of the chain.
+        middle: Rotation of the second revolute joint.
+        sign: 1 or -1, selects one of two solutions.
+    """
+    i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
+    first, second, third = axes[i], axes[j], axes[k]
+    lever = rotated(terms, second.h, middle, subtracted(terms, third.p, second.p))
+    w = subtracted(terms, added(terms, second.p, lever), first.p)
+    v = subtracted(terms, target.point(terms, third.p), first.p)
+    for index, axis in enumerate(axes):
+        if axis.turns:
+            continue
+        if index < i:
+            v = _equal(terms, v, axis.h, w, sign)
+        elif index < j:
+            w = _equal(terms, w, axis.h, v, sign)
+        elif index < k:
+            w = _equal(terms, w, rotated(terms, second.h, middle, axis.h), v, sign)
+        else:
+            v = _equal(terms, v, target.turned(terms, axis.h), w, sign)
+    return sp1(terms, first.h, w, v).turn
+
+
+def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
+    """Returns the point of a line that is as long as another vector.
+
+    If the sum of a root has cancellation, the product of the roots gives it.
+
+    Args:
+        terms: Table of named terms.
+        start: A point of the line.
+        u: The unit direction of the line.
+        other: The other vector.
+        sign: 1 for the root farther along the line, -1 for the other.
+    """
+    let = terms.let
+    half = dot(terms, start, u)
+    product = let(dot(terms, start, start) - dot(terms, other, other))
+    root = let(sp.sqrt(sp.Max(let(half**2 - product), 0, evaluate=False)))
+    own, other_root = let(sign * root - half), let(-sign * root - half)
+    quotient = let(product * other_root / let(other_root**2 + DIRECTION_FLOOR))
+    length = select(terms, let(sign * half) <= 0, own, quotient)
+    return combination(terms, (sp.Integer(1), length), (start, u))
