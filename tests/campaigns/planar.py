@@ -73,7 +73,9 @@ def derived(
 ) -> chasles.Robot:
     """Derives and loads some functions of a platform."""
     path = folder / "platform"
-    write(read_text(platform.text("platform")), path, functions=functions, languages=LANGUAGES)
+    # A random number may look like a rounded angle.
+    described = read_text(platform.text("platform"), exact=True)
+    write(described, path, functions=functions, languages=LANGUAGES)
     return chasles.load(path)
 
 
