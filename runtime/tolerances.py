@@ -15,9 +15,9 @@ still 100 times the rounding error of such positions."""
 SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
-REFINED = 1e-4
-"""Maximum residual (length, radian) of a solution slot that is refined: rounding can change four
-nearly equal roots of a quartic by the fourth root of the rounding error."""
+REFINED = 1e-3
+"""Maximum residual (length, radian) of a solution that is refined: rounding can change four nearly
+equal roots of a quartic by some fourth roots of the rounding error, 1.2e-4 each."""
 TILTED = 1e-5
 """Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
 six joints, which cannot reach rounded poses."""
