@@ -50,7 +50,7 @@ class Rates:
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
             representation: the direction that a singularity removes first. The vector
-            (v / characteristic length, omega) has unit norm and an arbitrary sign.
+            (v / characteristic length, omega) has unit norm and a positive largest entry.
     """
 
     qd: FloatArray

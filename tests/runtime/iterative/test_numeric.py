@@ -197,6 +197,13 @@ def test_nearby_seed_converges_to_nearby_solution(robot):
     assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)
 
 
+def test_iteration_starts_at_the_table_configuration_with_the_nearest_pose(ur5e):
+    q = numeric_inverse.starts(ur5e, 0)
+    found = ur5e.ik_numeric(ur5e.fk(q))
+    np.testing.assert_array_equal(found.q, q)
+    assert (found.iterations == 1).all()
+
+
 def test_seed_at_solution_is_returned_unchanged(ur5e):
     q = configurations(ur5e, 20)
     found = ur5e.ik_numeric(ur5e.fk(q), q)

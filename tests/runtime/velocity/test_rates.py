@@ -79,6 +79,14 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     assert np.abs(across).max() < 1e-12
 
 
+def test_largest_entry_of_the_singular_direction_is_positive(ur5e):
+    q = inside(ur5e, 100)
+    _, row, _ = pure(ur5e, q)
+    direction = ur5e.joint_rates(q, twists(100)).singular_direction * row
+    largest = np.take_along_axis(direction, np.abs(direction).argmax(-1)[:, None], -1)
+    assert (largest > 0).all()
+
+
 @pytest.mark.parametrize("threshold", [0.01, 0.04, 0.3])
 def test_rates_are_bounded_at_singularities(ur5e, threshold):
     rng = np.random.default_rng(4)
