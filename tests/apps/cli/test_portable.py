@@ -90,6 +90,9 @@ def test_portable_folder_is_written_again_with_one_kernel(folder, tmp_path, monk
     assert run("build", str(robot), "--portable", str(out)).exit_code == 0
     (new,) = (out / "tiny").glob("*.so")
     assert new.name != old.name
+    before = new.stat()
+    assert run("build", str(robot), "--portable", str(out)).exit_code == 0
+    assert new.stat() == before  # an interrupted build of many robots goes on
 
 
 def test_damaged_kernel_is_rejected(folder, tmp_path, monkeypatch):
