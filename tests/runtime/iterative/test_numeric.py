@@ -143,8 +143,11 @@ def test_maximum_of_evaluations_is_respected_where_branches_meet(ur5e):
 
 
 def test_spent_evaluations_are_reported(ur5e):
-    found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 50)), max_evaluations=2)
-    assert (found.reason == "max_evaluations").any()
+    for limit in (1, 2, 8):
+        found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 50)), max_evaluations=limit)
+        unsolved = found.reason == "max_evaluations"
+        assert unsolved.any()
+        assert (found.iterations[unsolved] == limit).all()
     assert not found.valid[found.reason == "max_evaluations"].any()
 
 
