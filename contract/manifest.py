@@ -365,7 +365,7 @@ class Manifest:
         own = self.with_role("inverse", "pose")
         found = []
         for k, item in enumerate(own.inputs[1:] if own else ()):
-            index = own.role.given[k] if own and own.role.given else None
+            index = own.role.fixed[k] if own and own.role.fixed else None
             of_joint = index is not None and not self.loops.chain
             name = self.coordinates[index].name if index is not None and of_joint else item.name
             found.append(Redundancy(name, index, item.unit, item.meaning))

@@ -143,7 +143,7 @@ def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
         place["outputs"].fail(found, f"q ({k}, {n}), residual ({k}) and margin ({k})")
     if role.is_inverse and function.margin:
         place["margin"].fail(function.margin, "none, since an inverse returns its own margin")
-    for name, indices in (("given", role.given), ("free", role.free)):
+    for name, indices in (("fixed", role.fixed), ("free", role.free)):
         if any(index >= n for index in indices):
             place[name].fail(list(indices), f"indices below {n}, the number of coordinates")
     entries = sum(TASK_COMPONENTS[component] for component in role.components)

@@ -127,7 +127,7 @@ class Role:
         name: One of :data:`ROLES`.
         domain: The vector of its first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
-        given: Indices in q of the coordinates that the second and later inputs of an inverse
+        fixed: Indices in q of the coordinates that the second and later inputs of an inverse
             determine. These coordinates are constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
@@ -143,7 +143,7 @@ class Role:
     name: RoleName = field(metadata={"key": "role"})
     domain: VectorName = ""
     codomain: VectorName = ""
-    given: tuple[int, ...] = ()
+    fixed: tuple[int, ...] = ()
     labels: tuple[str, ...] = ()
     directions: tuple[Direction, ...] = ()
     components: tuple[TaskComponent, ...] = ()

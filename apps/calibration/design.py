@@ -187,8 +187,8 @@ class _Exchange:
 
     def __init__(self, B: FloatArray) -> None:
         self.B = B
-        whole = np.einsum("mrk,mrl->kl", B, B)
-        self.prior = _PRIOR * np.diag(np.diag(whole)) / len(B)
+        total_information = np.einsum("mrk,mrl->kl", B, B)
+        self.prior = _PRIOR * np.diag(np.diag(total_information)) / len(B)
 
     def information(self, chosen: NDArray[np.intp]) -> FloatArray:
         """Return the information matrix A of the selected configurations, without the prior."""

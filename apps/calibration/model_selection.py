@@ -144,12 +144,12 @@ def cross_validate(
     """
     start = located(robot, q, measurements)
     problem = problem_at(robot, finite("cross_validate: q", q), start, vary, parameter_std)
-    whole = problem.solved(problem.x0, robust=robust)
-    return _validation_errors(problem, whole, folds, robust=robust)
+    fitted = problem.solved(problem.x0, robust=robust)
+    return _validation_errors(problem, fitted, folds, robust=robust)
 
 
 def _validation_errors(
-    problem: Problem, whole: Calibration, folds: int, *, robust: bool
+    problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
     """Return the error of each row, predicted by the fit that omits the row's configuration.
 
@@ -161,7 +161,7 @@ def _validation_errors(
     used = measured.configurations % folds
     for fold in range(folds):
         others, tested = every[every % folds != fold], every[every % folds == fold]
-        start = Fit(whole.values, whole.used[used != fold], whole.noise)
+        start = Fit(fitted.values, fitted.used[used != fold], fitted.noise)
         x = problem.at(others).settled(start, robust=robust).x
         T = problem.poses(problem.q[tested], x)
         errors[part == fold] = measured.at(tested)._errors(T, problem.unknowns(x))

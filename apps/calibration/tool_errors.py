@@ -19,7 +19,7 @@ from chasles import Robot
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
-from ..study.arguments import finite, key_of, whole
+from ..study.arguments import finite, integer_at_least, key_of
 from ..study.results import StudyResult
 from .parameters import deviations, nominal
 
@@ -157,7 +157,7 @@ def monte_carlo(
     sigma, centre = deviations(robot, parameter_std), nominal(robot)
     random = rng if isinstance(rng, np.random.Generator) else key_of("monte_carlo", rng)
     random = np.random.default_rng(random)
-    samples = whole("monte_carlo: samples", samples, 1)
+    samples = integer_at_least("monte_carlo: samples", samples, 1)
     at = finite("monte_carlo: q", q)
     displacement, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
@@ -165,8 +165,8 @@ def monte_carlo(
     for first in range(0, samples, _AT_ONCE):
         part = slice(first, min(first + _AT_ONCE, samples))
         count = part.stop - first
-        drawn = random.standard_normal((len(used), count))
-        for row, k in zip(drawn, used, strict=True):
+        sampled = random.standard_normal((len(used), count))
+        for row, k in zip(sampled, used, strict=True):
             p[:count, k] = centre[k] + sigma[k] * row
         here = at if at.ndim == 1 else at[part]
         T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, centre)

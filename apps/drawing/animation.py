@@ -67,11 +67,11 @@ def animate(
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
     rows = rows_of(robot, _frames(trajectory, fps), "animate: trajectory")
     pictures = list(_pictures(robot, rows, views))
-    with output_file(target) as whole:
+    with output_file(target) as output:
         if ffmpeg:
-            _write_film(ffmpeg, whole, pictures, fps)
+            _write_film(ffmpeg, output, pictures, fps)
         else:
-            _write_gif(whole, pictures, fps)
+            _write_gif(output, pictures, fps)
     return target
 
 

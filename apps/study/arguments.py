@@ -88,7 +88,7 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
     return project(finite(name, array), caller=caller, name=argument or "T")
 
 
-def whole(name: str, value: Any, least: int) -> int:
+def integer_at_least(name: str, value: Any, least: int) -> int:
     """Return an integer, from an int or a float such as 1e9.
 
     Raises:

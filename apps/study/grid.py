@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError
 from chasles.summaries import short_repr
 
-from .arguments import finite, whole
+from .arguments import finite, integer_at_least
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -92,7 +92,7 @@ class Grid:
         """
         lower = finite("Grid.from_bounds: lower", lower, (3,))
         upper = finite("Grid.from_bounds: upper", upper, (3,))
-        whole("Grid.from_bounds: resolution", resolution, 2)
+        integer_at_least("Grid.from_bounds: resolution", resolution, 2)
         if (upper < lower).any() or not (upper > lower).any():
             raise InputValueError(
                 f"Grid.from_bounds: expected lower < upper, got {lower} and {upper}"
@@ -258,7 +258,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Count the open faces along each axis: faces coplanar with adjacent faces, and other faces."""
-    level, whole = np.zeros(visited.ndim), np.zeros(visited.ndim)
+    level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     for axis in axes:
@@ -269,6 +269,6 @@ def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
             for other in axes:
                 if other != axis:
                     inner &= np.roll(faces, 1, other) & np.roll(faces, -1, other)
-            whole[axis] += faces.sum()
+            integer_at_least[axis] += faces.sum()
             level[axis] += inner.sum()
-    return level, whole - level
+    return level, integer_at_least - level

@@ -18,7 +18,7 @@ from chasles import InputValueError, Robot, ShapeError, se3
 from chasles.summaries import summary_repr
 from chasles.tolerances import AT_LIMIT
 
-from .arguments import finite, whole
+from .arguments import finite, integer_at_least
 from .grid import Grid
 from .results import StudyResult
 from .samples import BLOCK, box_of
@@ -215,7 +215,7 @@ def uniform_orientations(count: int) -> FloatArray:
     Source:
         R. Swinbank, R. J. Purser, Fibonacci grids: a novel approach to global modelling, 2006.
     """
-    k = np.arange(whole("uniform_orientations: count", count, 1))
+    k = np.arange(integer_at_least("uniform_orientations: count", count, 1))
     golden = np.pi * (3 - math.sqrt(5))
     tilt, azimuth = np.arccos(1 - (2 * k + 1) / count), golden * k
     return np.asarray(_about_z(azimuth) @ _about_y(tilt) @ _about_z(azimuth))

@@ -69,10 +69,10 @@ class ReachablePositions(StudyResult):
     def size(self) -> SizeEstimate:
         """The volume [m^3], with an error bound from the cells at the border."""
         corners = [self.inside[at] for at in itertools.product((_FIRST, _REST), repeat=3)]
-        whole, some = np.logical_and.reduce(corners), np.logical_or.reduce(corners)
+        all_corners, some = np.logical_and.reduce(corners), np.logical_or.reduce(corners)
         of_cell = self.grid.side**3
-        cut = float((some & ~whole).sum()) * of_cell / 2
-        return SizeEstimate(float(whole.sum()) * of_cell + cut, cut, "m^3")
+        cut = float((some & ~all_corners).sum()) * of_cell / 2
+        return SizeEstimate(float(all_corners.sum()) * of_cell + cut, cut, "m^3")
 
     @property
     def bounds(self) -> FloatArray:

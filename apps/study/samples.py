@@ -20,7 +20,7 @@ from chasles import InputValueError, Robot
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
-from .arguments import whole
+from .arguments import integer_at_least
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.uint64]
@@ -126,7 +126,7 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
     if sampling not in get_args(Sampling):
         expected = ", ".join(get_args(Sampling))
         raise InputValueError(f"sampling = {sampling!r}: expected one of {expected}")
-    count = whole("samples", count, 1)
+    count = integer_at_least("samples", count, 1)
     lower, upper = box_of(robot)
     if sampling == "grid":
         side = _side(count, robot.n)

@@ -147,14 +147,14 @@ def _on_workers(
     running = as_completed(  # type: ignore[no-untyped-call]
         submitted(itertools.islice(tasks, at_once))
     )
-    whole = work.empty()
+    complete = work.empty()
     for future in running:
         tally, count = future.result()
-        whole.merge(tally)
+        complete.merge(tally)
         advance(count)
         for more in submitted(itertools.islice(tasks, 1)):
             running.add(more)  # type: ignore[no-untyped-call]
-    return whole
+    return complete
 
 
 def _task(work: Work[T], pieces: Sequence[int], threads: int) -> tuple[T, int]:
@@ -183,8 +183,8 @@ def progress_of(
     Yields:
         A function to call with the number of items completed since its last call.
     """
-    drawn = sys.stderr.isatty() if shown is None else shown
-    if not drawn or find_spec("rich") is None:
+    is_drawn = sys.stderr.isatty() if shown is None else shown
+    if not is_drawn or find_spec("rich") is None:
         yield lambda _: None
         return
     from rich.console import Console  # noqa: PLC0415

@@ -18,7 +18,7 @@ from chasles import InputValueError, Robot
 from chasles.contract import requires
 from chasles.summaries import summary_repr
 
-from .arguments import Rng, finite, key_of, whole
+from .arguments import Rng, finite, integer_at_least, key_of
 from .grid import Grid, SizeEstimate, indices, size_of
 from .results import StudyResult, ranges
 from .samples import Samples, Sampling, samples_of
@@ -175,7 +175,7 @@ def workspace(
             configuration, or an argument has an unsupported value.
     """
     unknown = set(quality) - set(get_args(Quality))
-    if unknown or whole("workspace: resolution", resolution, 1) < 2:  # noqa: PLR2004 - a side has two ends
+    if unknown or integer_at_least("workspace: resolution", resolution, 1) < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(
             f"workspace: expected quality from {', '.join(get_args(Quality))} and resolution >= "
             f"2, got {', '.join(map(str, quality)) or 'no quality'} and {resolution}"

@@ -185,11 +185,11 @@ class LiveView:
             parts = [solid.triangles for solid in self._display.solids if solid.body == k]
             if k == 0 or not parts or not places:
                 continue
-            whole = joined(parts)
+            joined_mesh = joined(parts)
             handle = self._server.scene.add_batched_meshes_simple(
                 f"/ghosts/{body.name}",
-                whole.vertices.astype(np.float32),
-                whole.faces.astype(np.uint32),
+                joined_mesh.vertices.astype(np.float32),
+                joined_mesh.faces.astype(np.uint32),
                 batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (places, 1)),
                 batched_positions=np.zeros((places, 3)),
                 batched_scales=np.zeros(places),

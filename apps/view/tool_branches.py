@@ -92,5 +92,5 @@ def _in_closed_form(
 def _unwound(robot: Robot, q: FloatArray, last: FloatArray) -> FloatArray:
     """Shift angles by full turns to the values nearest to the previous configuration."""
     turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
-    whole = 2 * np.pi * np.round((q - last) / (2 * np.pi))
-    return np.where(turns, q - whole, q)
+    full_turns = 2 * np.pi * np.round((q - last) / (2 * np.pi))
+    return np.where(turns, q - full_turns, q)

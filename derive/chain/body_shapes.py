@@ -196,8 +196,8 @@ class _Shapes:
         T = self.in_root[body]
         moved = [T[:3, :3] @ point + T[:3, 3] for point in points]
         turned = () if axis is None else self._rounded(T[:3, :3] @ axis, DRAWN_DIGITS)
-        drawn = tuple(self._rounded(point, self.digits) for point in moved)
-        self.shapes[self.root[body]].append(Shape(kind, name, drawn, turned, ends))
+        rounded = tuple(self._rounded(point, self.digits) for point in moved)
+        self.shapes[self.root[body]].append(Shape(kind, name, rounded, turned, ends))
 
     @staticmethod
     def _rounded(vector: Array, digits: int) -> tuple[float, ...]:
@@ -367,8 +367,8 @@ class _Shapes:
         elif self._are_in_line(points):
             kind = "link"
             points = self._in_order(points)
-        drawn = tuple(self._rounded(point, self.digits) for point in points)
-        self.shapes[k].insert(0, Shape(kind, self.bodies[k].name, drawn))
+        rounded = tuple(self._rounded(point, self.digits) for point in points)
+        self.shapes[k].insert(0, Shape(kind, self.bodies[k].name, rounded))
 
     def _distinct(self, points: Sequence[Array]) -> list[Array]:
         found: list[Array] = []

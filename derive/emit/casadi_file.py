@@ -8,7 +8,7 @@ import casadi as ca
 
 from ..derivation import Derivation
 from ..program.programs import Programs
-from ..terms.casadi_graph import whole
+from ..terms.casadi_graph import combined
 from .casadi_loops import is_of_positions, with_loops
 
 POSITIONS = frozenset(
@@ -53,7 +53,7 @@ def joined(derivation: Derivation) -> ca.Function | None:
         return None
     if any(f.calls for f in kept):
         return with_loops(derivation, kept)
-    return whole(kept, derivation.robot.name)
+    return combined(kept, derivation.robot.name)
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:

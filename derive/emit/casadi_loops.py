@@ -10,7 +10,7 @@ from ..loops.iterated.closure_equations import RESIDUAL, LoopClosure
 from ..loops.iterated.iteration import FIRST
 from ..loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ..model.tolerances import FOUND_LOOP
-from ..terms.casadi_graph import lower, whole
+from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
@@ -57,7 +57,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
                 (called,) = lower([derivation.function(call.entry)], "called")
                 (array,) = call.outputs
                 values[array.name] = called(*(values[name] for name in call.inputs))
-        outputs[f.name] = whole([f], f.name)(*(values[a.name] for a in f.arguments))
+        outputs[f.name] = combined([f], f.name)(*(values[a.name] for a in f.arguments))
     name = derivation.robot.name
     return ca.Function(
         name, list(inputs.values()), list(outputs.values()), list(inputs), list(outputs)

@@ -32,10 +32,10 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns ``__init__.py``, which loads compiled functions at first use, and its type stub."""
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
-    whole = next((f for f in functions if _is_of_poses(f)), None)
-    stubs = "\n\n".join(_stub(function, function is whole) for function in functions)
+    inverse = next((f for f in functions if _is_of_poses(f)), None)
+    stubs = "\n\n".join(_stub(function, function is inverse) for function in functions)
     imported = "Robot, Solutions" if any(f.role.is_inverse for f in functions) else "Robot"
-    mapping = "from collections.abc import Mapping\n" if whole else ""
+    mapping = "from collections.abc import Mapping\n" if inverse else ""
     stub = STUB.format(title=title, imported=imported, mapping=mapping)
     return {
         "__init__.py": INIT.format(title=title),

@@ -33,8 +33,8 @@ def in_coordinates(
     free = _coordinates_of(chain, function.role.free)
     if free is None:
         return None
-    inputs, given = list(function.inputs), _coordinates_of(chain, function.role.given)
-    for k, joint in enumerate(function.role.given, 1):
+    inputs, given = list(function.inputs), _coordinates_of(chain, function.role.fixed)
+    for k, joint in enumerate(function.role.fixed, 1):
         inputs[k] = _joint_argument(chain, joint, inputs[k])
     q, *others = function.outputs
     unit = common_unit([c.unit for c in robot.coordinates])
@@ -43,7 +43,7 @@ def in_coordinates(
         function,
         inputs=tuple(inputs),
         outputs=(replace(q, entries=entries, unit=unit), *others),
-        role=replace(function.role, given=given or (), free=free),
+        role=replace(function.role, fixed=given or (), free=free),
     )
     return replace(solved, function=made)
 
@@ -110,7 +110,7 @@ def refined_in_coordinates(
         inputs=start.inputs,
         outputs=(replace(q, unit=unit), *others),
         tables=tables,
-        role=replace(refined.role, given=start.role.given),
+        role=replace(refined.role, fixed=start.role.fixed),
     )
 
 

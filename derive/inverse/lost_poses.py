@@ -55,7 +55,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
     inputs = [
         np.concatenate([TARGETS[component](T) for component in role.components or WHOLE], axis=1).T
     ]
-    inputs += [q[:, k][None] for k in role.given]
+    inputs += [q[:, k][None] for k in role.fixed]
     return _unsolved(inverse, inputs, LOST * min(arm.length, 1.0))
 
 

@@ -50,7 +50,7 @@ class Sampled:
 
         Fixed joints keep their sampled values.
         """
-        arm, given = NumericArm.of(robot, lines), nominal.role.given
+        arm, given = NumericArm.of(robot, lines), nominal.role.fixed
         q, T = _configurations(arm)
         (kernel,) = lower([nominal], "nominal")
         branches = _branches(kernel, nominal, T, q[:, list(given)])

@@ -215,7 +215,7 @@ def convergence_of(
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
-    fixed, turns = list(nominal.role.given), np.array(turns_of(hybrid))
+    fixed, turns = list(nominal.role.fixed), np.array(turns_of(hybrid))
     q = _configurations(hybrid)
     T, _ = fk(q)
     closed = np.flatnonzero(np.isfinite(T).all((-2, -1)))[:SAMPLES]

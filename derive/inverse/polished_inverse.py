@@ -66,7 +66,7 @@ def polished_inverse(
     further = FURTHER if len(turns) >= FREEDOMS else 0
     if general.arm:
         further = max(further, MAX - nominal.branches)
-    is_unsure = bool(nominal.role.given) or move > ASKED_MOVE
+    is_unsure = bool(nominal.role.fixed) or move > ASKED_MOVE
     is_asked = is_unsure and general.separation > ASKED_SEPARATION
     meets = nearly_meet(lines)
     length = lines.length or 1.0

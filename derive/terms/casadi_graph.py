@@ -68,7 +68,7 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
     return results
 
 
-def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
+def combined(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
     """Joins functions with one output each into a single CasADi function, for optimal control.
 
     The joined function has the arguments of all functions. Each output has the name of its

@@ -294,7 +294,7 @@ class NearestMethods(RobotFacts):
             elif item.index is not None and item.name not in fixed_q:
                 exact[item.index] = seeds[:, item.index]
         return Chosen(
-            info, inverse, moves.with_fixed(info.role.given, free=free), parameters, exact, threads
+            info, inverse, moves.with_fixed(info.role.fixed, free=free), parameters, exact, threads
         )
 
     def _with_joints_fixed(
@@ -341,9 +341,9 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
         return None
     label = f"{robot.name}.ik_nearest"
     method = NearestMethods.ik_nearest
-    moves = robot._moves(label, own).with_fixed(own.role.given)
+    moves = robot._moves(label, own).with_fixed(own.role.fixed)
     names = [item.name for item in robot.redundancy]
-    parameters: Any = () if robot.manifest.loops.chain else own.role.given
+    parameters: Any = () if robot.manifest.loops.chain else own.role.fixed
     redundancy = robot._roles.get(("redundancy", "actuators", ""))
     if redundancy is not None and names == [redundancy.__name__]:
         parameters = redundancy

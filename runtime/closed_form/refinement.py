@@ -283,8 +283,8 @@ class Refinement:
             row = np.repeat(open_, _VALUES)
             start = q[row]
             start[:, joint] += np.tile(values, len(open_))
-            held = replace(self, fixed=(*self.fixed, joint))
-            found, left = held.newton(target[row], start)
+            constrained = replace(self, fixed=(*self.fixed, joint))
+            found, left = constrained.newton(target[row], start)
             near = left <= AT_REST * self.judged
             row, (found, left) = row[near], self.newton(target[row[near]], found[near])
             self._take(_at(slots, row), found, left, fields, enough[row])
@@ -376,12 +376,12 @@ def refinement_of(
         return None
     return Refinement(
         functions[jacobian.name],
-        (*info.role.given, *info.role.free),
+        (*info.role.fixed, *info.role.free),
         unit,
         Task(info.role.components),
         judged,
         info.role.searches,
-        len(info.inputs) - 1 <= len(info.role.given),
+        len(info.inputs) - 1 <= len(info.role.fixed),
     )
 
 

@@ -27,7 +27,7 @@ class SlotFacts:
     Attributes:
         units: (n,) the unit length for prismatic coordinates, 1 for revolute coordinates.
         turn: (n,) 2 pi for coordinates that wrap, else 0.
-        whole: (n,) 2 pi for revolute coordinates, else 0.
+        full: (n,) 2 pi for revolute coordinates, else 0.
         lower: (n,) lower limits, -inf for none.
         upper: (n,) upper limits, inf for none.
         same: (n,) maximum coordinate differences between equal solutions.
@@ -35,7 +35,7 @@ class SlotFacts:
 
     units: FloatArray
     turn: FloatArray
-    whole: FloatArray
+    full: FloatArray
     lower: FloatArray
     upper: FloatArray
     same: FloatArray
@@ -49,7 +49,7 @@ def _facts_of(kind: Any) -> SlotFacts:
     return SlotFacts(
         units=units,
         same=SAME_SOLUTION * units,
-        whole=np.where([c.unit == "m" for c in items], 0.0, TURN),
+        full=np.where([c.unit == "m" for c in items], 0.0, TURN),
         turn=np.where(np.array(kind.wraps, dtype=np.bool_), TURN, 0.0),
         lower=lower,
         upper=upper,

@@ -204,7 +204,7 @@ class Solutions(Fields):
         facts = facts_of(type(self))
         same = facts.same if tolerance == SAME_SOLUTION else tolerance * facts.units
         found = _filtered(
-            _filters.distinct, (self.q, self.valid), facts.turn, same, facts.whole, self.windings
+            _filters.distinct, (self.q, self.valid), facts.turn, same, facts.full, self.windings
         )
         return self._remade(self.q, self.residual, self.margin, found)
 

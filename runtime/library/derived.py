@@ -171,15 +171,15 @@ def _derive(description: Path, options: Sequence[str]) -> Path:
     try:
         homes.mkdir(mode=0o700, parents=True, exist_ok=True)
         with contract.temporary_folder(homes, name) as temporary:
-            whole = temporary / "robots"
-            _run_compiler(description, whole, options)
+            derived = temporary / "robots"
+            _run_compiler(description, derived, options)
             origin = [str(description.absolute()), *(o for o in options if o != PARAMETRIC)]
-            (whole / _DESCRIBED_BY).write_text("\n".join(origin), encoding="utf-8")
+            (derived / _DESCRIBED_BY).write_text("\n".join(origin), encoding="utf-8")
             is_same = _prefix(description, options) == prefix
-            if not (is_same and _is_current(whole, description)):
+            if not (is_same and _is_current(derived, description)):
                 raise DerivationError(f"{description}: changed while it was derived; load it again")
-            home = homes / f"{prefix}{_key((whole / _SOURCES).read_text(encoding='utf-8'))}"
-            _move(whole, home)
+            home = homes / f"{prefix}{_key((derived / _SOURCES).read_text(encoding='utf-8'))}"
+            _move(derived, home)
     except OSError as error:
         raise CacheError(
             f"{homes}: cannot write a derived robot ({error}); set CHASLES_CACHE to a writable "
@@ -221,10 +221,10 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
             warnings.warn(line.removeprefix(_WARNING), stacklevel=2)
 
 
-def _move(whole: Path, home: Path) -> None:
+def _move(derived: Path, home: Path) -> None:
     # Another process may have created the same folder.
     try:
-        whole.rename(home)
+        derived.rename(home)
     except OSError:
         if not home.is_dir():
             raise

@@ -81,7 +81,7 @@ class Drawn:
     T_tool_probe: np.ndarray
     targets: np.ndarray
     q: np.ndarray
-    held: np.ndarray
+    validation: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -248,18 +248,18 @@ SOUND = {_gross: _positions}
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:
     """Returns the mean errors [m] of the registered nominal robot and of the calibrated robot."""
-    true = drawn.T_W_base @ robot.fk_p(drawn.held, drawn.p)
+    true = drawn.T_W_base @ robot.fk_p(drawn.validation, drawn.p)
     measured = robot.fk(drawn.q)
     if isinstance(measurements, Poses):
         probes = true @ drawn.T_tool_probe
-        calibrated = found.poses(drawn.held) @ found.measurements.T_tool_probe
+        calibrated = found.poses(drawn.validation) @ found.measurements.T_tool_probe
         T_W_base, T_tool_probe = register_poses(measured, measurements.T)
-        nominal = T_W_base @ robot.fk(drawn.held) @ T_tool_probe
+        nominal = T_W_base @ robot.fk(drawn.validation) @ T_tool_probe
         return _mean(nominal - probes), _mean(calibrated - probes)
     points = _placed(true, drawn.targets)
-    calibrated = _placed(found.poses(drawn.held), found.unknowns.reshape(-1, 3))
+    calibrated = _placed(found.poses(drawn.validation), found.unknowns.reshape(-1, 3))
     nominal = register_points(measured, measurements.points)
-    of_nominal = _placed(nominal.T_W_base @ robot.fk(drawn.held), nominal.points)
+    of_nominal = _placed(nominal.T_W_base @ robot.fk(drawn.validation), nominal.points)
     before, after = (
         float(np.linalg.norm(x - points, axis=-1).mean()) for x in (of_nominal, calibrated)
     )

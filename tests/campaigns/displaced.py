@@ -139,8 +139,8 @@ def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
         T = arm.fk(part)
         own, other = arm.ik(T), general.ik(T)
         there = apart(other.q[:, :, None], own.q[:, None]) < SAME
-        held = (there & own.valid[:, None]).any(-1)
-        rows = np.argwhere(other.valid & ~held)
+        is_found = (there & own.valid[:, None]).any(-1)
+        rows = np.argwhere(other.valid & ~is_found)
         _, J = arm.fk_jacobian_mixed(other.q[rows[:, 0], rows[:, 1]])
         missing += int((np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR).sum())
     return missing

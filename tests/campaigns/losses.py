@@ -88,13 +88,13 @@ def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
 
 def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, PoseSet]]:
     """Yields the pose sets of an inverse; in some, joints that the inverse sets to 0 also move."""
-    held = replace(case, free=case.still)
-    yield held, PoseSet("random", held.random(rng, RANDOM), regular=determines(held))
-    q = right_angles(held, rng)
+    fixed = replace(case, free=case.still)
+    yield fixed, PoseSet("random", fixed.random(rng, RANDOM), regular=determines(fixed))
+    q = right_angles(fixed, rng)
     # A swivel angle may be singular at right angles even if the Jacobian is regular.
-    regular = determines(held) and not set(held.given) & set(held.robot.functions)
-    yield held, PoseSet("right angles", q, regular=regular)
-    yield held, PoseSet("near right angles", nearly(held, rng, q))
+    regular = determines(fixed) and not set(fixed.given) & set(fixed.robot.functions)
+    yield fixed, PoseSet("right angles", q, regular=regular)
+    yield fixed, PoseSet("near right angles", nearly(fixed, rng, q))
     if case.still:
         yield case, PoseSet("random, all joints", case.random(rng, RANDOM))
         yield case, PoseSet("right angles, all joints", right_angles(case, rng))

@@ -55,7 +55,7 @@ def trial(number: int) -> Outcome:
 def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
     """Returns the validation errors [m] of the models of a random arm, and failures."""
     drawn = _Arm(robot, random)
-    q, held = drawn.configurations(MEASURED), drawn.configurations(HELD)
+    q, validation = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
     points[random.random((MEASURED, 3)) < 0.05] = np.nan
     with tempfile.TemporaryDirectory() as folder:
@@ -65,14 +65,14 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
     half = [DIGITS[c.unit] for c in robot.coordinates]
     if not ((np.abs(read - q) <= half).all() and _same(measurements.points, points)):
         failures.append("the table was read with other numbers")
-    true = drawn.measured(held)
+    true = drawn.measured(validation)
     nominal = register_points(robot.fk(read), measurements.points)
     chosen = select_model(robot, read, measurements)
     errors = {
-        "nominal": _apart(nominal.T_W_base @ robot.fk(held), nominal.points, true),
-        "offsets": _mean(identify(robot, read, measurements, vary=("offset",)), held, true),
-        "axes": _mean(identify(robot, read, measurements), held, true),
-        "chosen": _mean(chosen.calibration, held, true),
+        "nominal": _apart(nominal.T_W_base @ robot.fk(validation), nominal.points, true),
+        "offsets": _mean(identify(robot, read, measurements, vary=("offset",)), validation, true),
+        "axes": _mean(identify(robot, read, measurements), validation, true),
+        "chosen": _mean(chosen.calibration, validation, true),
     }
     if not errors["chosen"] < min(SAG, errors["axes"]):
         shown = ", ".join(f"{name} {1e3 * error:.3f} mm" for name, error in errors.items())
@@ -85,8 +85,8 @@ def _same(read: np.ndarray, points: np.ndarray) -> bool:
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 
-def _mean(found, held: np.ndarray, true: np.ndarray) -> float:
-    return _apart(found.poses(held), found.unknowns.reshape(-1, 3), true)
+def _mean(found, validation: np.ndarray, true: np.ndarray) -> float:
+    return _apart(found.poses(validation), found.unknowns.reshape(-1, 3), true)
 
 
 def _apart(T: np.ndarray, targets: np.ndarray, true: np.ndarray) -> float:

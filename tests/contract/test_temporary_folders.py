@@ -32,11 +32,11 @@ def lowest_free_descriptor():
 def test_folder_of_a_killed_process_is_removed_at_the_next_write(tmp_path):
     command = [sys.executable, "-c", HOLD, str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        held = process.stdout.readline().strip()
-        assert held.startswith(f"{tmp_path}/.chasles-arm-")
+        locked = process.stdout.readline().strip()
+        assert locked.startswith(f"{tmp_path}/.chasles-arm-")
         with output_file(tmp_path / "result") as file:
             file.touch()
-        assert f"{tmp_path}/{names(tmp_path)[0]}" == held
+        assert f"{tmp_path}/{names(tmp_path)[0]}" == locked
         os.kill(process.pid, signal.SIGKILL)
     assert len(names(tmp_path)) == 2
     with temporary_folder(tmp_path):

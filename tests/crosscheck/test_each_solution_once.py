@@ -58,8 +58,8 @@ def faults(functions, compiled, q, turns, size):
     equal = apart(found[:, :, None], found[:, None], turns, size) <= SAME
     off = np.maximum(margin[:, :, None], margin[:, None]) > AT_DEAD_POINT
     twice = (equal & solves[:, :, None] & solves[:, None] & pairs & off).sum()
-    held = (apart(found, q[:, None], turns, size) < FOUND) & solves
-    return len(q), int(twice), int((~held.any(1)).sum()), int(solves.sum())
+    is_found = (apart(found, q[:, None], turns, size) < FOUND) & solves
+    return len(q), int(twice), int((~is_found.any(1)).sum()), int(solves.sum())
 
 
 def evaluated(mechanism):

@@ -11,7 +11,7 @@ import sympy as sp
 from chasles.derive.chain.body_shapes import skeleton
 from chasles.derive.chain.rigid_bodies import RigidBodies
 from chasles.derive.latex.drawing import PREAMBLE, DrawnMembers, drawing
-from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at, whole
+from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at, rounded
 from chasles.derive.latex.drawing.parts import scene
 from chasles.derive.latex.drawing.view import view
 from chasles.derive.latex.setting.names import escape
@@ -335,4 +335,4 @@ def test_coincident_hinges_are_drawn_as_single_ball():
 
 def test_rounding_of_ties_ignores_last_digits():
     for value in (-1.5, -0.5, 0.5, 7.5):
-        assert whole(value - 1e-9) == whole(value) == whole(value + 1e-9) == math.ceil(value)
+        assert rounded(value - 1e-9) == rounded(value) == rounded(value + 1e-9) == math.ceil(value)

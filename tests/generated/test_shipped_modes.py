@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from tests.support.rate_inputs import held
+from tests.support.rate_inputs import sampling_limits
 
 NAMES = ["planar_3rrr", "stewart_gough", "delta"]
 MAX = {"planar_3rrr": 6, "stewart_gough": 28, "delta": 40}
@@ -20,7 +20,7 @@ def robot(name):
 
 def within(name, n, seed):
     r = robot(name)
-    return np.random.default_rng(seed).uniform(*held(r), (n, r.n))
+    return np.random.default_rng(seed).uniform(*sampling_limits(r), (n, r.n))
 
 
 def apart(T, other):
@@ -92,9 +92,9 @@ def test_hexapod_ik_returns_leg_lengths():
     # At this pose yaw and roll are not separately determined.
     right = np.eye(4)
     right[:3, :3], right[2, 3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.6
-    held = r.ik(right)
-    assert held.valid.all()
-    modes = r.fk_all(held.q[0])
+    sampling_limits = r.ik(right)
+    assert sampling_limits.valid.all()
+    modes = r.fk_all(sampling_limits.q[0])
     assert np.nanmin(apart(modes.T, right)) < 1e-9
     with pytest.raises(chasles.InputValueError, match="T"):
         r.ik(2 * np.eye(4))
@@ -127,7 +127,7 @@ def test_modes_agree_for_every_call_form(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_assembly_modes_far_outside_limits_are_closed(name):
     r = robot(name)
-    lower, upper = held(r)
+    lower, upper = sampling_limits(r)
     beyond = 1.5 * (upper - lower)
     q = np.random.default_rng(5).uniform(lower - beyond, upper + beyond, (60, r.n))
     found = r.fk_all(q)

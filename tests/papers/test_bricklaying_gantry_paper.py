@@ -105,4 +105,6 @@ def test_motor_rates_match_finite_differences_and_speed_limit():
     assert smooth.mean() > 0.9
     # The jerk is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The time step is 0.02 s.
     np.testing.assert_allclose(middle[smooth], sampled.qd[smooth], atol=400 * 0.02**2)
-    assert (np.linalg.norm(sampled.V[:, :3], axis=1) <= bricklaying_wall.SPEED["speed"] + 1e-12).all()
+    assert (
+        np.linalg.norm(sampled.V[:, :3], axis=1) <= bricklaying_wall.SPEED["speed"] + 1e-12
+    ).all()

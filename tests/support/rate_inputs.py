@@ -30,7 +30,7 @@ WITH_RATES = [
 """Names of robots with Jacobians and joint rates."""
 
 
-def held(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Returns the limits (n,), or `HELD` for three cranks without limits."""
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper

@@ -57,7 +57,7 @@ def read_back(found, poses=POSES, texts=None):
                 value = float(lower([others["redundancy"]], "swivel")[0](q))
                 given["\\psi"] = value
             else:
-                k = function.role.given[len(values)]
+                k = function.role.fixed[len(values)]
                 value = float(q[k])
                 given[f"q_{{{k + 1}}}"] = value
             values.append(value)

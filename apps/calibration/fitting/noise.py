@@ -126,12 +126,12 @@ class Linearized:
 
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
-        drawn = self.D.any(0)
+        has_prior = self.D.any(0)
         # Errors at the nominal parameters and the derivative of these errors, without the
         # components that the free variables explain.
-        per_tolerance = self.J[:, drawn] / self.D[:, drawn].sum(0)
+        per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
-        Q = np.linalg.qr(self.J[:, ~drawn])[0]
+        Q = np.linalg.qr(self.J[:, ~has_prior])[0]
         y, per_tolerance = (x - Q @ (Q.T @ x) for x in (y, per_tolerance))
         surplus = len(y) - Q.shape[1]
         U, sizes, _ = np.linalg.svd(per_tolerance, full_matrices=False)

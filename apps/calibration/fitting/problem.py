@@ -105,15 +105,19 @@ def problem_at(
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
     known = deviations(robot, parameter_std or {})[candidates]
-    whole = _whole(robot, q, start, p, candidates, known)
-    J, names, n = whole.derivative(whole.x0) * SMALL, np.array(whole.names), len(candidates)
-    unknown, unclear = identifiable(J[:, :0], J[:, n:], whole.names[n:], ())
-    J, free = np.concatenate([J, whole.drawn()], 0), np.flatnonzero(known == 0)
+    complete = _whole(robot, q, start, p, candidates, known)
+    J, names, n = (
+        complete.derivative(complete.x0) * SMALL,
+        np.array(complete.names),
+        len(candidates),
+    )
+    unknown, unclear = identifiable(J[:, :0], J[:, n:], complete.names[n:], ())
+    J, free = np.concatenate([J, complete.prior_jacobian()], 0), np.flatnonzero(known == 0)
     kept = np.concatenate([np.flatnonzero(known), n + unknown]).astype(np.intp)
     message, unseen = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
     sought = np.union1d(free[message], np.flatnonzero(known)).astype(np.intp)
     return replace(
-        whole,
+        complete,
         sought=candidates[sought],
         open_unknowns=unknown,
         x0=np.concatenate([p[candidates[sought]], start.unknowns[unknown]]),
@@ -165,16 +169,18 @@ def problem_nearby(
         robust: Whether the first fit uses a robust loss.
     """
     sought = _candidates(first.robot, vary, start.measurements, bool(parameter_std))
-    whole = _whole(first.robot, first.q, start, first.start_geometry, sought, np.zeros(len(sought)))
-    whole, x0 = whole.weighted(first.weights), whole.x0
+    complete = _whole(
+        first.robot, first.q, start, first.start_geometry, sought, np.zeros(len(sought))
+    )
+    complete, x0 = complete.weighted(first.weights), complete.x0
     designed = np.zeros(len(x0), dtype=bool)
     designed[: len(sought)] = [first.robot.geometry[k].part not in FRAMES for k in sought]
     nearness = np.where(designed, _NEARNESS, _PLACED) / SMALL
 
     def errors(x: FloatArray) -> Errors:
         return Errors(
-            np.concatenate([whole.errors(x), nearness * (x - x0)]),
-            lambda: np.concatenate([whole.derivative(x), np.diag(nearness)]),
+            np.concatenate([complete.errors(x), nearness * (x - x0)]),
+            lambda: np.concatenate([complete.derivative(x), np.diag(nearness)]),
         )
 
     found = least_squares(
@@ -186,7 +192,7 @@ def problem_nearby(
         evaluations=_MAX_NEARBY,
     )
     at = start._replace(unknowns=found[len(sought) :])
-    return problem_at(first.robot, first.q, at, vary, parameter_std, whole.geometry(found))
+    return problem_at(first.robot, first.q, at, vary, parameter_std, complete.geometry(found))
 
 
 def _candidates(
@@ -321,7 +327,7 @@ class Problem:
             self, q=self.q[index], measurements=measurements, weights=self.weights[index]
         )
 
-    def drawn(self) -> FloatArray:
+    def prior_jacobian(self) -> FloatArray:
         """Return the (t, k) derivative of `strays` with respect to the scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
@@ -359,7 +365,7 @@ class Problem:
         """
         design = {item.name for item in self.robot.geometry if item.part not in FRAMES}
         count = len(self.x0) + sum(item.name in design for item in self.unidentifiable)
-        if len(self._rows) + len(self.drawn()) <= count:
+        if len(self._rows) + len(self.prior_jacobian()) <= count:
             raise InputValueError(
                 f"identify: {len(self._rows)} measured values do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
@@ -372,7 +378,7 @@ class Problem:
             x = self.solve(x, used, noise)
             if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
                 break
-            if not (robust or len(self.drawn())):
+            if not (robust or len(self.prior_jacobian())):
                 break
         return Fit(x, used, self.noise(x, used))
 
@@ -384,13 +390,13 @@ class Problem:
         Configurations with open loops at the start values are ignored.
         """
         kept = used[self._rows] & np.isfinite(self.errors(x))
-        drawn = noise * self.drawn() / SMALL
+        prior_jacobian = noise * self.prior_jacobian() / SMALL
 
         def errors(y: FloatArray) -> Errors:
             T = self.poses(self.q, y)
             values = np.concatenate([self._errors_at(T, y)[kept], noise * self.strays(y)])
             return Errors(
-                values, lambda: np.concatenate([self._derivative_at(T, y)[kept], drawn], 0)
+                values, lambda: np.concatenate([self._derivative_at(T, y)[kept], prior_jacobian], 0)
             )
 
         size = self.spread(x) if robust else 0.0
@@ -430,7 +436,7 @@ class Problem:
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
         """Linearize the selected errors and the parameter deviations near x."""
         J = self.derivative(x)[kept] * SMALL
-        return Linearized(self.errors(x)[kept], J, self.strays(x), self.drawn())
+        return Linearized(self.errors(x)[kept], J, self.strays(x), self.prior_jacobian())
 
     def _few_agree(self, used: BoolArray) -> InputValueError:
         kept = used[self._rows]

@@ -34,10 +34,10 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     Raises:
         InputValueError: The columns are ambiguous; the message suggests a header.
     """
-    whole = _whole(rows)
-    if len(whole) < _MIN:
+    complete = _whole(rows)
+    if len(complete) < _MIN:
         raise _asked(path, rows, robot)
-    values = np.array([[number(cell) for cell in row.cells] for row in whole])
+    values = np.array([[number(cell) for cell in row.cells] for row in complete])
     joints = [f"q{k + 1}" for k in range(robot.n)]
     counted = _counts(values)
     named = [*(["id"] if counted else []), *joints]

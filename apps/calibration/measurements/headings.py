@@ -361,13 +361,13 @@ def _targets_by_name(
         others = tuple(word for word in core if word not in AXES)
         if len(axes) == 1 and others and not heading.planned:
             names.setdefault(others, {})[axes[0]] = heading.column.number
-    whole = [(words, axes) for words, axes in names.items() if set(AXES) <= axes.keys()]
-    if whole:
-        shown = ", ".join(f"{k} {' '.join(words)}" for k, (words, _) in enumerate(whole, 1))
+    complete = [(words, axes) for words, axes in names.items() if set(AXES) <= axes.keys()]
+    if complete:
+        shown = ", ".join(f"{k} {' '.join(words)}" for k, (words, _) in enumerate(complete, 1))
         said.append(f"the named targets have these numbers: {shown}")
     return {
         number: f"{axis}{k}"
-        for k, (_, axes) in enumerate(whole, 1)
+        for k, (_, axes) in enumerate(complete, 1)
         for axis, number in axes.items()
     }
 

@@ -99,12 +99,18 @@ def resolve_redundancy(
     def nearest(at: FloatArray) -> FloatArray:
         return np.asarray(poses[np.rint(at).astype(np.intp)])
 
-    found = parameter_curve(robot, nearest, s[-1], seed, limits, whole=True)
+    found = parameter_curve(robot, nearest, s[-1], seed, limits, integers_only=True)
     return robot.ik_path(poses, found.q_start, fixed=found.at(s))
 
 
 def parameter_curve(
-    robot: Robot, poses: Poses, length: float, q_seed: FloatArray, limits: Any, *, whole: bool
+    robot: Robot,
+    poses: Poses,
+    length: float,
+    q_seed: FloatArray,
+    limits: Any,
+    *,
+    integers_only: bool,
 ) -> ParameterCurve:
     """Return the parameters on a curve of poses; see :func:`resolve_redundancy`.
 
@@ -114,16 +120,20 @@ def parameter_curve(
         length: Length of the curve.
         q_seed: (n,) coordinates before the motion.
         limits: Limits as for `Solutions.within_limits`.
-        whole: Whether poses exist at whole numbers only.
+        integers_only: Whether poses exist at whole numbers only.
     """
     if not robot.redundancy:
         raise InputValueError(f"{robot.name}: no redundancy parameters")
     bounds = _bounds(robot, limits)
     failure = ""
     for knots, resolution, margin in _TRIES:
-        s = _spread(length, knots, whole)
+        s = _spread(length, knots, integers_only)
         # A path of poses is followed pose by pose: larger steps can cross a singularity.
-        between = np.arange(length + 1) if whole else _spread(length, _BETWEEN * knots, whole)
+        between = (
+            np.arange(length + 1)
+            if integers_only
+            else _spread(length, _BETWEEN * knots, integers_only)
+        )
         search = _Search(robot, poses(s), q_seed, bounds + margin * _inwards(bounds))
         try:
             parameters, q_start = search.best(resolution)
@@ -299,9 +309,9 @@ def _end(path: JointPath, bounds: FloatArray) -> int:
     return int(np.argmax(outside)) if outside.any() else len(path.q)
 
 
-def _spread(length: float, count: int, whole: bool) -> FloatArray:
+def _spread(length: float, count: int, integers_only: bool) -> FloatArray:
     s = np.linspace(0.0, length, count)
-    return np.unique(np.rint(s)) if whole else s
+    return np.unique(np.rint(s)) if integers_only else s
 
 
 def _through(s: FloatArray, parameters: FloatArray) -> Callable[..., FloatArray]:

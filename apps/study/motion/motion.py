@@ -180,7 +180,7 @@ class Motion:
             return np.asarray(self.curve.at(s)[0])
 
         return parameter_curve(
-            self.robot, poses, self.curve.length, self.q_seed, "robot", whole=False
+            self.robot, poses, self.curve.length, self.q_seed, "robot", integers_only=False
         )
 
     def _fixed_names(self) -> list[str]:

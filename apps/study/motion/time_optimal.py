@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError
 from chasles.contract import requires
 
-from ..arguments import above_0, finite, whole
+from ..arguments import above_0, finite, integer_at_least
 from .limits import per_coordinate
 from .motion import Motion
 from .time_scaling import TimeScaling
@@ -87,7 +87,7 @@ def time_optimal(
     ]
     if tool_speed is not None:
         above_0("time_optimal: tool_speed", tool_speed)
-    whole("time_optimal: nodes", nodes, _FEWEST)
+    integer_at_least("time_optimal: nodes", nodes, _FEWEST)
     finite("time_optimal: acceleration_limits", limits[1])
     s, best = _nodes(motion, nodes), math.inf
     for _ in range(_ROUNDS):

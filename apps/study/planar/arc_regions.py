@@ -116,15 +116,15 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
         lower: The smallest angle of the rotation [rad].
         upper: The largest angle [rad]; for a full turn or more, all angles.
     """
-    whole = not upper - lower < _TURN
+    is_circle = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:
         return _swept_point(region.arcs[0].center - center, center, lower, upper)
     candidates = [
-        BorderArc(center, radius, *((0.0, _TURN) if whole else (start + lower, start + upper)))
+        BorderArc(center, radius, *((0.0, _TURN) if is_circle else (start + lower, start + upper)))
         for arc in region.arcs
         for radius, start in _touching(arc, center)
     ]
-    if not whole:
+    if not is_circle:
         candidates += [_turned(arc, center, by) for arc in region.arcs for by in (lower, upper)]
 
     def inside(points: FloatArray) -> BoolArray:
@@ -133,7 +133,10 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
         pieces = _angles(region, center, np.hypot(x, y))
         return np.array(
             [
-                any(whole or (angle - a - lower) % _TURN <= b - a + upper - lower for a, b in own)
+                any(
+                    is_circle or (angle - a - lower) % _TURN <= b - a + upper - lower
+                    for a, b in own
+                )
                 for angle, own in zip(angles.tolist(), pieces, strict=True)
             ],
             dtype=bool,

@@ -204,8 +204,8 @@ def _judged(
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return masks of the squares inside the region and of the undecided squares."""
     half = side / math.sqrt(2)
-    whole = _at_some_angle(legs, middles, -half)
-    return whole, ~whole & _at_some_angle(legs, middles, half)
+    at_lower = _at_some_angle(legs, middles, -half)
+    return at_lower, ~at_lower & _at_some_angle(legs, middles, half)
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:

@@ -171,12 +171,12 @@ def closed_configurations(
     rng = np.random.default_rng(0)
     q, z = [], []
     for attempt in range(_ATTEMPTS):
-        drawn = rng.uniform(lower, upper, (_SAMPLES, robot.n))
+        sampled = rng.uniform(lower, upper, (_SAMPLES, robot.n))
         if attempt == 0:
-            drawn[0] = skeleton(robot).q_drawn
-        places = robot.configuration(drawn) if robot.loops else drawn
+            sampled[0] = skeleton(robot).q_drawn
+        places = robot.configuration(sampled) if robot.loops else sampled
         closed = np.isfinite(places).all(-1)
-        q.append(drawn[closed])
+        q.append(sampled[closed])
         z.append(places[closed])
         if sum(map(len, q)) >= _SAMPLES // 2:
             break

@@ -205,21 +205,21 @@ def _points(space: Space, count: int, dispersion: float, rng: np.random.Generato
     lower, upper = space.lower, space.upper
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):
-        drawn = rng.uniform(lower, upper, (count, len(lower)))
-        drawn = drawn[space.is_free(drawn)]
+        sampled = rng.uniform(lower, upper, (count, len(lower)))
+        sampled = sampled[space.is_free(sampled)]
         if dispersion:
-            drawn = _dispersed(kept, drawn, dispersion)
-        kept = np.vstack([kept, drawn])[:count]
+            sampled = _dispersed(kept, sampled, dispersion)
+        kept = np.vstack([kept, sampled])[:count]
         if len(kept) == count:
             break
     return kept
 
 
-def _dispersed(kept: FloatArray, drawn: FloatArray, dispersion: float) -> FloatArray:
+def _dispersed(kept: FloatArray, sampled: FloatArray, dispersion: float) -> FloatArray:
     """Select the random points with distances of at least `dispersion` from all selected points."""
-    apart = np.linalg.norm(drawn[:, None] - kept, axis=-1) >= dispersion
-    chosen = np.empty((0, drawn.shape[1]))
-    for point in drawn[apart.all(axis=1)]:
+    apart = np.linalg.norm(sampled[:, None] - kept, axis=-1) >= dispersion
+    chosen = np.empty((0, sampled.shape[1]))
+    for point in sampled[apart.all(axis=1)]:
         if (np.linalg.norm(chosen - point, axis=1) >= dispersion).all():
             chosen = np.vstack([chosen, point])
     return chosen

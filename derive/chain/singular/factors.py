@@ -114,8 +114,8 @@ class _Tangents:
         left = self.polynomial
         for constant in constants:
             left = left.exquo(source.ring.from_expr(constant))
-        whole = _shortest(source, source.reduced(left))
-        return [(whole, 1), *((f.xreplace(source.meanings), 1) for f in constants)]
+        shortest = _shortest(source, source.reduced(left))
+        return [(shortest, 1), *((f.xreplace(source.meanings), 1) for f in constants)]
 
     def _turned_back(self, factor: sp.Expr, degrees: Sequence[int]) -> sp.Expr:
         """Converts a factor to cosines and sines of coordinate sums."""

@@ -50,10 +50,10 @@ def nearest_singular(
     found: list[FloatArray] = []
     # Multiples of square roots of primes fill a cube evenly, and are identical on every computer.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
-    drawn = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
-    if _smallest(S, drawn[0], scale) < RANK_LOST:
+    sampled = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
+    if _smallest(S, sampled[0], scale) < RANK_LOST:
         return ()
-    for q in _led(S, np.vstack([start, *drawn]), scale):
+    for q in _led(S, np.vstack([start, *sampled]), scale):
         if (q < low).any() or (q > high).any():
             continue
         if all(float(np.abs((q - other) / scale).max()) > OTHER_CONFIGURATION for other in found):
@@ -70,8 +70,8 @@ def general_rank(robot: SerialRobot) -> int:
         robot: A serial robot without couplings and helical joints.
     """
     S, _ = _screws(robot)
-    drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))
-    sizes = np.linalg.svd(seen_screws(S, drawn, 0), compute_uv=False)
+    sampled = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))
+    sizes = np.linalg.svd(seen_screws(S, sampled, 0), compute_uv=False)
     return int((sizes > RANK_LOST).sum(axis=1).max())
 
 

@@ -102,8 +102,8 @@ def _in_general(
     S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
     screws = np.array(S.xreplace(values).evalf(), float)
-    drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))
-    return screws, [_configuration(screws, x) for x in drawn]
+    sampled = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))
+    return screws, [_configuration(screws, x) for x in sampled]
 
 
 def _first_that_holds(

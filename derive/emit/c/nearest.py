@@ -85,7 +85,7 @@ def _parameters(derivation: Derivation, function: Signature) -> list[str] | None
     if isinstance(robot, SerialRobot) and robot.couplings:
         return _of_joints(derivation, names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
-        given = function.role.given
+        given = function.role.fixed
         return [
             f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
         ]
@@ -126,7 +126,7 @@ def _bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
 
 def _turns(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the period of each coordinate; 0 for coordinates that must not wrap."""
-    fixed = {*function.role.given, *function.role.free}
+    fixed = {*function.role.fixed, *function.role.free}
     return [
         "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
         for k, wraps in enumerate(_wraps(derivation))
@@ -168,7 +168,7 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the public function, with the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
-    fixed = sorted({*function.role.given, *function.role.free})
+    fixed = sorted({*function.role.fixed, *function.role.free})
     target, *more = function.inputs
     ones = ", ".join("0" if k in fixed else "1" for k in range(n))
     inputs = ", ".join([target.name, *(f"&{a.name}" for a in more)])

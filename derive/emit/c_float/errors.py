@@ -142,7 +142,7 @@ class Measurement:
         if argument.name in self.programs.whole:
             return self._at(argument.name, [q])[0]
         if isinstance(robot, SerialRobot) and not robot.couplings:
-            joint = function.role.given[k]
+            joint = function.role.fixed[k]
             return q[:, joint : joint + 1]
         return None
 
@@ -176,7 +176,7 @@ class Measurement:
             return None
         J = self._at("jacobian_mixed", [q])[0].reshape(len(q), 6, -1)
         kept = [row for part in function.role.components for row in ROWS[part]] or list(range(6))
-        fixed = {*function.role.given, *function.role.free}
+        fixed = {*function.role.fixed, *function.role.free}
         columns = [k for k in range(J.shape[2]) if k not in fixed]
         return np.asarray(np.linalg.svd(J[:, kept][:, :, columns], compute_uv=False)[:, -1])
 

@@ -121,7 +121,7 @@ def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dic
     values = {"robot": name, "upper": f"{name}_float".upper(), "title": derivation.robot.title}
     found = {"README.md": filled(SUPPORT / "README.md", values)}
     if inverse is not None:
-        target, joints = inverse.inputs[0], inverse.role.given
+        target, joints = inverse.inputs[0], inverse.role.fixed
         values |= {
             "inverse": inverse.name,
             "target": f"const float {target.name}[{target.size}]",

@@ -48,7 +48,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
     """Returns the values of the placeholders."""
     nearest, start = _nearest_of_pose(derivation), _start(derivation)
-    fixed = nearest.role.given if nearest else ()
+    fixed = nearest.role.fixed if nearest else ()
     moved = next((k for k in range(len(start)) if k not in fixed), 0)
     return {
         "robot": derivation.robot.name,

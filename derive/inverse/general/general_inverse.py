@@ -349,7 +349,7 @@ def solver_function(
         CALLS,
         SLOTS,
         OPERATIONS,
-        role=Role("inverse", "pose", given=given, labels=labels),
+        role=Role("inverse", "pose", fixed=given, labels=labels),
     )
 
 

@@ -50,8 +50,8 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
     ]
     turned = [0.0]
     here = _configuration(mine, mine.values)
-    held = {c.moves: mine.values[c.moves] for c in built.coordinates}
-    there = _configuration(other, other.values | held)
+    shared = {c.moves: mine.values[c.moves] for c in built.coordinates}
+    there = _configuration(other, other.values | shared)
     size, twists = _size(there), dict[str, FloatArray]()
     for body, own in here.items():
         centre = _centre(there[body])

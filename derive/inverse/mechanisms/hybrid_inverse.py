@@ -231,7 +231,7 @@ def _of_nominal(
 def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
     """Whether each fixed joint depends only on its own actuated coordinate."""
     given = {hybrid.theta[k] for k in found.given}
-    fixed = (_actuator(hybrid, k) for k in solved.function.role.given)
+    fixed = (_actuator(hybrid, k) for k in solved.function.role.fixed)
     return all(_arguments(hybrid, entry) <= given for entry in fixed)
 
 
@@ -256,13 +256,13 @@ def _by_chain(
     For a robot as built, its own loops give the actuators if these loops have a closed form. The
     built loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
-    whole = _on_chain(hybrid, lines, found, Work(hybrid.terms))
-    settled = settled_choices(hybrid, whole, found.given)
+    pose = _on_chain(hybrid, lines, found, Work(hybrid.terms))
+    settled = settled_choices(hybrid, pose, found.given)
     if built is None:
         return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled))
     if built.forward.open or built.backward.open:
         return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled), built)
-    settled -= choices_of_loops(whole.work)
+    settled -= choices_of_loops(pose.work)
     start = _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
     settled |= unused_sides(built, start, found.given)
     return _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
@@ -334,10 +334,10 @@ def _by_translation(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, is_start: bool
 ) -> Solved | None:
     """Solves the joints of the shortened chain, then the actuators."""
-    whole = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
-    if whole is None:
+    pose = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
+    if pose is None:
         return None
-    work = Work(hybrid.terms, settled=settled_choices(hybrid, whole))
+    work = Work(hybrid.terms, settled=settled_choices(hybrid, pose))
     return _on_shorter_chain(hybrid, moved, found, work, is_start=is_start)
 
 

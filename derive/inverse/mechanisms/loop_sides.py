@@ -224,5 +224,5 @@ def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
         a, b = (middle + off if v is None else float(v) for v, off in ends)
         low.append(a)
         high.append(b)
-    drawn = np.random.default_rng(0).uniform(low, high, (MAX_DRAWN, len(low)))
-    return np.vstack([hybrid.q_at_reference, drawn])
+    sampled = np.random.default_rng(0).uniform(low, high, (MAX_DRAWN, len(low)))
+    return np.vstack([hybrid.q_at_reference, sampled])

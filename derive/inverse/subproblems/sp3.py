@@ -40,7 +40,7 @@ def sp3(
     p: Vector,
     across2: sp.Expr,
     sign: sp.Symbol,
-    whole: sp.Expr | None = None,
+    rounding: sp.Expr | None = None,
 ) -> FoundTurn:
     """Returns the rotation about the unit vector k for which ``p0 + R p`` has a known length.
 
@@ -52,7 +52,7 @@ def sp3(
         across2: ``D'^2``, the squared length of the sum's component perpendicular to k; see
             :func:`squared_across`.
         sign: Selects one of the two angles: the sign of sin(phi).
-        whole: The term that determines the rounding error of across2: ``D^2`` if across2 is a
+        rounding: The term that determines the rounding error of across2: ``D^2`` if across2 is a
             difference; across2 itself if None.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
@@ -65,7 +65,7 @@ def sp3(
         return on_line(terms, a, b, e, sign, xi2)
     # If shoulder and wrist may coincide, their distance has full relative accuracy.
     opening = terms.let(
-        above - terms.let(MEETING_SOLUTIONS * (across2 if whole is None else whole))
+        above - terms.let(MEETING_SOLUTIONS * (across2 if rounding is None else rounding))
     )
     bend = terms.let(below - terms.let(MEETING_SOLUTIONS * most))
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0

@@ -204,7 +204,7 @@ def function_of(
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
-    role = Role("inverse", domain, given=tuple(sorted(given)), labels=_labels(work))
+    role = Role("inverse", domain, fixed=tuple(sorted(given)), labels=_labels(work))
     outputs = (
         Result("q", q, (k, len(q)), unit, "joint coordinates, one solution per row"),
         Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),

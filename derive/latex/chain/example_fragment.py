@@ -64,7 +64,7 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     robot, inverse = page.robot, page.inverse
     if not inverse.written:
         return ""
-    given = inverse.written[0].role.given
+    given = inverse.written[0].role.fixed
     if not is_fit(robot, given):
         return ""
     constants, slides = numbers(robot), slides_of(robot)
@@ -83,8 +83,8 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     columns = [("solution", [f"${k}$" for k, _ in enumerate(found, 1)])]
     columns += _columns(symbols, robot.coordinates, found)
     table = tabular(columns, repeated=1)
-    held = [f"${symbols[k]}$" for k in given]
-    of_configuration = f" and {listed(held)} of this configuration" if given else ""
+    parameters = [f"${symbols[k]}$" for k in given]
+    of_configuration = f" and {listed(parameters)} of this configuration" if given else ""
     return sentence(
         f"For this pose{of_configuration}, the arm has {_count(len(found))}"
         f" ({_measured(robot.coordinates)}), found numerically by the determinant of Raghavan and"

@@ -39,8 +39,8 @@ def singularities(page: Page) -> str:
     if found.determinant and found.conditions:
         alone = len(found.conditions) == 1 and not found.conditions[0].words
         listed = "" if alone else _listed(page, found.conditions)
-        whole = _configurations(page, found) if found.configurations else ""
-        return text(sentence(*_determinant(page, found), listed), whole)
+        special = _configurations(page, found) if found.configurations else ""
+        return text(sentence(*_determinant(page, found), listed), special)
     if found.conditions:
         return text(sentence(_several(page), _listed(page, found.conditions)))
     return text(_configurations(page, found)) if found.configurations else ""

@@ -11,7 +11,7 @@ from ...terms.terms import Terms
 from ..setting import names
 from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
-from .paper import Paper, Point, at, whole
+from .paper import Paper, Point, at, rounded
 from .parts import DrawnMembers, Scene, scene
 from .view import view, view_of_arm
 
@@ -209,10 +209,10 @@ def _scale(per_metre: float, corner: Point) -> list[str]:
         digit * 10.0**power
         for power in range(-9, 9)
         for digit in _SCALES
-        if whole(digit * 10.0**power * per_metre) >= _SHORTEST
+        if rounded(digit * 10.0**power * per_metre) >= _SHORTEST
     )
     a = (corner[0] + 10, corner[1] - _BELOW + 18)
-    b = (a[0] + whole(metres * per_metre), a[1])
+    b = (a[0] + rounded(metres * per_metre), a[1])
     return [
         f"\\draw[ground,|-|] {at(a)} -- {at(b)};",
         f"\\node[name,anchor=west] at {at((b[0] + 15, b[1]))} {{${metres:g}\\,\\mathrm{{m}}$}};",

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TypeVar
 
-from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, whole
+from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, rounded
 
 LINE, LETTER = 28, 15.5
 """Height of a label, and mean width of its letters, at footnote size."""
 _DIRECTIONS = [
-    (whole(1000 * math.cos(k * math.pi / 12)), whole(1000 * math.sin(k * math.pi / 12)))
+    (rounded(1000 * math.cos(k * math.pi / 12)), rounded(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
 """Possible directions from a point to its label, with components in thousandths."""
@@ -182,9 +182,9 @@ def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
     """Returns the point where a label is nearest to its target, its box, and its anchor."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
-    x = label.point[0] + whole(reach * dx / 1000)
-    y = label.point[1] + whole(reach * dy / 1000)
-    w, h = whole(LETTER * label.letters), LINE
+    x = label.point[0] + rounded(reach * dx / 1000)
+    y = label.point[1] + rounded(reach * dy / 1000)
+    w, h = rounded(LETTER * label.letters), LINE
     side = "west" if dx > _LEVEL else "east" if dx < -_LEVEL else ""
     end = "south" if dy > _STEEP else "north" if dy < -_STEEP else ""
     left = {"west": x, "east": x - w, "": x - w // 2}[side]

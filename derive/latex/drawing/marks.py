@@ -6,7 +6,7 @@ import numpy as np
 
 from ...chain.rigid_bodies import Array
 from .labels import Obstacles
-from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
+from .paper import Paper, Point, angle, area, at, between, distance, hull, number, rounded, turn
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
@@ -87,7 +87,7 @@ class Marks:
         """Hatches the ground at a point, perpendicular to the direction to a second point."""
         length = max(distance(point, other), 1)
         x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
-        side = whole(FOOTING * y), whole(FOOTING * x)
+        side = rounded(FOOTING * y), rounded(FOOTING * x)
         self._ground(
             (point[0] - side[0], point[1] + side[1]), (point[0] + side[0], point[1] - side[1])
         )
@@ -135,8 +135,8 @@ class Marks:
         shaft = self._shaft(hinge)
         if shaft is not None:
             away = self._away(hinge, shaft)
-            x, y = point[0] - whole(away[0] * SHAFT), point[1] - whole(away[1] * SHAFT)
-            side = whole(away[1] * FOOTING), whole(away[0] * FOOTING)
+            x, y = point[0] - rounded(away[0] * SHAFT), point[1] - rounded(away[1] * SHAFT)
+            side = rounded(away[1] * FOOTING), rounded(away[0] * FOOTING)
             self._ground((x - side[0], y + side[1]), (x + side[0], y - side[1]))
             return
         up = self._up(hinge, point)
@@ -156,7 +156,7 @@ class Marks:
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
         """Returns the direction of a shaft towards its body, or upwards if there is no body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
-        along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
+        along = rounded(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
@@ -209,7 +209,7 @@ class Marks:
         if not bar.is_cylinder:
             return [f"\\draw[rod outline] {_open([a, b])};", f"\\draw[rod] {_open([a, b])};"]
         length = distance(a, b)
-        barrel = whole(BARREL * length)
+        barrel = rounded(BARREL * length)
         style = "barrel,pressed" if bar.coordinate else "barrel"
         self.anchors[bar.name] = between(a, b, BARREL / 2), 16
         if bar.coordinate:
@@ -275,13 +275,13 @@ class Marks:
         # The drawn hinge is shifted along its child body, or else along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
-                whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
+                rounded(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
                 for x, y in self.corners[k]
             ]
             reach = max(along, key=abs, default=0)
             if abs(reach) > 2 * SHAFT:
                 step = 2 * SHAFT if reach > 0 else -2 * SHAFT
-                return point[0] + whole(step * shaft[0]), point[1] + whole(step * shaft[1])
+                return point[0] + rounded(step * shaft[0]), point[1] + rounded(step * shaft[1])
         return point
 
     def _turned_hinge(self, point: Point, style: str, shaft: tuple[float, float]) -> None:
@@ -312,7 +312,7 @@ class Marks:
             return
         # Only the nearer half of the arrow's circle is drawn, beyond the hinge.
         away = self._away(hinge, shaft)
-        beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
+        beyond = point[0] + rounded(COLLAR * away[0]), point[1] + rounded(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
         self.obstacles.disc(beyond, MOTOR)
         self.arrows.append(
@@ -336,7 +336,7 @@ class Marks:
         def closeness(k: int) -> int:
             x, y = compass[k]
             cosines = [(x * w[0] + y * w[1]) / distance(w, (0, 0)) for w in ways]
-            return whole(10 * max(cosines, default=0.0))
+            return rounded(10 * max(cosines, default=0.0))
 
         return 45 * min(range(8), key=closeness)
 
@@ -365,7 +365,9 @@ class Marks:
         self.obstacles.disc(place, 24)
         if slide.coordinate:
             self.arrows.append(f"\\draw[motor,<->] {frame} (-4.5,3.2) -- (4.5,3.2);")
-            ends = [(place[0] + whole(s * 45 * x), place[1] + whole(s * 45 * y)) for s in (-1, 1)]
+            ends = [
+                (place[0] + rounded(s * 45 * x), place[1] + rounded(s * 45 * y)) for s in (-1, 1)
+            ]
             self.obstacles.path(_shifted(ends[0], ends[1], 32), 8)
 
     def _guide(
@@ -375,9 +377,9 @@ class Marks:
         x, y = direction
         is_rail = slide.a == 0 and not self.has_plate
         reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
-        ends = [(point[0] + whole(x * r), point[1] + whole(y * r)) for r in reaches]
+        ends = [(point[0] + rounded(x * r), point[1] + rounded(y * r)) for r in reaches]
         if is_rail:
-            low = [(px + whole(20 * y), py - whole(20 * x)) for px, py in ends]
+            low = [(px + rounded(20 * y), py - rounded(20 * x)) for px, py in ends]
             self._ground(low[0], low[1])
         else:
             self.bodies.append(f"\\draw[guide] {_open(ends)};")
@@ -395,7 +397,7 @@ class Marks:
         """Returns the ends of a guide relative to its slider; it covers the slider's limits."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
-            whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
+            rounded(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
             for p in (point, *shown)
         ]
         beyond = RAIL if is_rail and not slide.travel else GUIDE
@@ -410,8 +412,8 @@ class Marks:
             right, up, _ = self.paper.along(T[:3, k])
             if float(np.hypot(right, up)) < FORESHORTENED:
                 continue
-            tip = origin[0] + whole(AXIS * right), origin[1] + whole(AXIS * up)
-            letter = origin[0] + whole(1.22 * AXIS * right), origin[1] + whole(1.22 * AXIS * up)
+            tip = origin[0] + rounded(AXIS * right), origin[1] + rounded(AXIS * up)
+            letter = origin[0] + rounded(1.22 * AXIS * right), origin[1] + rounded(1.22 * AXIS * up)
             self.arrows.append(f"\\draw[frame] {at(origin)} -- {at(tip)};")
             self.arrows.append(f"\\node[axis name] at {at(letter)} {{${letter_of_axis}$}};")
             self.obstacles.path([origin, letter], 6)
@@ -435,5 +437,5 @@ def _shifted(a: Point, b: Point, shift: int) -> list[Point]:
     """Returns a line shifted to the left of its direction."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
-    move = whole(-shift * y), whole(shift * x)
+    move = rounded(-shift * y), rounded(shift * x)
     return [(p[0] + move[0], p[1] + move[1]) for p in (a, b)]

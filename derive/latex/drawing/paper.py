@@ -17,7 +17,7 @@ ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
 """Free margins for labels, and below for the ground and the scale bar."""
 
 
-def whole(value: float) -> int:
+def rounded(value: float) -> int:
     """Rounds to an integer; halves, within machine differences, are rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
@@ -50,16 +50,18 @@ class Paper:
     def at(self, point: Array) -> Point:
         """Projects a point of the base frame onto paper."""
         x, y = self.view[:2] @ point
-        return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
+        return rounded(self.scale * (x - self.corner[0])), rounded(
+            self.scale * (y - self.corner[1])
+        )
 
     def along(self, direction: Array) -> tuple[float, float, float]:
         """Returns a direction's components (right, up, towards the eye) to six digits."""
-        right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
+        right, up, near = (rounded(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
         """Returns the mean position of points along the view direction, in 0.1 mm."""
-        return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
+        return rounded(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 
 def number(tenths: int) -> str:
@@ -76,18 +78,18 @@ def at(point: Point) -> str:
 
 def angle(x: float, y: float) -> str:
     """Formats the direction of a vector, rounded to hundredths of a degree."""
-    hundredths = whole(100 * math.degrees(math.atan2(y, x))) % 36000
+    hundredths = rounded(100 * math.degrees(math.atan2(y, x))) % 36000
     return f"{hundredths / 100:g}"
 
 
 def distance(a: Point, b: Point) -> int:
     """Returns the distance of two points."""
-    return whole(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
+    return rounded(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
 
 
 def between(a: Point, b: Point, share: float) -> Point:
     """Returns the point at a fraction between a and b."""
-    return whole(a[0] + share * (b[0] - a[0])), whole(a[1] + share * (b[1] - a[1]))
+    return rounded(a[0] + share * (b[0] - a[0])), rounded(a[1] + share * (b[1] - a[1]))
 
 
 def turn(a: Point, b: Point, c: Point) -> int:

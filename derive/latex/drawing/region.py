@@ -16,7 +16,7 @@ from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from ..chain.tables import limits
 from .contours import Point
-from .paper import at, number, whole
+from .paper import at, number, rounded
 from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, reached, way
 
 _POSITION = [3, 7, 11]
@@ -105,7 +105,7 @@ def _picture(found: ToolRegion) -> str:
     corner = [first * step for first, _ in ends]
 
     def on_paper(point: Point) -> tuple[int, int]:
-        x, y = (whole(scale * (value - low)) for value, low in zip(point, corner, strict=True))
+        x, y = (rounded(scale * (value - low)) for value, low in zip(point, corner, strict=True))
         return x, y
 
     return "\n".join(
@@ -136,7 +136,7 @@ def _axes(
     """Draws both axes along the lower and left side of the figure, with ticks and names."""
     ticks = [
         [
-            (number(whole(scale * step * (n - first))), f"{n * step:.10g}")
+            (number(rounded(scale * step * (n - first))), f"{n * step:.10g}")
             for n in range(first, last + 1)
         ]
         for first, last in ends

@@ -104,10 +104,10 @@ def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
     left, right = " ".join(terms(printed.unknown)), terms(printed.given)
     if width(f"{left} =") + max(map(width, right)) < LINE - INDENT - MARGIN:
         return left, right
-    whole = [*printed.unknown, *((angle, (-x, -y)) for angle, (x, y) in printed.given)]
-    if max(map(width, terms(whole))) > LINE - 2 * INDENT - MARGIN:
-        whole = [(angle, part) for angle, (x, y) in whole for part in ((x, ZERO), (ZERO, y))]
-    return "0", terms(whole)
+    summands = [*printed.unknown, *((angle, (-x, -y)) for angle, (x, y) in printed.given)]
+    if max(map(width, terms(summands))) > LINE - 2 * INDENT - MARGIN:
+        summands = [(angle, part) for angle, (x, y) in summands for part in ((x, ZERO), (ZERO, y))]
+    return "0", terms(summands)
 
 
 def _tight(term: str) -> str:

@@ -72,7 +72,7 @@ class Page:
         derived = derivation.inverse if derivation.terms is terms else None
         inverse = derived or inverses(robot, terms, coordinates, derivation.families, ways=ways)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
-        given = inverse.solved["ik"].function.role.given if "ik" in inverse.solved else ()
+        given = inverse.solved["ik"].function.role.fixed if "ik" in inverse.solved else ()
         singular = printed_singularities(robot, found.notation, given)
         return cls(robot, found, tuple(links), screws, inverse, singular, geometry)
 

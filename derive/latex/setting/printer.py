@@ -200,8 +200,8 @@ def _rational(value: sp.Rational) -> str:
     if 0 < value < SMALL:
         return sign + _with_power(_rational, value)
     digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
-    whole = digits[: len(digits) - places]
-    return sign + whole + (f".{digits[-places:]}" if places else "")
+    integer = digits[: len(digits) - places]
+    return sign + integer + (f".{digits[-places:]}" if places else "")
 
 
 def decimal(value: sp.Expr) -> str:

@@ -95,8 +95,8 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
     swapped = swapped_ends(mechanism)
     if found is not None:
         more = f"\n    Or {swapped}" if swapped else ""
-        held = what_holds_it_open(mechanism)
-        text = f"robot {mechanism.name!r}: {found}{held}{more}"
+        cause = what_holds_it_open(mechanism)
+        text = f"robot {mechanism.name!r}: {found}{cause}{more}"
         return LoopError(text, gap=found.gap, remedies=found.remedies)
     if swapped:
         return type(error)(f"{error}\n    Perhaps {swapped}")
@@ -463,5 +463,5 @@ def _inwards(value: float, *, up: bool) -> str:
     if value == 0:
         return "0"
     digit = 10.0 ** (math.floor(math.log10(abs(value))) - DIGITS + 1)
-    whole = math.ceil(value / digit - 1e-3) if up else math.floor(value / digit + 1e-3)
-    return f"{whole * digit + 0.0:.{DIGITS}g}"
+    steps = math.ceil(value / digit - 1e-3) if up else math.floor(value / digit + 1e-3)
+    return f"{steps * digit + 0.0:.{DIGITS}g}"

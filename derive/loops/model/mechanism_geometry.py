@@ -38,7 +38,7 @@ class Step(NamedTuple):
     after: Placement
 
     @property
-    def whole(self) -> Placement:
+    def transform(self) -> Placement:
         """The complete motion."""
         return self.before + self.motion + self.after
 

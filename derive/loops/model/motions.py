@@ -123,7 +123,7 @@ def bodies(
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:
-        found[joint.link] = found[joint.parent].moved(terms, steps[joint.link].whole)
+        found[joint.link] = found[joint.parent].moved(terms, steps[joint.link].transform)
     return found
 
 

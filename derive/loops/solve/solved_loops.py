@@ -167,9 +167,9 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
             other.
     """
-    whole = sorted_loops(model.mechanism)
+    complete = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.
-    solvable = whole if model.residual_gaps is None else replace(whole, planar=(), spatial=())
+    solvable = complete if model.residual_gaps is None else replace(complete, planar=(), spatial=())
     try:
         forward = from_actuators(solvable, model.terms, model.q)
         described = {} if forward.open else _described(model, forward)
@@ -185,7 +185,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     found = {f.name: getattr(model, f.name) for f in fields(model)}
     return SolvedLoops(
         **found,
-        loops=whole,
+        loops=complete,
         forward=forward,
         backward=backward,
         numbers=numbers,
@@ -269,10 +269,10 @@ def backward_branches(h: SolvedLoops) -> list[Solution]:
 def _complete(h: SolvedLoops, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
     """Returns the branches that determine at least the joints of the reference branch."""
     found, is_all = every_solution(h.loops, own, given, MAX_BRANCHES)
-    whole = [solution for solution in found if set(solution.open) <= set(own.open)]
+    complete = [solution for solution in found if set(solution.open) <= set(own.open)]
     if not is_all:
-        h.missing[name] = f"{name} has {len(whole)} of more than {MAX_BRANCHES} branches"
-    elif len(whole) < len(found):
-        left = len(found) - len(whole)
+        h.missing[name] = f"{name} has {len(complete)} of more than {MAX_BRANCHES} branches"
+    elif len(complete) < len(found):
+        left = len(found) - len(complete)
         h.missing[name] = f"{name} omits {left} branches without a closed form"
-    return whole
+    return complete

@@ -84,9 +84,9 @@ def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
     """The nozzle keeps its orientation, so its offset and the bed position are equivalent."""
     q = bed_contacts(25, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
-    held = {item.name for item in found.unidentifiable}
-    assert {"target_x", "target_y"} <= held
-    assert len({"target_z", "plane_height"} & held) == 1
+    undetermined = {item.name for item in found.unidentifiable}
+    assert {"target_x", "target_y"} <= undetermined
+    assert len({"target_z", "plane_height"} & undetermined) == 1
     assert len(found.unknowns) == 6
 
 

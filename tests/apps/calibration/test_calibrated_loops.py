@@ -135,14 +135,14 @@ def test_geometry_with_open_loops_gives_nan():
 def test_identification_explains_randomly_perturbed_loop_robot(seed):
     robot, random = parametric("four_bar"), np.random.default_rng(seed)
     p, T_W_base = drawn(robot, random, 1e-3), se3.exp(random.normal(size=6))
-    q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
+    q, validation = everywhere(robot, random, 60), everywhere(robot, random, 500)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     T = T_W_base @ robot.fk_p(q, p)
     measured = Poses(T @ noise, SIGMA)
     found = identify(robot, q, measured)
     probe = found.measurements.T_tool_probe
-    true, calibrated = T_W_base @ robot.fk_p(held, p), found.poses(held) @ probe
-    nominal = found.T_W_base @ robot.fk(held) @ probe
+    true, calibrated = T_W_base @ robot.fk_p(validation, p), found.poses(validation) @ probe
+    nominal = found.T_W_base @ robot.fk(validation) @ probe
     before, after = (
         np.sqrt(((T - true)[:, :3, 3] ** 2).sum(-1).mean()) for T in (nominal, calibrated)
     )
@@ -210,8 +210,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)
     found = identify(robot, q, measured, vary=sizes, T_W_base=np.eye(4))
-    (held,) = (item for item in found.unidentifiable if item.name in sizes)
-    assert sizes.keys() - {held.name} <= dict(held.combination).keys()
+    (validation,) = (item for item in found.unidentifiable if item.name in sizes)
+    assert sizes.keys() - {validation.name} <= dict(validation.combination).keys()
     names = [item.name for item in robot.geometry]
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
     larger = sum(size * J[..., names.index(name)] for name, size in sizes.items())

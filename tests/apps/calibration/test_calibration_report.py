@@ -48,8 +48,8 @@ def test_report_tables_match_calibration_results(chosen):
     assert [row[0] for row in said.tables[0].rows] == ["target 1", "target 2", "target 3"]
     assert [row[1] for row in said.tables[0].rows] == ["60", "59", "60"]
     assert any("measurement 5, target 2" in note for note in said.notes)
-    (held,) = (table for table in said.tables if "validation" in table.title)
-    assert {row[0] for row in held.rows} == set(chosen.errors)
+    (validation,) = (table for table in said.tables if "validation" in table.title)
+    assert {row[0] for row in validation.rows} == set(chosen.errors)
 
 
 def test_reports_print_frames_and_stated_noise(chosen, arm):

@@ -61,8 +61,10 @@ def test_tolerances_keep_parameters_near_nominal_with_few_data(arm):
         arm, truth.q[:4], few, vary=("offset", "axis"), parameter_std=TOLERANCES, robust=False
     )
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (500, 6))
-    held = measured(arm, truth, q)
-    errors = [np.sqrt(np.mean(found.validation_errors(q, held) ** 2)) for found in (free, near)]
+    validation = measured(arm, truth, q)
+    errors = [
+        np.sqrt(np.mean(found.validation_errors(q, validation) ** 2)) for found in (free, near)
+    ]
     assert 3 * errors[1] < errors[0]
     assert np.abs(near.deviations[:-9]).max() < 0.05
 

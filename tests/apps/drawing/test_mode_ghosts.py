@@ -109,11 +109,11 @@ def test_link_legs_close_in_every_assembly_mode(tmp_path):
         assert len(modes.z) == rods.fk_planar_all(q).valid.sum()
         (pin,) = bodies.closures
         poses = bodies.poses_from_configuration(modes.z)
-        held = [
+        tool_poses = [
             poses[:, k] @ np.vstack([frame, [0, 0, 0, 1]])
             for k, frame in zip(pin.bodies, pin.frames, strict=True)
         ]
-        assert np.abs(held[0][:, :3, 3] - held[1][:, :3, 3]).max() < 1e-8
+        assert np.abs(tool_poses[0][:, :3, 3] - tool_poses[1][:, :3, 3]).max() < 1e-8
         assert np.ptp(modes.z[:, names.index("psi_1")]) > 0.1
         counted += len(modes.z)
     assert counted >= 8

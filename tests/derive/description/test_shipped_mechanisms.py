@@ -113,8 +113,8 @@ def test_every_loop_closes_within_the_limits(name):
         low, high = HELD_BOX
     rng = np.random.default_rng(7)
     corner = rng.integers(0, 2, len(low))
-    _, held = m.followed(low + (high - low) * corner)
-    assert held > HELD
+    _, tracked = m.followed(low + (high - low) * corner)
+    assert tracked > HELD
 
 
 WELL = [
@@ -206,8 +206,8 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
 )
 def test_planar_3rrr_reaches_pose_of_its_inverse_solution(name, legs):
     m = model(name)
-    u, held = m.followed(np.radians(legs))
-    assert held > HELD
+    u, tracked = m.followed(np.radians(legs))
+    assert tracked > HELD
     assert dict(zip(m.unknown, u, strict=True)) == pytest.approx(
         {"x": 0.02, "y": 0.05, "phi": 0.0}, abs=1e-9
     )

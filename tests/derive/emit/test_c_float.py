@@ -77,7 +77,7 @@ def inputs_of(robot, info, q):
     """Returns the inputs of a function at configurations."""
     rng = np.random.default_rng(3)
     if info.role.is_inverse:
-        return [robot.fk(q), *(q[:, [k]] for k in info.role.given)]
+        return [robot.fk(q), *(q[:, [k]] for k in info.role.fixed)]
     return [q, *(rng.uniform(-1, 1, (len(q), *item.shape)) for item in info.inputs[1:])]
 
 
@@ -86,7 +86,7 @@ def expected(robot, info, inputs):
     if not info.role.is_inverse:
         results = getattr(robot, info.name)(*inputs)
         return results if isinstance(results, tuple) else (results,)
-    fixed = [robot_of(robot.name).coordinates[k].name for k in info.role.given]
+    fixed = [robot_of(robot.name).coordinates[k].name for k in info.role.fixed]
     values = dict(zip(fixed, (x[:, 0] for x in inputs[1:]), strict=True))
     found = robot.ik(inputs[0], fixed=values) if fixed else robot.ik(inputs[0])
     return found.q, found.residual, found.margin
@@ -109,7 +109,7 @@ def apart(x, y):
 def regular_slots(robot, info, q, residual):
     """Returns which slots are solutions away from singularities."""
     valid = residual <= 1e-9
-    kept = [k for k in range(robot.n) if k not in info.role.given]
+    kept = [k for k in range(robot.n) if k not in info.role.fixed]
     J = robot.jacobian_mixed(q[valid])[..., kept]
     valid[valid] = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR
     return valid

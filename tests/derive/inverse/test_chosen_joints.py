@@ -41,9 +41,9 @@ def test_fixed_joints_become_function_inputs():
     panda = derived("panda", "joint2")
     (ik,) = panda.written
     assert [a.name for a in ik.inputs] == ["T", "q2"]
-    assert ik.role.given == (1,)
+    assert ik.role.fixed == (1,)
     (ik,) = derived("ur5e", "elbow").written
-    assert (ik.solver, ik.role.given) == ("general_tool", (2,))
+    assert (ik.solver, ik.role.fixed) == ("general_tool", (2,))
     text = str(explain(read(ROBOTS / "photo_robot.toml"), fixed=("theta2", "r4")))
     assert "Structure: spherical wrist, with theta2 and r4 fixed." in text
 

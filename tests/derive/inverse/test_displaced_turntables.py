@@ -52,10 +52,10 @@ def test_ik_of_displaced_arm_recovers_generating_configuration(tmp_path):
     assert not hasattr(arm, "ik_position")
     assert any("only inverses of a full pose" in note for note in arm.notes)
     found = arm.ik(T)
-    held = (found.valid & (np.abs(found.distances_from(q)).max(-1) < SAME)).any(-1)
+    is_found = (found.valid & (np.abs(found.distances_from(q)).max(-1) < SAME)).any(-1)
     regular = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR
     assert regular.mean() > 0.999
-    assert held[regular].all()
+    assert is_found[regular].all()
     fk = pinocchio_fk(robot)
     for k in range(0, 2000, 100):
         for row in found.q[k][found.valid[k]]:

@@ -66,8 +66,8 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
     role = case.inverses.functions["ik"].role
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         found, bare = chosen.refined(poses.q), chosen.answers(poses.q)
-        given = found.q[..., list(role.given)]
-        assert (given == bare.q[..., list(role.given)]).all()
+        given = found.q[..., list(role.fixed)]
+        assert (given == bare.q[..., list(role.fixed)]).all()
 
 
 def test_shipped_serial_robots_need_no_numeric_search():

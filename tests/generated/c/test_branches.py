@@ -114,8 +114,8 @@ def pointer(array):
 def one(library, function, inputs):
     """Returns the results of one pose, and checks that nothing is written beyond them."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
-    held = [np.array(x, float).ravel() for x in inputs]
-    library[f"{PREFIX}_{function.name}"](*map(pointer, (*held, *results)))
+    buffers = [np.array(x, float).ravel() for x in inputs]
+    library[f"{PREFIX}_{function.name}"](*map(pointer, (*buffers, *results)))
     assert all(x[-1] == -77.0 for x in results)
     return [x[:-1].reshape(r.shape) for x, r in zip(results, function.outputs, strict=True)]
 
@@ -123,10 +123,10 @@ def one(library, function, inputs):
 def batch(library, function, inputs):
     """Returns the results of many poses, with inputs as rows."""
     n = len(inputs[0])
-    held = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
+    buffers = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
     results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
     call = library[f"{PREFIX}_{function.name}_batch"]
-    call(ctypes.c_size_t(n), *map(pointer, (*held, *results)))
+    call(ctypes.c_size_t(n), *map(pointer, (*buffers, *results)))
     return results
 
 
@@ -327,13 +327,13 @@ def on_lanes(request, tmp_path_factory):
 
     def call(name, *arrays):
         n, size = len(arrays[0]), -(-len(arrays[0]) // 8) * 8
-        held = np.zeros((len(arrays) + 2, size))
+        buffers = np.zeros((len(arrays) + 2, size))
         # Vector loads need addresses aligned to cache lines.
-        held = held.ravel()[-(held.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
-        held = held.reshape(-1, size)
-        held[:-1, :n] = arrays
-        library[name](ctypes.c_size_t(size), *map(pointer, held))
-        return held[-1, :n]
+        buffers = buffers.ravel()[-(buffers.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
+        buffers = buffers.reshape(-1, size)
+        buffers[:-1, :n] = arrays
+        library[name](ctypes.c_size_t(size), *map(pointer, buffers))
+        return buffers[-1, :n]
 
     return call
 

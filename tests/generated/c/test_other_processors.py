@@ -103,7 +103,7 @@ def test_scalar_code_gives_the_same_values_on_arm(name, tmp_path):
     assert compared > 100
     inverse = manifest.with_role("inverse", "pose")
     (T,) = evaluated(here, manifest, "fk", q)
-    given = [q[:, k] for k in inverse.role.given]
+    given = [q[:, k] for k in inverse.role.fixed]
     if not given:
         # Redundancy parameters that are not coordinates, such as the swivel angle, have functions.
         given = [evaluated(here, manifest, item.name, q)[0] for item in inverse.inputs[1:]]

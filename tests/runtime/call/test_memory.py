@@ -90,21 +90,21 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
 
 
 def test_live_results_never_share_memory(arm, q, expected):
-    held = [arm.fk(q) for _ in range(4)]
-    del held[1]
+    arrays = [arm.fk(q) for _ in range(4)]
+    del arrays[1]
     # A slice, a transpose and a buffer keep the whole memory block in use.
-    held.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
+    arrays.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
-    held += [np.asarray(kept_alive), arm.fk(q)]
+    arrays += [np.asarray(kept_alive), arm.fk(q)]
     arm.fk(-q)
     arm.fk_jacobian_mixed(-q[: N * 4 // 10])
     count = 0
-    for a, b in itertools.combinations(held, 2):
+    for a, b in itertools.combinations(arrays, 2):
         assert not np.may_share_memory(a, b)
         count += 1
     assert count == 15
     part = expected[N // 2 :, :3].transpose(0, 2, 1)
-    for array, own in zip(held, [*[expected] * 3, part, expected, expected], strict=True):
+    for array, own in zip(arrays, [*[expected] * 3, part, expected, expected], strict=True):
         np.testing.assert_array_equal(array, own)
 
 
@@ -139,12 +139,12 @@ def test_buffer_pool_is_thread_safe(arm, q, expected):
 
     def work(sign):
         reference = expected if sign > 0 else arm.fk.ufunc(-q)
-        held = []
+        arrays = []
         for _ in range(4):
-            held.append(arm.fk(sign * q))
-            if not all(np.array_equal(array, reference) for array in held[-2:]):
+            arrays.append(arm.fk(sign * q))
+            if not all(np.array_equal(array, reference) for array in arrays[-2:]):
                 failures.append(sign)
-            held = held[-2:]
+            arrays = arrays[-2:]
 
     threads = [threading.Thread(target=work, args=(sign,)) for sign in (1, -1, 1, -1)]
     for thread in threads:
@@ -156,12 +156,12 @@ def test_buffer_pool_is_thread_safe(arm, q, expected):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks")
 def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
-    held, dropped = arm.fk(q), arm.fk(q)
+    arrays, dropped = arm.fk(q), arm.fk(q)
     del dropped
     child = os.fork()
     if child == 0:
-        same = np.array_equal(held, expected)
-        held *= 0.0
+        same = np.array_equal(arrays, expected)
+        arrays *= 0.0
         # The child process reuses its own copy of the freed memory block.
         right = np.array_equal(arm.fk(q), expected)
         chasles.release_memory()
@@ -169,5 +169,5 @@ def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     again = arm.fk(q)
     _, status = os.waitpid(child, 0)
     assert os.waitstatus_to_exitcode(status) == 0
-    np.testing.assert_array_equal(held, expected)
+    np.testing.assert_array_equal(arrays, expected)
     np.testing.assert_array_equal(again, expected)

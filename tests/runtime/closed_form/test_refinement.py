@@ -266,14 +266,14 @@ def test_fixed_loop_joints_are_fixed_through_their_actuators():
     # The last cylinder moves joint theta7.
     rows = [joint.name for joint in robot.chain_joints]
     moves = robot.chain_D_q(robot.reference.q)
-    held = {
+    fixed_names = {
         int(k) for item in info.inputs[1:] for k in np.flatnonzero(moves[rows.index(item.name)])
     }
-    assert info.role.given == (3, 5, 6) == tuple(sorted(held))
+    assert info.role.fixed == (3, 5, 6) == tuple(sorted(fixed_names))
     assert refinement_of(manifest, info, robot.functions).fixed == (3, 5, 6)
     assert (
         refinement_of(
-            manifest, replace(info, role=replace(info.role, given=())), robot.functions
+            manifest, replace(info, role=replace(info.role, fixed=())), robot.functions
         ).fixed
         == ()
     )

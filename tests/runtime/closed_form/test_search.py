@@ -51,7 +51,7 @@ def T(q):
 def test_manifest_declares_search_and_fixed_joints(folder):
     (info,) = (info for info in read_manifest(folder).functions if info.role.is_inverse)
     assert info.role.searches
-    assert list(info.role.given) == GIVEN
+    assert list(info.role.fixed) == GIVEN
 
 
 def test_bare_closed_form_misses_right_angle_poses(arm, q, T):

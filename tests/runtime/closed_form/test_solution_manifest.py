@@ -12,9 +12,9 @@ from tests.support.handwritten import scara
         (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
         (lambda f: f["labels"].append("c"), "labels: .* expected as many as the first dimension"),
         (lambda f: f["labels"].clear(), "expected labels for an inverse or for branches"),
-        (lambda f: f.update(given=[4]), "given: .* expected indices below 4"),
+        (lambda f: f.update(fixed=[4]), "fixed: .* expected indices below 4"),
         (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
-        (lambda f: f.update(given=[-1]), "expected a count"),
+        (lambda f: f.update(fixed=[-1]), "expected a count"),
     ],
     ids=[
         "output missing",

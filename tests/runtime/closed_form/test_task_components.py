@@ -81,7 +81,7 @@ def role_of(robot, task):
 def refinement_for(robot, task):
     role = role_of(robot, task)
     function = PoseAndJacobian(screws(robot))
-    return Refinement(function, (*role.given, *role.free), task=Task(role.components))
+    return Refinement(function, (*role.fixed, *role.free), task=Task(role.components))
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)

@@ -10,7 +10,7 @@ import chasles
 from chasles.derive import casadi_function, read
 from tests.support.compiling import compiled, compiled_quickly
 from tests.support.derivations import ROBOTS
-from tests.support.rate_inputs import held
+from tests.support.rate_inputs import sampling_limits
 
 REDUNDANT = """
 [[joints]]
@@ -77,7 +77,7 @@ WANTED = (
 
 def coordinates(robot, n, wide=1.0, seed=0):
     """Returns coordinates near mid-range, or near angles at which cranks support the platform."""
-    lower, upper = held(robot)
+    lower, upper = sampling_limits(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
 

@@ -28,7 +28,7 @@ def configurations(robot, rng, n=N):
 def inverse(robot, q):
     """Solves the poses of configurations, with the redundancy fixed at its values."""
     role = robot.manifest.with_role("inverse", "pose").role
-    fixed = {robot.coordinates[k].name: q[:, k] for k in role.given}
+    fixed = {robot.coordinates[k].name: q[:, k] for k in role.fixed}
     if any(item.name == "swivel" for item in robot.redundancy):
         fixed = {"swivel": robot.swivel(q)}
     return robot.ik(robot.fk(q), **({"fixed": fixed} if fixed else {}))

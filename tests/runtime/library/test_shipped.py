@@ -57,9 +57,9 @@ def test_fixed_joints_of_inverses_are_coordinates(manifest):
         names = [item.name for item in function.inputs[1:] if function.role.is_inverse]
         own = tuple(int(name[1:]) - 1 for name in names if name in chain_of(manifest))
         if manifest.kind == "serial":
-            assert function.role.given == own
+            assert function.role.fixed == own
         elif not names:
-            assert function.role.given == ()
+            assert function.role.fixed == ()
 
 
 def chain_of(manifest):

@@ -164,7 +164,7 @@ class Derived(Case):
         role = self.inverses.functions[self.function].role
         refine = Refinement(
             PoseAndJacobian(self.screws),
-            (*role.given, *role.free),
+            (*role.fixed, *role.free),
             task=Task(role.components),
             searches=role.searches,
         )
@@ -180,7 +180,7 @@ class Derived(Case):
                 self.given,
                 lambda T, fixed: inverse(T, *fixed.values()),
                 refine.fk_jacobian_mixed,
-                role.given,
+                role.fixed,
             )
             slots = complete.complete(slots, self.targets(q), fixed)
             return Answers(slots.q, slots.valid)

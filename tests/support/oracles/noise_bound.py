@@ -43,15 +43,20 @@ def least_error(
         The mean error, and a bound that the error exceeds at most with this probability.
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
-    unknowns, held = drawn.targets.ravel(), np.zeros((len(drawn.held), len(drawn.targets), 3))
+    unknowns, validation = (
+        drawn.targets.ravel(),
+        np.zeros((len(drawn.validation), len(drawn.targets), 3)),
+    )
     measured: Measurements = Positions(np.zeros((count, len(drawn.targets), 3)), sigma)
     if isinstance(found.measurements, Poses):
         measured = replace(found.measurements, T_tool_probe=drawn.T_tool_probe)
-        unknowns, held = drawn.T_tool_probe[:3, 3], np.zeros((len(drawn.held), 1, 3))
+        unknowns, validation = drawn.T_tool_probe[:3, 3], np.zeros((len(drawn.validation), 1, 3))
     sought = unknowns[: len(found.measurements.unknowns)]
     J = derivative(robot, found, measured, drawn.q, drawn.T_W_base, drawn.p, sought)
-    at = Positions(held, 1.0)
-    K = derivative(robot, found, at, drawn.held, drawn.T_W_base, drawn.p, unknowns)[:, : J.shape[1]]
+    at = Positions(validation, 1.0)
+    K = derivative(robot, found, at, drawn.validation, drawn.T_W_base, drawn.p, unknowns)[
+        :, : J.shape[1]
+    ]
     C = np.linalg.inv(J.T @ J)
     dx = random.multivariate_normal(np.zeros(len(C)), (C + C.T) / 2, DRAWS)
     x, y, z = (K[axis::3] @ dx.T for axis in range(3))

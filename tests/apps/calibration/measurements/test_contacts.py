@@ -67,9 +67,14 @@ def test_identify_explains_ball_bar_distances_to_noise(arm, truth):
     assert found.rms_before > 20
     assert 0.8 < found.noise < 1.2
     assert found.unidentifiable
-    held = random.uniform(-2.5, 2.5, (500, 6))
+    validation = random.uniform(-2.5, 2.5, (500, 6))
     assert (
-        np.sqrt(np.mean(found.validation_errors(held, Distances(measured(held), NOISE)) ** 2)) < 1
+        np.sqrt(
+            np.mean(
+                found.validation_errors(validation, Distances(measured(validation), NOISE)) ** 2
+            )
+        )
+        < 1
     )
 
 

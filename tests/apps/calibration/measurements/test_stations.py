@@ -37,12 +37,12 @@ def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
     found = identify(arm, truth.q, measured)
     assert found.outliers == (f"station {7 % stations + 1}, measurement 8, target 1",)
     assert 0.85 < found.noise < 1.15
-    held = np.random.default_rng(9).uniform(-2.5, 2.5, (500, 6))
-    true = truth.positions(arm, held)
-    T, targets = found.poses(held), found.unknowns[:9].reshape(-1, 3)
+    validation = np.random.default_rng(9).uniform(-2.5, 2.5, (500, 6))
+    true = truth.positions(arm, validation)
+    T, targets = found.poses(validation), found.unknowns[:9].reshape(-1, 3)
     placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     after = np.linalg.norm(placed - true, axis=-1).mean()
-    nominal = found.T_W_base @ arm.fk(held)
+    nominal = found.T_W_base @ arm.fk(validation)
     before = nominal[:, None, :3, 3] + np.einsum("nij,mj->nmi", nominal[:, :3, :3], targets)
     assert np.linalg.norm(before - true, axis=-1).mean() > MIN * after
     found_frames = found.measurements.frames(found.unknowns)

@@ -48,9 +48,9 @@ def satisfied(model, crank):
         data.qpos[at] = step
         for _ in range(30):
             mujoco.mj_forward(model, data)
-            held = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-            error = data.efc_pos[: data.nefc][held]
-            J = data.efc_J.reshape(-1, model.nv)[: data.nefc][held]
+            rows = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+            error = data.efc_pos[: data.nefc][rows]
+            J = data.efc_J.reshape(-1, model.nv)[: data.nefc][rows]
             data.qpos[free] -= np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
     mujoco.mj_kinematics(model, data)
     return data if np.abs(error).max() < 1e-12 else None
@@ -127,14 +127,14 @@ def compare_delta(path, seed):
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )
     data = mujoco.MjData(model)
-    held = [model.joint(f"motor{k}").qposadr[0] for k in range(3)]
+    rows = [model.joint(f"motor{k}").qposadr[0] for k in range(3)]
     moving = [model.joint(f"motor{k}").dofadr[0] for k in range(3)]
     free = [k for k in range(model.nv) if k not in moving]
     for _ in range(POSES):
         q = [dice.uniform(-0.3, 0.3) for _ in range(3)]
         data.qpos[:] = model.qpos0
         for part in (0.5, 1.0):
-            data.qpos[held] = part * np.array(q)
+            data.qpos[rows] = part * np.array(q)
             for _ in range(30):
                 mujoco.mj_forward(model, data)
                 kinds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY

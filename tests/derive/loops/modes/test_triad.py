@@ -111,7 +111,7 @@ def compiled():
     return [lambda *x, f=f: np.array(f(*x)).ravel() for f in lower(functions, "triad")]
 
 
-def held(pose, directions):
+def platform_with(pose, directions):
     """Returns rod ends in specified directions from the platform's pins."""
     pins = np.array(PINS, float) @ np.array(
         [[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]]
@@ -125,7 +125,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
     rng = np.random.default_rng(1)
     for _ in range(300):
         pose = np.append(rng.uniform(-1, 1, 2), rng.uniform(-np.pi, np.pi))
-        p = held(pose, rng.uniform(-np.pi, np.pi, 3))
+        p = platform_with(pose, rng.uniform(-np.pi, np.pi, 3))
         a = polynomial(p)
         assert 1e-3 < np.abs(a).max() < 1e3
         assert abs(harmonics(a, np.cos(pose[2]), np.sin(pose[2]))) < 1e-13 * max(abs(a))
@@ -138,7 +138,7 @@ def test_collinear_centers_give_double_root_and_both_positions(compiled):
     # The centers A_i - R b_i are on the platform's x axis, and all rods reach the same point of
     # this axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
-    p = held(pose, heights)
+    p = platform_with(pose, heights)
     a = polynomial(p)
     values = [harmonics(a, np.cos(0.7 + d), np.sin(0.7 + d)) for d in (-1e-4, 0, 1e-4)]
     # The polynomial has a double root.

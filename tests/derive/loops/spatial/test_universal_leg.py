@@ -98,9 +98,9 @@ def test_chain_rates_match_automatic_differentiation(name):
     oracle = ca.Function("oracle", [x, xd], [ca.jtimes(kernels(name)["chain"](x), x, xd)])
     rates = run(name, "chain_rates", [(row, 0.7) for row in q])
     expected = np.array([np.array(oracle(row, 0.7)).ravel() for row in q])
-    held = np.isfinite(rates).all(-1)
-    assert held.sum() > 20
-    np.testing.assert_allclose(rates[held], expected[held], rtol=1e-9, atol=1e-11)
+    is_finite = np.isfinite(rates).all(-1)
+    assert is_finite.sum() > 20
+    np.testing.assert_allclose(rates[is_finite], expected[is_finite], rtol=1e-9, atol=1e-11)
 
 
 def test_all_four_branches_close_and_are_distinct():
