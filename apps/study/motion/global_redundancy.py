@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from chasles import InputValueError, JointPath, OutOfReachError, Robot
+from chasles import InputValueError, JointPath, OutOfReachError, Robot, ShapeError
 from chasles.arrays import real_array
 from chasles.fixed import values_at
 
 FloatArray = NDArray[np.float64]
-Poses = Callable[[FloatArray], FloatArray]
-"""The poses (m, 4, 4) at positions (m,) on a curve."""
 
 _TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001), (65, 4.0, 0.001))
 """Knots, relative grid resolution, and margin from the limits relative to their range.
@@ -43,8 +41,6 @@ _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
 """Number of random configurations that show the range of a joint in a loop."""
-_BETWEEN = 8
-"""Samples per knot at which the limits are checked."""
 
 
 @dataclass(frozen=True)
@@ -94,57 +90,41 @@ def resolve_redundancy(
     poses, seed = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
     if not len(poses):
         raise InputValueError(f"{label}: expected at least one pose")
-    s = np.arange(float(len(poses)))
-
-    def nearest(at: FloatArray) -> FloatArray:
-        return np.asarray(poses[np.rint(at).astype(np.intp)])
-
-    found = parameter_curve(robot, nearest, s[-1], seed, limits, integers_only=True)
-    return robot.ik_path(poses, found.q_start, fixed=found.at(s))
+    bounds = _bounds(robot, label, limits)
+    _, path = parameter_curve(robot, np.arange(float(len(poses))), poses, seed, bounds)
+    return path
 
 
 def parameter_curve(
-    robot: Robot,
-    poses: Poses,
-    length: float,
-    q_seed: FloatArray,
-    limits: Any,
-    *,
-    integers_only: bool,
-) -> ParameterCurve:
-    """Return the parameters on a curve of poses; see :func:`resolve_redundancy`.
+    robot: Robot, s: FloatArray, T: FloatArray, q_seed: FloatArray, bounds: FloatArray
+) -> tuple[ParameterCurve, JointPath]:
+    """Return the parameters on a curve, and the coordinates; see :func:`resolve_redundancy`.
 
     Args:
         robot: A robot with redundancy parameters.
-        poses: The poses at positions from 0 to the length.
-        length: Length of the curve.
+        s: (m,) positions on the curve in ascending order, the first 0.
+        T: (m, 4, 4) the poses there, closely spaced.
         q_seed: (n,) coordinates before the motion.
-        limits: Limits as for `Solutions.within_limits`.
-        integers_only: Whether poses exist at whole numbers only.
+        bounds: (n, 2) lower and upper limits.
     """
     if not robot.redundancy:
         raise InputValueError(f"{robot.name}: no redundancy parameters")
-    bounds = _bounds(robot, limits)
     failure = ""
-    for knots, resolution, margin in _TRIES:
-        s = _spread(length, knots, integers_only)
-        # A path of poses is followed pose by pose: larger steps can cross a singularity.
-        between = (
-            np.arange(length + 1)
-            if integers_only
-            else _spread(length, _BETWEEN * knots, integers_only)
-        )
-        search = _Search(robot, poses(s), q_seed, bounds + margin * _inwards(bounds))
+    for count, resolution, margin in _TRIES:
+        knots = np.unique(np.rint(np.linspace(0, len(s) - 1, count)).astype(np.intp))
+        search = _Search(robot, T[knots], q_seed, bounds + margin * _inwards(bounds))
         try:
             parameters, q_start = search.best(resolution)
         except _Blocked as blocked:
-            failure = f"no value of {search.listed} reaches the pose at {_part(s, blocked.knot)}"
+            end = _part(s, knots[blocked.knot])
+            failure = f"no value of {search.listed} reaches the pose at {end}"
             continue
-        found = ParameterCurve(search.names, _through(s, parameters), q_start)
-        path = robot.ik_path(poses(between), q_start, fixed=found.at(between))
-        if path.complete and _is_inside(path, bounds):
-            return found
-        failure = f"the motion within the limits ends at {_part(between, _end(path, bounds))}"
+        curve = ParameterCurve(search.names, _through(s[knots], parameters), q_start)
+        path = robot.ik_path(T, q_start, fixed=curve.at(s))
+        end = _first_outside(path, bounds)
+        if end == len(s):
+            return curve, path
+        failure = f"the motion within the limits ends at {_part(s, end)}"
     raise OutOfReachError(f"{robot.name}: {failure}, by a continuous motion within the limits")
 
 
@@ -274,8 +254,8 @@ class _Search:
             self.robot.unit_length if coordinate.unit == "m" else 1.0
             for coordinate in self.robot.coordinates
         ])  # fmt: skip
-        turns = (units == 1.0) & ~np.isfinite(self.bounds).any(1)
-        turns &= np.array([coordinate.unit == "rad" for coordinate in self.robot.coordinates])
+        angles = np.array([coordinate.unit == "rad" for coordinate in self.robot.coordinates])
+        turns = angles & ~np.isfinite(self.bounds).any(1)
         return np.hstack([(q / units)[:, ~turns], np.cos(q[:, turns]), np.sin(q[:, turns])])
 
 
@@ -285,12 +265,18 @@ def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(squares, 0.0))
 
 
-def _bounds(robot: Robot, limits: Any) -> FloatArray:
-    if isinstance(limits, str):
-        return np.asarray(robot.limits, dtype=np.float64)
+def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
     if limits is None:
         return np.tile([-np.inf, np.inf], (robot.n, 1))
-    return np.asarray(real_array(f"{robot.name}.resolve_redundancy", "limits", limits))
+    expected = f'{label}: limits must be "robot", None or an array ({robot.n}, 2)'
+    if isinstance(limits, str):
+        if limits != "robot":
+            raise InputValueError(f"{expected}, got {limits!r}")
+        return np.asarray(robot.limits, dtype=np.float64)
+    found = np.asarray(real_array(label, "limits", limits))
+    if found.shape != (robot.n, 2):
+        raise ShapeError(f"{expected}, got shape {found.shape}")
+    return found
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
@@ -299,19 +285,10 @@ def _inwards(bounds: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 
 
-def _is_inside(path: JointPath, bounds: FloatArray) -> bool:
-    return _end(path, bounds) == len(path.q)
-
-
-def _end(path: JointPath, bounds: FloatArray) -> int:
+def _first_outside(path: JointPath, bounds: FloatArray) -> int:
     """Return the index of the first configuration outside the limits, or the end of the path."""
     outside = ((path.q < bounds[:, 0]) | (path.q > bounds[:, 1])).any(1)
     return int(np.argmax(outside)) if outside.any() else len(path.q)
-
-
-def _spread(length: float, count: int, integers_only: bool) -> FloatArray:
-    s = np.linspace(0.0, length, count)
-    return np.unique(np.rint(s)) if integers_only else s
 
 
 def _through(s: FloatArray, parameters: FloatArray) -> Callable[..., FloatArray]:
@@ -323,4 +300,4 @@ def _through(s: FloatArray, parameters: FloatArray) -> Callable[..., FloatArray]
 
 
 def _part(s: FloatArray, index: int) -> str:
-    return f"{s[min(index, len(s) - 1)] / max(s[-1], 1.0):.0%} of the path"
+    return f"{s[index] / (s[-1] or 1.0):.0%} of the path"

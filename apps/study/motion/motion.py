@@ -34,6 +34,8 @@ Redundancy = Literal["fixed", "minimum_norm", "global"]
 
 _HALVINGS = 4
 """Number of times that the sample spacing is halved before a jump of a joint is reported."""
+_SAMPLES = 521
+"""Number of poses at which a redundancy that is resolved over the curve keeps the limits."""
 _ROUNDING = 1e-9
 """Relative excess of a time scaling over the curve length that counts as a rounding error."""
 
@@ -175,13 +177,10 @@ class Motion:
     @cached_property
     def _parameters(self) -> ParameterCurve:
         """The redundancy parameters, resolved over the whole curve."""
-
-        def poses(s: FloatArray) -> FloatArray:
-            return np.asarray(self.curve.at(s)[0])
-
-        return parameter_curve(
-            self.robot, poses, self.curve.length, self.q_seed, "robot", integers_only=False
-        )
+        robot, length = self.robot, self.curve.length
+        s = np.linspace(0.0, length, _SAMPLES)
+        curve, _ = parameter_curve(robot, s, self.curve.at(s)[0], self.q_seed, robot.limits)
+        return curve
 
     def _fixed_names(self) -> list[str]:
         names = self.robot.coordinate_names

@@ -150,3 +150,11 @@ def test_errors_name_the_place_and_the_remedy():
         Motion(robot, curve, scaling, q, fixed="joint7", redundancy="global")
     with pytest.raises(InputValueError, match="use Motion"):
         MotionSequence(robot, q).follow(curve, "quintic", duration=1, redundancy="global")
+
+
+@pytest.mark.parametrize("limits", ["arm", np.zeros((3, 2)), np.zeros(7)])
+def test_limits_of_another_shape_are_refused(limits):
+    robot = chasles.load("panda")
+    T = robot.fk(robot.limits.mean(1))[None]
+    with pytest.raises(InputValueError, match="limits"):
+        resolve_redundancy(robot, T, robot.limits.mean(1), limits=limits)
