@@ -116,8 +116,8 @@ def parameter_curve(
         try:
             parameters, q_start = search.best(resolution)
         except _Blocked as blocked:
-            end = _part(s, knots[blocked.knot])
-            failure = f"no value of {search.listed} reaches the pose at {end}"
+            place = _part(s, int(knots[blocked.knot]))
+            failure = f"no value of {search.listed} reaches the pose at {place}"
             continue
         curve = ParameterCurve(search.names, _through(s[knots], parameters), q_start)
         path = robot.ik_path(T, q_start, fixed=curve.at(s))
