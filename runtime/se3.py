@@ -325,7 +325,7 @@ def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:
 def _path(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both end poses and the parameter as arrays."""
+    """Return both end poses and the interpolation parameter as arrays."""
     return (
         ending(T_a, (4, 4), name, "T_a"),
         ending(T_b, (4, 4), name, "T_b"),

@@ -65,7 +65,7 @@ FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward to apps."""
 APP_NAMES = {"calibration", "cli", "drawing", "study", "view"}
 PUBLIC = {"arrays", "contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
-"""Modules of `chasles` from which apps import; the command line also starts compilers."""
+"""Modules of `chasles` that apps may import; the command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}
 
 

@@ -55,8 +55,8 @@ class Design(StudyResult):
         names: The identifiable parameters and unknowns of the measurements.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
-        tool_error: Root mean square error of the tool position over all candidates [m] that
-            measurement noise causes.
+        tool_error: Root mean square tool position error due to measurement noise, over all
+            candidates [m].
         tool_error_with_more: The tool error with the ten next best configurations added.
     """
 

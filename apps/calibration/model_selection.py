@@ -130,8 +130,8 @@ def cross_validate(
     """Return the cross-validation errors of a calibration.
 
     Args:
-        robot: The meaning is the same as in :func:`~chasles.calibration.identify`, as for all
-            arguments except `folds`.
+        robot: All arguments except `folds` have the same meaning as in
+            :func:`~chasles.calibration.identify`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
         folds: Number of folds; a fold contains every folds-th configuration.

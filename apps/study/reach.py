@@ -138,7 +138,7 @@ def reach(
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
             within its limits; solutions are counted for all values.
-        threads: Threads here, or in each worker; "all": one per core.
+        threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to show a progress bar, where None shows it only on a terminal.
 
@@ -177,7 +177,7 @@ def base_placement(
         robot: A robot with `ik`.
         T_w_ee: (k, 4, 4) required tool poses in the world frame.
         T_w_0: (m, 4, 4) base poses in the world frame.
-        threads: Threads here, or in each worker; "all": one per core.
+        threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to show a progress bar, where None shows it only on a terminal.
 

@@ -165,7 +165,7 @@ def workspace(
         quality: Quality measures to compute in each cell: attributes of `Workspace`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same int gives
             identical results for any number of threads and workers.
-        threads: Threads here, or in each worker; "all": one per core.
+        threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
         progress: Whether to show a progress bar, where None shows it only on a terminal.

@@ -55,7 +55,7 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
     Args:
         robot: The arm.
         number: Seed of the poses.
-        bar: Upper bound of the 99th percentile, for a robot to pass.
+        bar: Maximum 99th percentile of a robot that passes the test.
     """
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))

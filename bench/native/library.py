@@ -19,7 +19,7 @@ class Loop:
     """Compiled fk and fk with Jacobian, run over arrays by loop.h.
 
     Attributes:
-        name: Name of the peer.
+        name: Name of the compared library.
         library: The loaded library.
         joints: Number of joints of the arm.
         by_columns: Whether the Jacobian is stored by columns.

@@ -69,7 +69,7 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Returns rows of consecutive passive joints (no extended body between them), as body indices.
+    """Returns groups of consecutive passive joints without an extended body between them.
 
     A prismatic joint with limits has its own guide and does not belong to a row.
     """

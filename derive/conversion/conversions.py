@@ -174,7 +174,7 @@ def _error(
 
 
 def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
-    """Yields sentences on facts that the format cannot express, and on changes."""
+    """Yields sentences about changes, and about facts that the format cannot express."""
     if to == "urdf":
         yield from _urdf_notes(robot)
     for joint in robot.joints:

@@ -72,7 +72,7 @@ class Classification:
     Attributes:
         lines: The axes of the chain.
         found: The family that fits, or None if no family fits.
-        attempts: All tested families, up to the matching family.
+        attempts: The tested families, up to the first matching family.
         missing: The reason why no closed form exists; empty if one exists.
         near: Structures that the axes fit approximately, likeliest first. Each defines a nominal
             arm from which Newton's method may refine the inverse.

@@ -91,7 +91,7 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """Describes a permanent singularity, after a prefix; an empty text for other arms."""
+        """Describes a permanent singularity after a prefix, or returns an empty text."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)

@@ -1,9 +1,9 @@
 """Removes joints with fixed values from a chain, which leaves a shorter chain and a new target.
 
-A redundant arm is solved for fixed values of its surplus joints. Inverting the motion of a fixed
-joint removes the joint at either end of the chain. A fixed joint inside the chain is first moved to
-the end. Let E be the motion of fixed joint k, P the motion of the joints before it and Q the motion
-of the joints after it. Then
+A redundant arm is solved for fixed values of its surplus joints. A fixed joint at either end of the
+chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the end.
+Let E be the motion of fixed joint k, P the motion of the joints before it and Q the motion of the
+joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 

@@ -3,8 +3,9 @@
 The lengths and axis directions of a built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. Otherwise the design probably has round
 lengths, and equal or proportional lengths with which its loops have a closed form. So lengths are
-rounded to grids, coarsest first, and axes to multiples of 15 degrees. The nominal mechanism is the
-first candidate with a closed-form inverse from which Newton's method converges to the true robot.
+rounded to decimal grids, from coarse to fine, and axes to multiples of 15 degrees. The nominal
+mechanism is the first candidate with a closed-form inverse from which Newton's method converges to
+the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -55,7 +55,7 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """Returns atan2(y, x), as a decimal if the square of an argument is not short.
+    """Returns atan2(y, x), as a decimal number if an argument has no short square.
 
     The result is also a decimal if SymPy would take long to find the signs of sines and cosines, or
     would return a complex logarithm.

@@ -197,8 +197,8 @@ SAME_POINT = 1e-9
 Loops closed in double precision leave a gap of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
-"""Distance between a value of the description and the closed reference from which the difference is
-reported (radian, or relative).
+"""Minimum difference between the description and the closed reference that is reported (radian, or
+relative).
 
 Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
 """
@@ -412,7 +412,7 @@ ASKED_MOVE = 0.05
 """Median joint change (radian) between nominal and true solutions above which the general solver is
 needed.
 
-Above this joint change, the general solver runs at every pose if it separates the solutions well.
+Joint change above which the general solver runs at every pose, if it separates the solutions well.
 Near a wrist singularity, such an arm has solutions that are on no nominal branch. With a wrist
 offset of 13 mm (median 0.06), 1 of 9 right-angled configurations was missed. The median is 0.02 for
 an IRB 120 with errors of 3.6 mm and mrad, and smaller for all tested arms with up to 3 mm and mrad.
@@ -455,7 +455,7 @@ SOLVED_SINGLE = 2e-5
 precision times the root of the ratio of rounding errors, 2^29."""
 REGULAR = 1e-3
 """Smallest singular value of a Jacobian, and smallest margin of a loop, for which errors in single
-precision are measured (no unit, or metre). At a singularity they grow without bound."""
+precision are measured (no unit, or metre). Near a singularity, these values grow without bound."""
 
 # --- chain: numerical singular configurations ---
 

@@ -196,7 +196,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 def norm(a: Matrix) -> Expr:
     """Returns the length of a vector; for a length |e| with symbolic e, returns e itself.
 
-    Only even functions of lengths occur in this module, so the sign of e has no effect.
+    This module uses only even functions of lengths, so the sign of e has no effect.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)

@@ -26,7 +26,7 @@ class Tangent:
         rates: Mapping[sp.Symbol, sp.Expr],
         loops: Mapping[sp.Symbol, LoopRate] | None = None,
     ) -> None:
-        """Stores the rates of the coordinates.
+        """Stores the given rates of the coordinates.
 
         Args:
             terms: Names of all terms.

@@ -52,7 +52,8 @@ THIN, THICK = 1e-4, 0.012
 RATE = 100.0
 """Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0
-"""Samples per second for maxima; a multiple of three, since phases end at thirds of a second."""
+"""Sampling frequency [Hz] for maxima: a multiple of three, because phases end at thirds of a
+second."""
 GENERIC = "with lengths d1 70, a2 120, a3 90 and d5 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""

@@ -73,7 +73,7 @@ static struct PyModuleDef module_definition = {
     .m_methods = module_methods,
 };
 
-/* Imports the exceptions and interns the names; -1 with an error set. */
+/* Imports the exceptions and interns the names; returns -1 on error. */
 static int import_names(void)
 {
     PyObject *errors = PyImport_ImportModule("chasles.errors");

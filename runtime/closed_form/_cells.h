@@ -23,7 +23,7 @@ typedef struct {
     double scale[MAX_JOINTS];
 } Cells;
 
-/* Creates the cells for k solutions; -1 with an error set. */
+/* Creates the cells for k solutions; returns -1 on error. */
 static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
                             const double *tolerance)
 {

@@ -15,7 +15,7 @@
 
 #define TURN CHASLES_FULL_TURN
 
-/* Returns the data of a C-order array of this type and size, or NULL with an error set. */
+/* Returns the data of a C-order array of this type and size, or NULL on error. */
 static void *dense(PyObject *object, int type, npy_intp size)
 {
     PyArrayObject *array = (PyArrayObject *)object;
@@ -34,7 +34,7 @@ typedef struct {
     const npy_bool *valid;
 } Slots;
 
-/* Reads q (..., k, n) and valid (..., k); -1 with an error set. */
+/* Reads q (..., k, n) and valid (..., k); returns -1 on error. */
 static int read_slots(PyObject *q, PyObject *valid, Slots *slots)
 {
     PyArrayObject *array = (PyArrayObject *)q;
@@ -134,7 +134,7 @@ static void write_windings(const Limits *limits, npy_intp n, const double *value
     }
 }
 
-/* Writes the windings of all solutions; -1 with an error set. */
+/* Writes the windings of all solutions; returns -1 on error. */
 static int write_all_windings(const Limits *limits, const Slots *slots, double at_limit, double *q,
                               npy_bool *inside)
 {
@@ -167,7 +167,7 @@ static void repeat(npy_intp n, npy_intp count, const double *from, double *to)
     }
 }
 
-/* Reads (low, high, turn, rounding, windings) of n coordinates; -1 with an error set. */
+/* Reads (low, high, turn, rounding, windings) of n coordinates; returns -1 on error. */
 static int read_limits(PyObject *given, npy_intp n, Limits *limits)
 {
     const double **to[] = {&limits->low, &limits->high, &limits->turn, &limits->rounding};
@@ -228,7 +228,7 @@ typedef struct {
     double scale[MAX_JOINTS]; /* the weight of each displacement */
 } Seeds;
 
-/* Reads a seed (n,) or seeds (..., n), and turns and units (n,); -1 with an error set. */
+/* Reads a seed (n,) or seeds (..., n), and turns and units (n,); returns -1 on error. */
 static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
                       Seeds *seeds)
 {
@@ -299,7 +299,7 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     return best.slot;
 }
 
-/* Reads q, valid, seed, turn and unit; returns 0 with an error set. */
+/* Reads q, valid, seed, turn and unit; returns 0 on error. */
 static int read_query(PyObject *args, PyObject **q, Slots *slots, Seeds *seeds)
 {
     PyObject *valid, *seed, *turn, *unit;

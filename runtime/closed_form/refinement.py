@@ -170,7 +170,7 @@ class Refinement:
         return np.asarray((np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1)))
 
     def enough(self, target: FloatArray) -> FloatArray:
-        """Return maximum residuals (N,) of solutions for targets (N, ...), before projection."""
+        """Return maximum residuals (N,) of solutions, for targets (N, ...) before projection."""
         solved = np.full(len(target), SOLVED * self.judged)
         if self.task.components:
             return solved

@@ -64,7 +64,7 @@ class NewtonMethods(RobotFacts):
 
         Args:
             q: (k, n) actuated coordinates [rad or m], in order.
-            z_seed: (n_z,) a configuration near the first solution, or None for see `solve_loops`.
+            z_seed: (n_z,) a configuration near the first solution, or None; see `solve_loops`.
 
         Returns:
             The configurations, as from `solve_loops`; after a failed step, all steps fail.

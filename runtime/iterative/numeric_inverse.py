@@ -140,7 +140,7 @@ class NumericMethods(RobotFacts):
                 0.4 microseconds each for a six-joint arm.
             rng: Seed of the start table, a generator, or None for new starts per call. With a seed,
                 results do not depend on the number of threads.
-            threads: Number of threads, "all": one per core.
+            threads: Number of threads; "all": one per core.
 
         Returns:
             `q (..., n)`, `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`, with

@@ -13,7 +13,7 @@
 
 #include "numerics/_vectors.h"
 
-#define MAX_SWEEPS 40 /* maximum number; usually 5 to 8, or 2 after small changes */
+#define MAX_SWEEPS 40 /* maximum number of sweeps; usually 5 to 8, or 2 after small changes */
 
 /* Replaces rows a and b by c a - s b and s a + c b. */
 static inline void rotate_rows(double *restrict a, double *restrict b, int n, double c, double s)

@@ -19,8 +19,9 @@ intervals that are too narrow, once for intervals that are too wide.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
 outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
-with 90 % or 98.6 % coverage fail 98 of 100 trials. Coverages of 92 % and 98 % fail one and three of
-four trials. The coverage itself is computed from the counts of a long campaign.
+with 90 % or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one of four trials, and
+a coverage of 98 % three of four trials. The coverage itself is computed from the counts of a long
+campaign.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must

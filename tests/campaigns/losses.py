@@ -48,7 +48,7 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Whether faults remain after the refinement."""
+        """Whether errors remain after the refinement."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:

@@ -160,7 +160,7 @@ def _silent(
         verdict: Receives the faults.
         robot: The robot.
         domain: Input domain of the functions.
-        values: Input values (N, n), none at a dead point.
+        values: Input values (N, n), away from dead points.
         closed: (N,) whether the loops close, from an independent oracle.
     """
     verdict.open_inputs += int((~closed).sum())

@@ -151,7 +151,7 @@ def printed(name):
 
 
 def text_and_fragments(robot, functions):
-    """Derives a few functions of a robot and prints its article."""
+    """Derives some functions of a robot and prints its article."""
     texts = files(derive(robot, functions=functions), None)
     document = texts.pop(f"{robot.name}.tex")
     return robot, document, {Path(path).name: text for path, text in texts.items()}

@@ -18,7 +18,7 @@ OWN = f"{Path(chasles.__file__).parent}/".encode()
 LOADS = 20
 """Number of allocations of a load that fail; a load has hundreds."""
 POSES = 20_000
-"""Number of poses that take two threads."""
+"""Number of poses that are solved on two threads."""
 LIBRARY = ctypes.PyDLL(None)
 LIBRARY.fail_allocation.argtypes = [ctypes.c_char_p, ctypes.c_long]
 LIBRARY.count_allocations.restype = ctypes.c_long

@@ -216,7 +216,7 @@ class Known(dict):
 
     Attributes:
         angles: LaTeX of the angle and function, keyed by short symbol.
-        sums: Names of angle sums from the steps, keyed by LaTeX.
+        sums: Names of the angle sums in the steps, keyed by their LaTeX.
     """
 
     def __init__(self, values, angles, sums):

@@ -31,8 +31,8 @@ _MIN_WEIGHT = 1e-10
 _MIN_FACTOR = 0.1
 """Factor of the damping after a good step."""
 _MAX_DAMPING = 1e12
-"""Maximum damping relative to the initial damping; with more damping, only rounding errors reduce
-the sum."""
+"""Maximum damping relative to the initial damping; with more damping, the sum of squares changes
+only by rounding."""
 
 
 class Errors(NamedTuple):

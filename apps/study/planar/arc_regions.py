@@ -280,7 +280,7 @@ def _cuts(
 ) -> list[float]:
     """Return the angles of one turn at which other circles cross a circle, or arcs end on it.
 
-    Rounding decides whether tangent arcs cross, but one of the arcs ends at the tangent point.
+    If two arcs are tangent, rounding decides whether they cross.
     """
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]

@@ -96,7 +96,7 @@ class Plan(StudyResult):
         return np.asarray(np.r_[0, np.cumsum(steps)] / max(steps.sum(), np.finfo(float).tiny))
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the coordinates over the fraction of the path; for two coordinates, the path itself.
+        """Plot the coordinates over the path fraction, or the path in the plane of two coordinates.
 
         Args:
             ax: matplotlib axes, or None for a new figure.

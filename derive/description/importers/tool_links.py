@@ -22,7 +22,7 @@ SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collisi
 MAX_LINKS = 500
 """Maximum number of links for which the tip is inferred; bounds the computing time."""
 MAX_OTHERS = 6
-"""Maximum number of other ends listed in a note."""
+"""Maximum number of alternative chain ends listed in a note."""
 
 
 class NoChain(DescriptionError):

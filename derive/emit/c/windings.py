@@ -65,7 +65,7 @@ def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
 
 
 def _rows(chain: CoupledChain | None, wraps: list[bool]) -> list[tuple[list[float], list[float]]]:
-    """Returns turns per coordinate and coordinates per turn of the joints that need a shift."""
+    """Returns turns per coordinate, and coordinates per turn, of each joint to be shifted."""
     if chain is None:
         return []
     L, joints = chain.inverse()

@@ -146,7 +146,7 @@ def _result_name(function: Signature) -> str:
 
 
 def _result(function: Signature) -> str:
-    """Returns the structure with the results of a function that has several."""
+    """Returns the C struct for the results of a function with several outputs."""
     members = [
         f"  {_type(output)} {safe(output.name)}; /**< {output.meaning} ({output.unit}) */"
         for output in function.outputs

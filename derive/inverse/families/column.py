@@ -103,7 +103,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the rotation by joints 1 and 4; if it is arbitrary, the best rotation.
+    """Returns the rotation by joints 1 and 4, or the best rotation if it is arbitrary.
 
     The column rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close
     to the column.

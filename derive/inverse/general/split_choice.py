@@ -87,7 +87,7 @@ class Rating:
 
     @property
     def is_fit(self) -> bool:
-        """Whether det M has degree 8 in at least one configuration."""
+        """Whether det M has degree 8 at some configuration."""
         return not all(np.isnan(self.separations))
 
     @property

@@ -106,7 +106,7 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
 
     Args:
         built: The robot as built.
-        start: The start values of its inverse, with all loop branches.
+        start: The start values of the inverse, with all loop branches.
         given: Indices of the main-chain joints whose values are inputs of the inverse.
     """
     function, of_loops = start.function, choices_of_loops(start.work)

@@ -42,7 +42,7 @@ from .substitution import substituted
 
 @dataclass(frozen=True)
 class Slides:
-    """Virtual prismatic joints that replace part of a chain.
+    """The virtual prismatic joints, which replace a part of the chain.
 
     Attributes:
         values: The displacements as functions of the actuated coordinates.

@@ -1,4 +1,4 @@
-"""Record of a solution in progress: angles, branch signs, margins, and steps to print."""
+"""Record of a closed form during its derivation: angles, signs, margins, steps to print."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

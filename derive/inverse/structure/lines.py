@@ -116,7 +116,7 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
     Args:
         robot: The description.
         lines: The axes of the robot's moving joints.
-        stays: Whether the added angle is 0; otherwise the task determines it.
+        stays: Whether the angle of the added joint is 0; otherwise the task determines this angle.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)

@@ -16,10 +16,10 @@ and 2 Q at 1, so it always has a root in this range, and no complex arithmetic i
 intersects the circle in two points, or misses the circle and has two complex roots.
 
 Among several roots tau, the root farthest from the others is used. Two coinciding roots of the
-quartic then lie on the same line of the pair, so they are computed without loss of accuracy. A
-double root tau, accurate only to 1e-8, is never used. Newton's method computes tau; it converges
-monotonically on the outer side of the depressed cubic. If the outer root has no real line pair, the
-circle has no intersections; the other two roots tau follow from a quadratic.
+quartic then lie on the same line of the pair, so they are computed without loss of accuracy. The
+double root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau; it
+converges monotonically on the outer side of the depressed cubic. If the outer root has no real line
+pair, the circle has no intersections; the other two roots tau follow from a quadratic.
 
 Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; t is refined in the cubic
 

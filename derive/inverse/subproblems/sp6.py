@@ -131,7 +131,7 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """Returns nearest point to 0, basis and orientation of the plane ``rows . (x1, x2) = b``.
+    """Returns the point nearest to 0, a basis and the orientation of ``rows . (x1, x2) = b``.
 
     The orientation is the sign of the determinant of the two rows and the two basis vectors.
     """

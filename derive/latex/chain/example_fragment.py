@@ -27,7 +27,7 @@ AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Angles (degree) of the joints in the example, used cyclically if within the limits."""
 SLIDE = 0.3
-"""Displacement (m) of a prismatic joint without limits."""
+"""Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
 """Position of other coordinates, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}

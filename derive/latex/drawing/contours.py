@@ -77,7 +77,7 @@ def simplified(loop: Loop, slack: float) -> Loop:
 
 
 def _kept(line: Loop, slack: float) -> Loop:
-    """Returns the corners of a simplified line, without the last corner."""
+    """Returns the corners of a simplified polyline, without the last corner."""
     (ax, ay), (bx, by) = line[0], line[-1]
     length = math.dist(line[0], line[-1])
     if len(line) < 3 or length == 0:  # noqa: PLR2004

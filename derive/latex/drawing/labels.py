@@ -164,7 +164,7 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # A label is easiest to read next to its point or above it.
+    # Labels are easiest to read next to or above their points.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 

@@ -14,7 +14,7 @@ Point = tuple[int, int]
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""Free margins for labels, and below for the ground and the scale bar."""
+"""Margins for labels; the bottom margin also contains the ground and the scale bar."""
 
 
 def rounded(value: float) -> int:

@@ -90,7 +90,7 @@ def _position_task(found: Inverses) -> str:
 
 
 def _has_slides(chain: Page, found: Inverses) -> bool:
-    """Whether prismatic joints, indexed after the joints, replace part of a chain."""
+    """Whether virtual prismatic joints replace a part of the chain."""
     count = len(chain.robot.moving)
     return any(axis.joint >= count for axis in found.classification.lines.axes)
 

@@ -251,7 +251,7 @@ class _Writer:
             self.slid |= {self.symbols.axis(step.joints[0], self.slid).joint}
 
     def _shown(self, equation: Equation, number: int) -> Equation:
-        """Returns an equation in printed symbols, with named coefficients unless short."""
+        """Returns an equation in printed symbols; long coefficients get names."""
         entries = equation.coefficients
         shown = []
         for entry in entries:

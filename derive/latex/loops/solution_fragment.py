@@ -22,7 +22,7 @@ SPACE = r"\,"
 MAX_ZEROS = 4
 """Maximum number of listed dead points per step."""
 MIN_PRINTED = 0.01
-"""The lower bound of a margin is printed if it is at least this number."""
+"""Minimum lower bound of a margin that is printed."""
 
 
 def solution(page: LoopPage) -> str:

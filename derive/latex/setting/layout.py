@@ -22,7 +22,7 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""Indent of a continued line (pt)."""
+"""Indentation of a continued line (pt)."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0

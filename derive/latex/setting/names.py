@@ -11,7 +11,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Minimum length of a user's word that may break."""
+"""Minimum length of a word of a description that may be broken across lines."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",

@@ -183,7 +183,7 @@ class Notation:
         return symbol
 
     def _angle(self, angle: sp.Expr) -> tuple[str, str]:
-        """Returns the accent (a pattern for the letter) and the index for an angle's symbols."""
+        """Returns the accent (a pattern for the letter) and the index of an angle."""
         if angle not in self.angles:
             index, plain = self._index(angle)
             used = sum(

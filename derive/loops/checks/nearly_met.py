@@ -1,4 +1,4 @@
-"""Detects loops that narrowly miss a closed form, such as those of an as-built robot.
+"""Detects loops that almost have a closed form, such as loops of an as-built robot.
 
 A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
 planar. If the geometry deviates from these conditions by more than the rounding of values in the

@@ -1,1 +1,1 @@
-"""Loops closed in numbers: reference configuration, mobility, actuation, and diagnosis of gaps."""
+"""Numerically closed loops: reference configuration, mobility, actuation, and diagnosis of gaps."""

@@ -72,7 +72,7 @@ def _in_closed_form(h: SolvedLoops, coordinates: str, solution: Solution) -> Joi
 
 @dataclass(frozen=True)
 class Map:
-    """A map to joint values, with the words of the map and of its derivatives.
+    """A map to joint values, with the descriptions of the map and of its derivatives.
 
     Attributes:
         name: Name of the map and of its codomain.

@@ -96,7 +96,7 @@ class LoopClosure:
 
     @cached_property
     def start(self) -> Start:
-        """The numerical reference configuration, rounded to be equal on every machine."""
+        """The numerical reference configuration, rounded so that it is equal on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
         kernel = lower([self.functions[RESIDUAL]], "reference")[0]

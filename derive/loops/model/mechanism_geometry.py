@@ -52,7 +52,7 @@ class MechanismGeometry:
         values: The value of each moving joint and cylinder, in q, u and p.
         steps: Motions from the parent's frame to each body, in q, u and p.
         base: Motions from the base frame to the base body's frame.
-        tool: Motions from the body that carries the tool to the tool.
+        tool: The constant motions from the last body to the tool.
         ends: The frames of each closure and strut on its two bodies.
         lengths: The length of each rod or cylinder.
         planar: The planar linkage of each closure or strut in a planar loop.
@@ -174,7 +174,7 @@ class _Numbered:
     def _coordinate(
         self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Returns a coordinate of an end point, constant along the normal of a planar loop."""
+        """Returns a coordinate of an end point; planar loops have a constant normal coordinate."""
         linkage = self.planar.get(closer.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):

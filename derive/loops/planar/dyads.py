@@ -75,7 +75,8 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Returns the side of the far pin at the reference; 0 if ambiguous.
 
-    The result is also 0 for a requested branch, which does not depend on the reference.
+    The result is also 0 for a requested branch, because a requested branch does not depend on the
+    reference.
     """
     if clusters.branch is not None:
         return 0

@@ -24,7 +24,7 @@ from .turning_leg import OPENING
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingLeg(LegStep):
-    """The slider travel at which the distance between the leg's ends equals its length.
+    """Solves for the slider travel at which the leg ends are at the distance of the leg length.
 
     Attributes:
         offset: The vector from the slider end at zero travel to the other end, in the joint's axes.

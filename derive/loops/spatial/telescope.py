@@ -1,8 +1,8 @@
 """A telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
 The foot, where the revolute axes intersect, is a fixed point. For a single hinge, the hinge axis is
-fixed. The travel sets the distance from the ball to the foot. The revolute joints then direct the
-slide to the ball.
+fixed. The travel sets the distance from the ball to the foot. The revolute joints then point the
+prismatic joint at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,

@@ -55,7 +55,7 @@ static int set_keyword_error(const Kernel *kernel, int takes_fixed, PyObject *ke
     return -1;
 }
 
-/* Returns the argument index of a keyword; -1 with an error set. */
+/* Returns the argument index of a keyword, or -1 on error. */
 static int find_keyword(const Kernel *kernel, int takes_fixed, PyObject *keyword)
 {
     for (int i = 0; i < kernel->n_inputs + N_OPTIONS; i++) {
@@ -204,7 +204,7 @@ static PyObject *shape_text(int ndim, const npy_intp *dims)
     return text;
 }
 
-/* Tests the last dimensions of an input; -1 with an error set. */
+/* Tests the last dimensions of an input; returns -1 on error. */
 static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArrayObject *array)
 {
     int extra = PyArray_NDIM(array) - operand->ndim;
@@ -275,7 +275,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests the leading dimensions of an input against the earlier inputs; -1 with an error set. */
+/* Tests the leading dimensions of an input against the earlier inputs; returns -1 on error. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {

@@ -14,33 +14,31 @@ typedef struct {
 } LeadingShape;
 
 /* Sorts the arguments: first each input, then out, threads and fixed; NULL for a missing argument.
- * A function with fixed= has one input by position or name. Returns -1 with an error set. */
+ * A function with fixed= has one input by position or name. Returns -1 on error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
 /* Sets all inputs after the first from `fixed`, a mapping with the names `parameters` or a tuple
- * (internal calls). Returns 1 with new references, 0 for other values, -1 with an error set. */
+ * (internal calls). Returns 1 with new references, 0 for other values, -1 on error. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
-/* Sets *outs to the output arrays, None for a new array; NULL without out=. Returns -1 with an
- * error set. */
+/* Sets *outs to the output arrays, None for a new array; NULL without out=. Returns -1 on error. */
 int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs);
 
-/* Returns the number of threads, at least 1, or ALL_THREADS; -1 with an error set. */
+/* Returns the number of threads (at least 1, or ALL_THREADS), or -1 on error. */
 long read_threads(const Kernel *kernel, PyObject *given);
 
-/* Tests whether the type implements __array_ufunc__ (dask, units): 1, 0, or -1 with an error set.
- */
+/* Tests whether the type implements __array_ufunc__ (dask, units): 1, 0, or -1 on error. */
 int has_override(PyObject *object);
 
 /* Returns the argument as an aligned native float64 array of the operand's shape, without a copy if
- * possible; NULL with an error set. */
+ * possible, or NULL on error. */
 PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *object);
 
 /* Broadcasts the leading dimensions of all inputs; -1 with an error on the conflicting inputs. */
 int broadcast_inputs(const Kernel *kernel, PyObject *const *inputs, LeadingShape *batch);
 
-/* Tests that an out array has exactly the shape and type of the result; -1 with an error set. */
+/* Tests that an out array has exactly the shape and type of the result; returns -1 on error. */
 int check_out(const Kernel *kernel, const Operand *operand, const LeadingShape *batch,
               PyObject *object);
 

@@ -239,7 +239,7 @@ static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject
 }
 
 /* Creates missing output arrays of a large batch in the memory pool; the ufunc would use malloc.
- * Returns -1 with an error set. */
+ * Returns -1 on error. */
 static int new_large_results(const Kernel *kernel, const LeadingShape *batch, PyObject *const *outs,
                              PyObject **results)
 {

@@ -21,7 +21,7 @@ typedef struct {
     PyObject *general;    /* the Python function for all other calls */
     PyTypeObject *result; /* the class of the results, a subclass of tuple */
     PyObject *moves;      /* a tuple of four arrays, for calls without options */
-    PyObject *parameters; /* redundancy parameters: indices in the seed, or a Function */
+    PyObject *parameters; /* redundancy parameters: their indices in the seed, or a Function */
     PyObject *name, *doc, *signature, *reduced;
     const double *by[N_MOVES];
     int is_fast; /* whether C handles calls without options */
@@ -40,7 +40,7 @@ static void write_parameters(const Nearest *self, const double *q_seed, double *
     }
 }
 
-/* Returns the results for one pose as a tuple; NULL with an error set. */
+/* Returns the results for one pose as a tuple, or NULL on error. */
 static PyObject *pack_nearest(const Nearest *self, PyObject *q, const double *residual_and_margin,
                               int slot)
 {
@@ -95,7 +95,7 @@ static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
     return pack_nearest(self, q, found, slot);
 }
 
-/* Solves for a dense batch of poses, with one seed or a seed for each pose; NULL with an error set.
+/* Solves for a dense batch of poses, with one seed or a seed for each pose; returns NULL on error.
  */
 static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdiff_t seed_step)
 {

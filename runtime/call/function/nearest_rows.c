@@ -48,7 +48,7 @@ void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
     }
 }
 
-/* Reads an array of (n, ...) or (1, ...) dense rows; -1 with an error set. */
+/* Reads an array of (n, ...) or (1, ...) dense rows; returns -1 on error. */
 static int read_rows(PyObject *object, int type, npy_intp n, npy_intp size, void *data,
                      ptrdiff_t *step)
 {
@@ -84,7 +84,7 @@ int can_select(const Function *inverse)
            slots_of(inverse->kernel) * (coordinates_of(inverse->kernel) + 2) <= SCRATCH;
 }
 
-/* Reads the results, and sets n to the number of their rows; -1 with an error set. */
+/* Reads the results, and sets n to the number of their rows; returns -1 on error. */
 static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Rows *rows)
 {
     const npy_intp sizes[] = {coordinates_of(kernel), 1, 1};
@@ -104,7 +104,7 @@ static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Ro
 }
 
 /* Reads the arguments of a function of the module; `given` contains the inputs, or the solution
- * slots. Returns the inverse, NULL with an error set. */
+ * slots. Returns the inverse, or NULL on error. */
 static const Function *read_call(PyObject *args, PyObject **given, npy_intp *n, Rows *rows)
 {
     PyObject *inverse, *seed, *moves, *results;

@@ -7,8 +7,8 @@
 #include "call/function/function.h"
 #include "call/kernel/rigid_poses.h"
 
-#define SCRATCH 8192 /* number of doubles on the stack for a block of rows \ */
-#define MAX_BLOCK 32 /* rows; the solutions fit the first-level cache */
+#define SCRATCH 8192 /* number of doubles on the stack for a block of rows */
+#define MAX_BLOCK 32 /* maximum number of rows; solutions fit the L1 cache */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
 /* Addresses of the rows of a call, and their strides, counted in doubles. */
@@ -38,7 +38,7 @@ static inline int is_unsettled(const Function *inverse, int slot, double residua
  * scratch memory. */
 int can_select(const Function *inverse);
 
-/* Reads the distance metric, four arrays (n,); -1 with an error set. */
+/* Reads the distance metric, four arrays (n,); returns -1 on error. */
 int read_moves(PyObject *moves, npy_intp n, const double **to);
 
 /* Finds the nearest solutions of n rows, block by block. */

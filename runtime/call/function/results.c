@@ -83,7 +83,7 @@ static int refuse_poses(const Function *self, PyObject *T)
     return answer ? 0 : -1;
 }
 
-/* Calls the refinement, which changes the results and valid in place; -1 with an error set. */
+/* Calls the refinement, which changes the results and valid in place; returns -1 on error. */
 static int refine_branches(const Function *self, PyObject *const *inputs, PyObject **results,
                            PyObject *valid)
 {

@@ -9,7 +9,7 @@
 #include "call/function/arguments.h"
 #include "call/function/function.h"
 
-/* Returns a tuple of new references; NULL with an error set. */
+/* Returns a tuple of new references, or NULL on error. */
 PyObject *new_tuple(int n, PyObject *const *items);
 
 /* Returns the branches as Solutions, refined if necessary. Takes ownership of the three results. */
@@ -27,10 +27,10 @@ PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *m
  */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Sets the class of the solutions and its tolerance; -1 with an error set. */
+/* Sets the class of the solutions and its tolerance; returns -1 on error. */
 int set_solutions(Function *self, PyObject *type);
 
-/* Sets the refinement and its maximum residual; -1 with an error set. */
+/* Sets the refinement and its maximum residual; returns -1 on error. */
 int set_refinement(Function *self, PyObject *refinement);
 
 /* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of

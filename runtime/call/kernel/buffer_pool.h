@@ -11,7 +11,7 @@
 
 #define MIN_KEPT ((size_t)32 << 20) /* minimum size of results in the pool, in bytes */
 
-/* Prepares the memory handler; -1 with an error set. */
+/* Prepares the memory handler; returns -1 on error. */
 int buffer_pool_init(void);
 
 /* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */

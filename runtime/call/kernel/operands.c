@@ -14,7 +14,7 @@ void kernel_free(Kernel *kernel)
     PyMem_Free(kernel);
 }
 
-/* Reads .name and .shape of an operand description; -1 with an error set. */
+/* Reads .name and .shape of an operand description; returns -1 on error. */
 static int operand_read(Operand *operand, PyObject *description)
 {
     operand->name = PyObject_GetAttr(description, str_name);
@@ -46,7 +46,7 @@ static int operand_read(Operand *operand, PyObject *description)
     return 0;
 }
 
-/* Reads the descriptions of all operands; -1 with an error set. */
+/* Reads the descriptions of all operands; returns -1 on error. */
 static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outputs)
 {
     Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
@@ -71,7 +71,7 @@ static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outp
 }
 
 /* Binds the functions of an entry if its sizes match the manifest: a wrong size would write past
- * the end of an array. Returns -1 with an error set. */
+ * the end of an array. Returns -1 on error. */
 static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
 {
     int agree = entry->n_inputs == kernel->n_inputs && entry->n_outputs == kernel->n_outputs;

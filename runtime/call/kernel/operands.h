@@ -19,7 +19,7 @@ typedef struct {
     npy_intp size; /* number of elements, the product of dims */
 } Operand;
 
-/* How the poses of an inverse are tested for rigidity (rigid_poses.h). */
+/* The test of input poses for rigidity, for an inverse (rigid_poses.h). */
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
@@ -43,12 +43,12 @@ typedef struct {
 } Kernel;
 
 /* Creates a kernel from tuples of operand descriptions (.name, .shape), which must match the
- * library entry; NULL with an error set. */
+ * library entry; returns NULL on error. */
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
 
 /* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length;
- * -1 with an error set if its operands are those of a different function. */
+ * returns -1 on error if its operands are those of a different function. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

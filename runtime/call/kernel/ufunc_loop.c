@@ -6,7 +6,7 @@
 
 #include "call/kernel/rigid_poses.h"
 
-#define STACK_DOUBLES 1024 /* number of doubles; larger operands use malloc \ */
+#define STACK_DOUBLES 1024 /* number of doubles; larger operands use malloc */
 
 /* The operands of one run of the inner loop. */
 typedef struct {
@@ -142,7 +142,7 @@ static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *
     feclearexcept(FE_ALL_EXCEPT);
 }
 
-/* Returns a copy for PyMem_Free; NULL with an error set. */
+/* Returns a copy for PyMem_Free, or NULL on error. */
 static char *copy_text(PyObject *text)
 {
     Py_ssize_t size;

@@ -4,8 +4,7 @@
 
 #include "call/kernel/operands.h"
 
-/* Creates the ufunc, which owns the kernel; on error the kernel is freed. NULL with an error set.
- */
+/* Creates the ufunc, which owns the kernel. On error, frees the kernel and returns NULL. */
 PyObject *ufunc_new(Kernel *kernel, PyObject *name, PyObject *doc);
 
 #endif

@@ -26,7 +26,7 @@ typedef struct {
     char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
     char *held;   /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *held_rate; /* (n,) candidate y = a + b; rates of fixed joints */
+    double *a, *b, *held_rate; /* (n,) candidate y = a + b, and the rates of fixed joints */
     double *best_a, *best_b;   /* (n,) */
     char *best_held;           /* (n,) */
     DampedBox box;

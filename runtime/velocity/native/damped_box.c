@@ -8,7 +8,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-#define MAX_AGE 64 /* decompositions before a reset of U limits rounding errors */
+#define MAX_AGE 64 /* maximum number of decompositions before U is reset */
 #define ROUNDS 8   /* maximum number of active-set iterations per variable */
 
 int damped_box_new(DampedBox *box, int n)

@@ -91,7 +91,7 @@ def test_modes_are_complete_for_three_line_platform(lines):
 def test_ik_planar_contains_every_newton_leg_solution(name, request):
     generator = np.random.default_rng(2)
     platform, robot = request.getfixturevalue(name)
-    # If a platform has a crank, its legs reach two of the poses, but not the third pose.
+    # If a platform has a crank, its legs reach only two of the three poses.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, _, _, valid = robot.ik_planar(poses)
     counted = 0

@@ -278,7 +278,7 @@ def test_joint_brakes_as_late_as_possible_before_limit():
         ticks += 1
         assert ticks < 5000
     stroke = robot.upper[2] - robot.lower[2] - 0.01
-    # The joint accelerates until it reaches full speed or the middle of its range, and then brakes.
+    # The joint accelerates to full speed or to the middle of its range, and then brakes.
     top = min(1.0, np.sqrt(most * stroke))
     least = 2 * top / most + (stroke - top**2 / most) / top
     assert ticks * dt < least + 5 * dt

@@ -1,7 +1,7 @@
 """Handwritten planar snake with many links in the contract format.
 
-Forward kinematics is undefined if the first joint is beyond one radian, as in a robot whose loops
-cannot be closed.
+Forward kinematics is undefined if the first joint exceeds one radian, as if loops could not be
+closed.
 """
 
 from tests.support.handwritten import tiny

@@ -26,7 +26,7 @@
 #define THREADS 4
 #define PART 24
 #define FOREIGN 1.25e300
-#define TOLERANCE 1e-13 /* tolerance, because single calls may round differently */
+#define TOLERANCE 1e-13 /* single calls may differ by rounding */
 
 extern const chasles_kernel chasles_kernels[];
 

@@ -1,4 +1,4 @@
-"""Roll, pitch and yaw against products of rotations, with exact values at right angles."""
+"""Roll, pitch and yaw agree with products of rotations, and are exact at right angles."""
 
 import itertools
 import random

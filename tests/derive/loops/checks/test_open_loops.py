@@ -115,7 +115,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """The message does not report a wrong length as swapped rod ends."""
+    """For a wrong length, the message does not suggest that rod ends are swapped."""
     whole = mechanism(name)
     robot = with_parameter(whole, parameter, value)
     text = str(spoilt_error(name, parameter, value))

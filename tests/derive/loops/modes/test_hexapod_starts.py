@@ -1,4 +1,4 @@
-"""Complex poses of platforms on six rods: the table of start poses, and its use for any robot."""
+"""Complex poses of platforms on six rods: the table of start poses serves every robot."""
 
 import numpy as np
 import pytest

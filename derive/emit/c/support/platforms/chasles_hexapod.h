@@ -28,7 +28,7 @@ typedef struct {
     int axis[3];    /* axes of the three rotation angles in theta, in order */
     int moves;      /* whether the actuators move rod ends */
     int paths;      /* number of complex poses, and of solution slots */
-    int joined;     /* double joints: 0 none, 1 on the platform, 2 on the other side */
+    int joined;     /* side of the double joints: 0 none, 1 platform, 2 other side */
     int pairs[6];   /* the rods, in pairs that share a joint */
     double b[6][3]; /* rod ends on the platform; lengths are relative to the size */
     chasles_hexapod_number a[6][3], c[6];
