@@ -10,7 +10,7 @@ import chasles
 from tests.support.handwritten import planar
 from tests.support.loops.closures import TINY, model, wrapped
 from tests.support.loops.planar_scan import errors, random_q, scan
-from tests.support.rate_inputs import held
+from tests.support.rate_inputs import sampling_limits
 
 PLANAR = {"planar_3rrr": 0.13}
 ITERATED = [*PLANAR, "stewart_gough"]
@@ -27,7 +27,7 @@ def robot(name):
 
 def within(name, n, seed):
     r = robot(name)
-    return np.random.default_rng(seed).uniform(*held(r), (n, r.n))
+    return np.random.default_rng(seed).uniform(*sampling_limits(r), (n, r.n))
 
 
 def twists(m, z, rates):
@@ -46,9 +46,9 @@ def test_planar_assembly_modes_close_and_come_in_pairs(name, capsys):
     r, rod = robot(name), PLANAR[name]
     generator = np.random.default_rng(0)
     poses = generator.uniform([-0.2, -0.2, -np.pi], [0.2, 0.2, np.pi], (240_000, 3))
-    held = planar.cranks(poses, rod, generator.choice([-1.0, 1.0], poses.shape))
-    held = held[np.isfinite(held).all(-1)][:10_000]
-    q = np.concatenate([held, generator.uniform(-np.pi, np.pi, (20_000 - len(held), 3))])
+    closed = planar.cranks(poses, rod, generator.choice([-1.0, 1.0], poses.shape))
+    closed = closed[np.isfinite(closed).all(-1)][:10_000]
+    q = np.concatenate([closed, generator.uniform(-np.pi, np.pi, (20_000 - len(closed), 3))])
     modes = r.fk_planar_all(q)
     worst = np.abs(errors(q, modes, rod)).max()
     counts = np.bincount(modes.valid.sum(-1), minlength=7)
@@ -86,18 +86,18 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     expected = np.stack(
         [planar.cranks(pose, rod, np.array(sides)) for sides in product((1.0, -1.0), repeat=3)], 1
     )
-    held = np.isfinite(expected).all((-2, -1))
-    np.testing.assert_array_equal(valid.all(-1), held)
-    np.testing.assert_array_equal(valid.any(-1), held)
-    assert 200 < held.sum() < 4800
-    apart = np.abs(wrapped(q[held][:, :, None] - expected[held][:, None])).max(-1)
+    closed = np.isfinite(expected).all((-2, -1))
+    np.testing.assert_array_equal(valid.all(-1), closed)
+    np.testing.assert_array_equal(valid.any(-1), closed)
+    assert 200 < closed.sum() < 4800
+    apart = np.abs(wrapped(q[closed][:, :, None] - expected[closed][:, None])).max(-1)
     # Near stretched legs two branches merge, and angles are less accurate.
-    margin = r.actuator_margin(pose[held]).min(-1)
+    margin = r.actuator_margin(pose[closed]).min(-1)
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
-    np.testing.assert_array_equal(r.actuators(pose[held]), q[held][:, 0])
-    np.testing.assert_array_equal(r.chain_closes(pose), held)
-    assert np.isnan(r.actuators(pose[~held])).any(-1).all()
+    np.testing.assert_array_equal(r.actuators(pose[closed]), q[closed][:, 0])
+    np.testing.assert_array_equal(r.chain_closes(pose), closed)
+    assert np.isnan(r.actuators(pose[~closed])).any(-1).all()
 
 
 @pytest.mark.parametrize("name", PLANAR)
@@ -184,7 +184,7 @@ def test_derivatives_match_implicit_function_theorem(name):
 @pytest.mark.parametrize("name", ITERATED)
 def test_results_far_outside_limits_are_closed_or_nan(name):
     r, m = robot(name), model(name)
-    lower, upper = held(r)
+    lower, upper = sampling_limits(r)
     span = 2 * (upper - lower)
     q = np.random.default_rng(8).uniform(lower - span, upper + span, (2000, r.n))
     z = r.configuration(q)
