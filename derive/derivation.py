@@ -52,11 +52,11 @@ class Derivation:
         hybrid: The loops and their solution, or None for a serial robot.
         inverse: The inverse kinematics, or None if none of its functions was requested.
         written: Functions with handwritten C that reads tables of the robot.
-        families: The families of inverses that were tried.
+        families: The inverse families that the derivation tested.
         closure: The equations of loops without a closed form, or None for other robots.
         geometry: The functions with geometry as input, or None if no parametric function was
             requested.
-        parametric_loops: The closure equations with geometry as input; None likewise.
+        parametric_loops: The closure equations with the geometry as input. None likewise.
     """
 
     robot: Described
@@ -126,7 +126,8 @@ def derive(
         families: The families of inverses to try, in order.
 
     Raises:
-        InputValueError: A function name is unknown, or the fixed joints leave no closed form.
+        InputValueError: A function name is unknown, or there is no closed form for the fixed
+            joints.
         LoopError: A loop is open at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
@@ -188,7 +189,8 @@ def _of_mechanism(
     *,
     parametric: bool,
 ) -> Derivation:
-    # Each step reads the results of earlier steps, and imports only their folders.
+    # Each step reads only the results of earlier steps, and imports only the folders of these
+    # steps.
     model = loop_model(mechanism)
     loops = solved_loops(model)
     has_chain = not loops.forward.open
@@ -236,7 +238,7 @@ def _of_mechanism(
     asked_of_tool = [name for name in chosen if name in FUNCTIONS]
     made = tool_functions(loops, asked_of_tool) if has_chain and asked_of_tool else {}
     made |= {name: makers[name](loops) for name in chosen if name in makers}
-    # The tool functions share terms with the functions of the main chain.
+    # The functions of the tool share terms with the functions of the main chain.
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws

@@ -24,7 +24,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     release this lock.
 
     Args:
-        work: Function that computes the result, which is plain data.
+        work: Function that computes the result, which must be plain data.
 
     Yields:
         A function that waits for the result, or raises the error that the work raised. The process
@@ -42,13 +42,14 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
     """Starts work in a forked process, which ends at the end of the ``with`` block.
 
     Yields:
-        The connection from which :func:`received` reads the outcome.
+        The connection from which :func:`received` reads the result or the error.
     """
     context = get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_send, args=(work, sender))
     with warnings.catch_warnings():
-        # Python 3.12 warns about forks while other threads run; callers decide about them.
+        # Python 3.12 warns about forks while other threads run, but the caller decides whether to
+        # fork.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     sender.close()

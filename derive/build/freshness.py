@@ -31,7 +31,7 @@ class Job:
 
     Attributes:
         file: The description file.
-        to: The folder that receives the robot's own folder.
+        to: The folder in which the folder of the robot is created.
         base: Base link of a URDF or an MJCF model.
         tip: Tip link of a URDF or an MJCF model.
         functions: The functions to derive; empty for all functions.

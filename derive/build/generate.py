@@ -69,7 +69,7 @@ def without_search_for_cycles() -> Iterator[None]:
     """Disables Python's cyclic garbage collector.
 
     A derivation creates millions of objects that live until its end. Repeated garbage collection
-    would take a sixth of the derivation time and free nothing.
+    would take a sixth of the derivation time and free no memory.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -112,7 +112,8 @@ def write(
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
-        folder: The robot's own folder, created if it does not exist; usually named as the robot.
+        folder: The folder of the robot, created if it does not exist; its usual name is the robot's
+            name.
         functions: The functions to derive; all by default.
         fixed: The joints with fixed values in ``ik``; () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
@@ -136,7 +137,7 @@ def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list
 
     Args:
         texts: The texts of the generated files by path.
-        folder: The robot's own folder.
+        folder: The folder of the robot.
         shares: Whether support headers are written to a folder that the robots in one parent folder
             share.
     """
@@ -160,13 +161,13 @@ def _remove(file: Path) -> None:
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
-    """The path of each generated file; `shares` as for :func:`put`."""
+    """The path of each generated file; see :func:`put` for `shares`."""
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns the files that have a generated file's suffix but are not among the given files."""
+    """Returns files with the suffix of a generated file that are not among the listed files."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()

@@ -14,7 +14,7 @@ REPEATED = 1.0
 
 
 class OutOfTime(DerivationError):
-    """A derivation exceeded its time limit; the message names the interrupted function."""
+    """The timer signal, not an ``Exception``, so that libraries do not catch it."""
 
 
 class _Alarm(BaseException):
@@ -52,7 +52,7 @@ class at_most:  # noqa: N801
             raise OutOfTime(_message(self.seconds, self._places[0])) from None
 
     def _ring(self, _: int, frame: FrameType | None) -> None:
-        """Interrupts the body, but not the context manager itself."""
+        """Only the body is interrupted, not the context manager itself."""
         own = [way.__code__ for way in (at_most.__enter__, at_most.__exit__, at_most._ring)]
         if not any(inner.f_code in own for inner in _frames(frame)):
             self._places.append(_place(frame))

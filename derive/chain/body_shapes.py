@@ -71,7 +71,7 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     """Returns groups of consecutive passive joints without an extended body between them.
 
-    A prismatic joint with limits has its own guide and does not belong to a row.
+    A prismatic joint with limits has a separate guide and does not belong to a series.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -94,7 +94,7 @@ def _slides(rigid: RigidBodies, row: Sequence[int]) -> int:
 
 
 def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
-    """Whether the body between two joints has no extent and carries nothing else."""
+    """Whether the body between two joints is a point that carries nothing else."""
     carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
     joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
     if (
@@ -168,7 +168,7 @@ class _Shapes:
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:
-        """Returns the root of each rigid group per body, and the body frame in the root frame."""
+        """Returns, per body, the root of its rigid group and the body frame in the root frame."""
         root, frames = [0], [np.eye(4)]
         for k, body in enumerate(self.bodies[1:], 1):
             joint = body.joint
@@ -210,8 +210,8 @@ class _Shapes:
             return
         if _slides(self.rigid, row) > 1:
             return
-        # A row of revolute joints counts as one joint from the parent of the first body to the last
-        # body.
+        # A series of revolute joints counts as one joint from the parent of the first body to the
+        # last body.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -243,7 +243,7 @@ class _Shapes:
         )
 
     def _travel(self, k: int, joint: BodyJoint) -> tuple[float, float]:
-        """Returns the value range of a prismatic joint; 0.4 of the robot size without limits."""
+        """Returns the value range of a prismatic joint; without limits, 0.4 of the robot size."""
         low, high = self.bodies[k].limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]

@@ -45,7 +45,7 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """Joint motion of a serial robot: each joint has its own coordinate or is coupled."""
+    """Joint motion of a serial robot: each joint is coupled or has a separate coordinate."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
         """Computes the joint values from the coordinates and couplings."""
@@ -80,7 +80,7 @@ class LoopRates(Protocol):
     """Time derivatives (rates) of all terms that depend on the coordinates through loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """Returns the rates of all terms at unit speed of each single coordinate."""
+        """Returns the time derivatives of all terms for unit speed of one coordinate at a time."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
@@ -107,7 +107,7 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """Returns the rates of all terms at unit speed of each single coordinate."""
+        """Returns the time derivatives of all terms for unit speed of one coordinate at a time."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
@@ -127,7 +127,7 @@ class ThroughLoops:
     """Motion of joints that depend on the coordinates through loops."""
 
     def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
-        """Stores the joint values and the object that computes their time derivatives.
+        """Stores the joint values and the object that computes the time derivatives of terms.
 
         Args:
             values: Values of all moving joints (radian or metre).
@@ -153,7 +153,7 @@ class ThroughLoops:
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the time derivatives of the values directly, without ``D_q``."""
+        """Returns the time derivatives of the joint values directly, without ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:

@@ -48,7 +48,8 @@ def coupling_maps(
     theta = {
         f"theta{order}": Argument(
             f"theta{order}",
-            # A parameter may be called theta4, but parameter names never start with an underscore.
+            # A parameter may have the name theta4, but parameter names never start with an
+            # underscore.
             coordinates(f"_theta{order}", len(names)),
             (len(names),),
             f"{unit}{of_time}",

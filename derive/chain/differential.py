@@ -10,7 +10,8 @@ in the frame whose axes express the columns:
 | `mixed`  | the tool's origin     | base frame  |
 | `body`   | the tool's origin     | tool frame  |
 
-A revolute joint moves a point at position r (in joint axes) with z x r = (-r_y, r_x, 0).
+A revolute joint moves a point at position r (in joint axes) with velocity z x r = (-r_y, r_x, 0)
+per unit joint velocity.
 """
 
 from collections.abc import Sequence
@@ -47,7 +48,7 @@ class Twist:
 
     @property
     def entries(self) -> tuple[sp.Expr, ...]:
-        """The six components, linear first."""
+        """The six components of a twist, linear first."""
         return (*self.v, *self.omega)
 
 
@@ -87,8 +88,10 @@ def rates(
 ) -> list[Twist]:
     """Returns the time derivatives of Jacobian columns at joint speeds.
 
-    space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
-    body: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist due to the joints after j.
+    space: column j has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the
+        links before joint j.
+    body: column j has the derivative J_j' = ad(J_j) (V - V_j), where V - V_j is the twist due to
+        the joints after j.
     mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v due to the
     joints after j).
     """
@@ -114,8 +117,8 @@ def rates(
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
     """Returns the derivatives of the mixed Jacobian: entry [j][k] is d(column j)/d(joint k).
 
-    With i the smaller and l the larger of j and k, dv_j/dq_k = omega_i x v_l. If k is before j,
-    domega_j/dq_k = omega_k x omega_j; otherwise this derivative is zero.
+    With i the smaller and l the larger of the joint indices j and k, dv_j/dq_k = omega_i x v_l. If
+    k is before j, domega_j/dq_k = omega_k x omega_j; otherwise this derivative is zero.
     """
     count = range(len(screws))
     return [
@@ -131,7 +134,7 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
 
 
 def weighted(terms: Terms, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
-    """Returns J w, the weighted sum of columns."""
+    """Returns J w, the sum of the Jacobian columns weighted by w."""
     parts = [_scaled(terms, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
     return _total(terms, parts)
 
@@ -145,7 +148,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # The product z x lever is computed in the axes that need the fewest multiplications.
+    # The product z x lever is computed in the frame axes that need the fewest multiplications.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:

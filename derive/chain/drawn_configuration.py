@@ -22,7 +22,7 @@ _AREA = 4.0
 _BENDS = 0.02
 """Cost of a joint angle of 90 degrees, relative to the robot size."""
 _BELOW = 0.5
-"""Cost of a joint below the base, per unit of depth."""
+"""Cost of a joint below the base, per unit of depth below the base."""
 _SHORT = 0.02
 """Links that are shorter than this fraction of the robot size are drawn as one point."""
 

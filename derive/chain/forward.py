@@ -2,7 +2,8 @@
 
 With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are the axes of group g
 after the last rotation and the tilt of group g. A point p is transformed from the tool to the base
-with Horner's scheme. In the axes of group g,
+with Horner's scheme. In the axes of group g, with the rotation angle phi_k and the constant vector
+reach_k of station k,
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
@@ -40,8 +41,9 @@ class Levers:
     """Position of one point relative to every joint axis of a group of parallel axes.
 
     Attributes:
-        from_axis: Position relative to each joint axis, in the axes of the group.
-        turned: Position relative to the last joint axis of the group, in the axes after this joint.
+        from_axis: Tool position relative to each joint axis, in the axes of the group.
+        turned: Tool position relative to the last joint axis of the group, in the axes after this
+            joint.
     """
 
     from_axis: tuple[Vector, ...]

@@ -3,7 +3,7 @@
 Let M_k be the mass that joint k carries, c_k the first moment of this mass about the base origin,
 and (v_k; omega_k) the joint screw in the base frame. The gravity torque of joint k is
 
-    w_k = M_k v_k + omega_k x c_k,    tau_k = g . w_k,
+    w_k = M_k v_k + omega_k x c_k, tau_k = g . w_k, with the gravity vector g.
 
 The derivative of tau_k with respect to a later joint j is (g x omega_k) . w_j. The derivative is
 symmetric in j and k, because the torques have a potential.
@@ -82,7 +82,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
     Args:
         robot: A chain of revolute and prismatic joints; at zero, all link frames equal the base
             frame.
-        load: One mass per link, and the gravity vector.
+        load: One mass per link, with the gravity vector.
 
     Returns:
         One bound per joint k (N m/rad or N/m), computed from the length of the stretched chain.

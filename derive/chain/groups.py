@@ -9,8 +9,8 @@ parallel axes share one angle in every convention:
 A *group* is a run of parallel axes between two tilts. All its axes are along the z axis of the
 group frame. The *stations* of a group are the successive angles phi, one per joint; each has a
 translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi between
-them) stay in the same group and get the sign -1. Constant right angles are exact permutations and
-need no operations.
+the axes) stay in the same group and get the sign -1. Constant right angles are exact permutations
+and need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -52,7 +52,7 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """A link or tool frame: constant orientation and origin in station axes."""
+    """A link or tool frame: constant orientation, and the origin in station axes."""
 
     name: str
     orientation: Basis
@@ -61,7 +61,7 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, and the prismatic joints and frames that rotate by this angle.
+    """One angle of a group, with the prismatic joints and frames that rotate by this angle.
 
     Attributes:
         joint: Index of the revolute joint that defines the station, or None for the angle at the
@@ -116,7 +116,7 @@ class _Turn(NamedTuple):
 
 @dataclass
 class _Stretch:
-    """The constant section between two revolute joints, in the axes at its start."""
+    """The constant transform between two revolute joints, in the axes at its start."""
 
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
@@ -320,7 +320,7 @@ class _Builder:
     def _settle(self) -> None:
         """Rotates the axes of the last station to the end of its section.
 
-        The end of the group and the preceding translation then use the same angle.
+        The end of the group and the translation before it then use the same angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

@@ -163,7 +163,7 @@ class Parametric:
         return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """Returns dv_m/dx, including the gravity torques if x is a coordinate."""
+        """Returns dv_m/dx; if x is a coordinate, the result includes the gravity torques."""
         rate = sp.diff(value, variable)
         if self.torques is None:
             return rate

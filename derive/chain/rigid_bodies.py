@@ -6,8 +6,8 @@ The pose of a body on a joint is
 
 where z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
 about or translates along the joint axis in the body frame. A joint that several coordinates move is
-a series of such motions about one axis, each on a body of its own. A strut connects two bodies; the
-z axes of its sections are along the strut.
+a series of such motions about one axis, each on a separate body. A strut connects two bodies; the z
+axes of its sections are along the strut.
 """
 
 from collections.abc import Mapping, Sequence
@@ -186,7 +186,7 @@ class RigidBodies:
     @staticmethod
     def _aside(parts: Array) -> Array:
         """Returns the frame axis with the smallest component along the strut."""
-        # The last digits of equal components may differ between computers, so components are
+        # The last digits of equal components may differ between computers, so all components are
         # rounded.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
@@ -203,7 +203,7 @@ def vector(values: Array) -> Vector:
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
-    """Returns a constant placement as floats (4, 4), each rounded from a high-precision value."""
+    """Returns a constant placement as floats (4, 4), rounded from high-precision values."""
     exact = placement_matrix(placement)
     rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
     return np.array(rows) + 0.0

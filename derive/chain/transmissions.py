@@ -1,11 +1,10 @@
 """Conversion between controller readings and true coordinates, in both directions.
 
 A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
-together with the geometry. All functions other than these two use the true coordinates q. These two
-functions convert between q and the controller readings r, so that
+together with the geometry. Functions other than these two conversions use the true coordinates q.
+The conversions relate q to the controller readings r, so that
 
-    T = fk(coordinates_from_readings(r))
-    r = readings_from_coordinates(q), q one of ik(T).
+    T = fk(coordinates_from_readings(r)) r = readings_from_coordinates(q), where q is one of ik(T).
 
 The inverse uses Newton's method per drive, starting from r = q / gain, with quadratic convergence.
 Springs couple the coordinates. Each fixed-point iteration uses the deflection at the value of r

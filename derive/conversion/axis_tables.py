@@ -1,13 +1,15 @@
 """A serial robot as a table of Denavit-Hartenberg parameters or of screw axes.
 
-Axis 0 is the z axis of the base frame, the last axis is the z axis of the tool frame. The steps
-between consecutive axes, and a rotation and a translation along the tool axis, place all axes:
+Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. These steps
+between consecutive axes, and a rotation and a translation along the tool axis, define the positions
+of all axes:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)
 
 Row k of a proximal (Craig) table has a and alpha of step k-1, and the rotation and shift of step k.
-Row k of a distal table has all four values of step k. Base and tool contain the remaining motions.
+Row k of a distal table has all four values of step k. The poses of base and tool contain the
+remaining motions.
 """
 
 import math
@@ -31,7 +33,8 @@ from ..model.tolerances import EVALUATION_DIGITS
 from .number_text import digits_for, rounded
 
 _RIGHT = math.pi / 2 + 1e-9
-"""Maximum rotation (radian) to the common normal; beyond it, the opposite normal is used."""
+"""Maximum rotation (radian) to the common normal; for larger rotations, the opposite normal is
+used."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 def screw_form(robot: SerialRobot) -> SerialRobot:
     """Returns a form that is the same for all descriptions of a robot, whatever its link frames.
 
-    Each axis has the direction of positive coordinates, and the point that is nearest to the origin
+    Each axis has the direction of positive coordinates and a point, the point nearest to the origin
     of the base frame.
     """
     plain = in_table(replace(robot, load=None, springs=None, transmissions=()), poe)
@@ -220,8 +223,8 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Rounding errors of the fields must not accumulate, or parallel axes would be read as
-    # intersecting far away.
+    # Rounding errors of the fields must not accumulate: otherwise parallel axes would be read as
+    # axes that intersect far away.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)
@@ -233,7 +236,7 @@ def _turned(turn: sp.Expr) -> sp.Expr:
 
 
 def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
-    """Returns a pose that differs from the identity by rounding errors."""
+    """Returns a pose that differs from the identity only by rounding errors."""
     T = mpmath.eye(4)
     T[0, 2], T[2, 0], T[1, 2], T[2, 1] = tilt_x, -tilt_x, tilt_y, -tilt_y
     T[0, 3], T[1, 3] = x, y
@@ -241,7 +244,7 @@ def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
 
 
 def _shortened(step: AxisStep, turn: sp.Expr, shift: sp.Expr) -> tuple[AxisStep, Placement]:
-    """Moves the rest along the tool axis to the last joint if both axes are parallel."""
+    """Moves the remaining motion on the tool axis to the last joint if both axes are parallel."""
     if step.alpha != 0:
         return step, along_z(turn, shift)
     moved = replace(step, shift=step.shift + shift)

@@ -28,7 +28,7 @@ Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
 TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
-"""Ratio of a table's longest length to the robot's size, from which the table is
+"""Ratio of a table's longest length to the robot's size above which the table is
 ill-conditioned."""
 _VISIBLE = 1e-12
 """Pose error (metre, radian) above which a note states the error."""
@@ -41,7 +41,7 @@ class Conversion:
     Attributes:
         format: The format, see :func:`convert`.
         text: The robot file or the URDF.
-        robot: The robot as written, before the reader snaps numbers.
+        robot: The robot with the numbers as written, before the reader snaps numbers.
         error: Bounds of the distance (metre) and of the angle (radian) between the tools of both
             robots, at all coordinates within the limits, if the text is read with
             :func:`~chasles.derive.read`.
@@ -107,8 +107,8 @@ def convert(robot: Described, to: Format) -> Conversion:
             joints have this convention; fixed joints become part of the links.
 
     Returns:
-        The text, and the bound of the pose error. Multiples of pi/12 and short decimals stay exact;
-        other numbers that are not in the description have 17 digits.
+        The text in the new format, with the bound of the pose error. Multiples of pi/12 and short
+        decimals stay exact; other numbers that are not in the description have 17 digits.
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or masses are positioned in
@@ -144,7 +144,7 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Returns the pose error of the robot that the text describes, and a note if it is visible."""
+    """Returns the pose error of the robot that the text describes, and a note if it is relevant."""
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():
@@ -158,7 +158,7 @@ def _error(
     assert isinstance(found, SerialRobot)
     notes: tuple[str, ...] = ()
     if [joint.name for joint in found.coordinates] != expected:
-        # The reader leaves out joints whose names are those of fingers or wheels.
+        # The reader omits joints with the names of fingers or wheels.
         names = urdf_names(robot)
         found = cleaned(UrdfFile(f"{robot.name}.urdf", text).robot(names.base, names.tool, None))
         notes = (f"because of the names of its joints, read the URDF with tip={names.tool!r}",)

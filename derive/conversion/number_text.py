@@ -27,11 +27,11 @@ from ..model.values import Values
 DIGITS = 17
 """Significant digits of a number without a short exact form; a double has 17."""
 _PLACES = 16
-"""Decimal places that the lengths of a table keep (metre)."""
+"""Decimal places of the lengths in a table (metre)."""
 _LONGEST = 40
 """Digits of the longest decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""Change by the reader (metre, radian or 1) that is harmless: less than the rounding of doubles."""
+"""Harmless change by the reader (metre, radian or 1): less than the rounding of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
 """Number of leading zeros beyond which a decimal is written with an exponent."""
@@ -88,12 +88,12 @@ class NumberText:
 
         Args:
             value: An exact number, or an expression in parameters.
-            kind: "length", "angle", or another word for numbers that the reader takes as written.
+            kind: "length", "angle", or another word for numbers that the reader does not change.
         """
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
     def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
-        """Returns the number that the reader gets from a written number."""
+        """Returns the value that the reader computes from a written number."""
         if value == 0 or value.free_symbols:
             return value
         if kind.startswith("angle"):
@@ -128,7 +128,7 @@ def _guarded(value: sp.Expr) -> str:
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # A numerator that is a multiple of 3 would leave a finite decimal.
+    # If the numerator were a multiple of 3, the quotient would be a finite decimal.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Returns the exact origin of a product T Rz Ry Rx of motions, else None."""
+    """Returns the exact origin of motions in the order T Rz Ry Rx, or None for other orders."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1
@@ -72,7 +72,7 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
 
     Args:
         robot: A serial robot.
-        keeps_links: Whether link frames must not move.
+        keeps_links: Whether link frames must not move during the conversion.
 
     Raises:
         InputValueError: A link frame would move, although ``keeps_links`` is set.

@@ -1,7 +1,7 @@
 r"""A table of joint parameters as CSV and LaTeX, in metre and radian, with base and tool.
 
-All joints have the same convention. Numbers have 17 significant digits, or more if the table has
-lengths from 10 m.
+All joints have the same convention. Numbers have 17 significant digits, or more if the table
+contains lengths of 10 m or more.
 """
 
 import csv
@@ -95,7 +95,7 @@ def _tabular(
 
 
 def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[str]:
-    """Returns name, type, fields, and the joint value unless a field contains it."""
+    """Returns name, type and fields of a joint, and its value unless a field contains the value."""
     assert joint.convention is not None
     given = dict(joint.given)
     variable = joint.convention.variable(joint.kind)

@@ -1,8 +1,8 @@
 """Writes the URDF of a serial robot whose joints have URDF origins.
 
-URDF has no joint directions and no helical joints. If a joint moves against its coordinate, its
-axis is reversed. A helical joint is a revolute joint, followed by a prismatic joint that mimics its
-angle.
+URDF has no joint directions and no helical joints. If a joint moves opposite to its coordinate, the
+written axis is reversed. A helical joint is a revolute joint, followed by a prismatic joint that
+mimics its angle.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +21,8 @@ from .number_text import nearest
 from .origins import fields_of, placed
 
 _EFFORT = "1000"
-"""Effort and velocity limits, which URDF requires and robot descriptions do not contain."""
+"""Effort and velocity limits; URDF requires these limits, but robot descriptions do not contain
+them."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ def robot_urdf(robot: SerialRobot) -> str:
 
 
 def urdf_names(robot: SerialRobot) -> UrdfNames:
-    """Returns names of base and tool that no link and no joint of the robot has."""
+    """Returns names of base and tool that differ from all link and joint names of the robot."""
     links, joints = set(robot.link_names), {joint.name for joint in robot.joints}
     base = robot.base_frame if identifier(robot.base_frame) == robot.base_frame else "base"
     base = _free(base, links)
@@ -168,7 +169,7 @@ def _append_origin(element: etree._Element, xyz: object, rpy: object) -> None:
 
 
 def _limits(joint: Joint) -> dict[str, str]:
-    """Returns the limits; a range of 20 km means a prismatic joint without limits."""
+    """Returns the limits of a joint; a range of 20 km represents missing prismatic limits."""
     lower, upper = joint.limits
     bounds = {"lower": str(-UNLIMITED), "upper": str(UNLIMITED)}
     if lower is not None and upper is not None:

@@ -3,8 +3,9 @@
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
 (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
 rotations by multiples of 15 degrees about a frame axis map them to each other. The point with the
-fewest decimal places is kept, and the other points become its exact copies. A rounded distance
-between two points of a body, such as a rod length in a parallelogram, becomes an exact root.
+fewest decimal places is unchanged, and the other points become exact copies of this point. A
+rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
+exact root.
 """
 
 import math
@@ -25,7 +26,8 @@ _AXES = (2, 0, 1)
 """Rotation axes of the copies; z first, because legs are usually arranged about z."""
 _LAST_PLACES = 1.5
 """Maximum difference between a rounded component and the copy of a rounded point, in units of the
-last decimal place: half a unit from each rounding, the second rotated by up to 45 degrees."""
+last decimal place: half a unit from each of the two roundings, where the second rounding error is
+rotated by up to 45 degrees."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
@@ -55,7 +57,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Returns the decimal places of a point, or None if the point cannot be in an arrangement."""
+    """Returns the decimal places of a point, or None if it cannot belong to an arrangement."""
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
         return None
@@ -67,7 +69,8 @@ def _copy(
 ) -> Vector | None:
     """Returns the exact copy of an original that agrees with a point within rounding.
 
-    Rotations by right angles keep the decimals of the original, so they are skipped.
+    Rotations by right angles do not change the decimals of the original, so these rotations are
+    skipped.
     """
     here = tuple(map(float, point))
     for original in originals:

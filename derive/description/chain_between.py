@@ -1,11 +1,11 @@
 """The chain between any two links of a tree.
 
-On the way from the base link up to the common ancestor, joints are inverted. For a joint with
-T_parent_link = before * motion(q) * after, the inverted joint leads from the link to the parent:
+On the path from the base link up to the common ancestor, joints are inverted. For a joint with
+T_parent_link = before * motion(q) * after, the inverted joint connects the link to its parent:
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
-The coordinate, its name and its limits stay those of the joint.
+The coordinate, its name and its limits do not change.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ from .toml_file import file_error, listed
 
 @dataclass(frozen=True)
 class _InversePlacements:
-    """The placements of a convention for a joint that leads from its link to its parent."""
+    """The placements of a convention for an inverted joint, from its link to its parent."""
 
     convention: Convention
 
@@ -35,7 +35,7 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Returns the convention with the same fields, for joints that lead from link to parent."""
+    """Returns the convention with the same fields, for joints from link to parent."""
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(
@@ -213,10 +213,10 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
 def _with_loops(
     joints: Sequence[Joint], closers: Sequence[Closure | Strut], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
-    """Returns the joints of a chain and of the loops through them, and the members of these loops.
+    """Returns the joints of a chain and of its loops, and the members of these loops.
 
-    A loop belongs to the robot if it shares a moving joint with the chain or with another such
-    loop.
+    A loop belongs to the robot if the loop shares a moving joint with the chain or with another
+    loop of the robot.
     """
     carrying = {joint.link: joint for joint in joints}
     moving = {joint.name for joint in joints if joint.kind != "fixed"}

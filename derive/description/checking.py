@@ -1,7 +1,8 @@
 """Reports all errors of a robot description, not only the first.
 
-The reader stops at an error. The check then repairs the value in memory, by the word that the error
-suggests or by a harmless value, and reads again. The reader therefore remains the only validator.
+The reader stops at an error. The check then repairs the value in memory, with the word that the
+error suggests or with a harmless value, and reads the description again. The reader therefore
+remains the only validator.
 """
 
 import re
@@ -37,8 +38,8 @@ class Finding:
     Attributes:
         severity: "error" if the robot cannot be derived; "warning" for numbers that are probably
             wrong; "note" for assumed and snapped values.
-        where: File, line and field, as far as they are known.
-        message: The expected and the found value, or the remark.
+        where: File, line and field, if these are known.
+        message: The expected and the found value, or a remark.
     """
 
     severity: Severity
@@ -62,8 +63,8 @@ def check(
     """Reports the errors, warnings and notes of a robot description.
 
     In a robot file, all independent errors are found, because the check continues with a corrected
-    value after each error. It ends early if no correction is possible, for example at an unknown
-    convention. In other formats, the check finds the first error only.
+    value after each error. The check ends early if no correction is possible, for example after an
+    unknown convention. In other formats, the check finds the first error only.
 
     Args:
         source: A file or a robot's name, see :func:`~chasles.derive.read`.
@@ -73,7 +74,7 @@ def check(
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The findings: errors by line, or the warnings and notes of a valid robot. A last note states
+        The findings: errors by line or, for a valid robot, warnings and notes. A last note states
         that the check ended early.
 
     Raises:
@@ -103,7 +104,7 @@ def _finding(error: DescriptionError, file: str = "") -> Finding:
 
 
 def _errors(text: str, file: str) -> Iterator[Finding]:
-    """Yields the errors of a robot file by line; errors that follow from a repair are left out."""
+    """Yields the errors of a robot file by line, without errors that a repair causes."""
     repairs = _Repairs(file, text)
     errors: list[DescriptionError] = []
     is_complete = False
@@ -133,7 +134,7 @@ class _Repairs:
     Attributes:
         file: Name of the file.
         text: The text; misspelt words are replaced by the suggested words.
-        values: Values that replace those of the file, where None removes a value.
+        values: Values that replace the values of the file; None removes a value.
         removed: Names of removed parameters.
         respelled: Paths of fields with a replaced word.
     """
@@ -154,7 +155,7 @@ class _Repairs:
                 place[keys[-1]] = value
 
     def caused(self, error: DescriptionError) -> bool:
-        """Whether an error follows from a repair."""
+        """Whether an error is a consequence of a repair."""
         names = set(re.findall(r"\w+", str(error.value)))
         is_repaired = keys_of(error.field) in (self.values.keys() | self.respelled)
         return is_repaired or bool(names & self.removed)
@@ -172,7 +173,7 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # If no value of the field is harmless, the table that contains the field is removed.
+            # If no value of the field is harmless, the whole table of the field is removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False
@@ -182,7 +183,7 @@ class _Repairs:
         return True
 
     def _value(self, keys: Keys, error: DescriptionError) -> object:
-        """Returns a harmless value for a field; None to remove it."""
+        """Returns a harmless value for a field, or None to remove the field."""
         last = keys[-1]
         if is_missing(error.expected) or keys in self.values:
             return f"unnamed{len(self.values)}" if last == "name" else _MISSING.get(str(last))

@@ -3,8 +3,8 @@
 Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Noise is
 removed from lengths; rounded angles and directions become exact. Equal numbers become equal exact
 numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a body
-are also considered together (:mod:`~chasles.derive.description.arrangement`), as are the frames on
-a rotated base (:mod:`~.turned_base`).
+are also considered together (:mod:`~chasles.derive.description.arrangement`), and so are the frames
+on a rotated base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -36,8 +36,9 @@ def cleaned(robot: Described) -> Described:
 
     Returns:
         The robot with cleaned fields; ``cleaning`` lists the changes. For a serial robot,
-        ``cleaning`` and ``notes`` also state a bound of the resulting pose change. A robot with
-        loops keeps a copy with the numbers as written in its file, for a later comparison.
+        ``cleaning`` and ``notes`` also state a bound of the pose change that the new numbers cause.
+        A robot with loops also stores a copy with the numbers as written in its file, for a later
+        comparison.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 

@@ -14,7 +14,7 @@ from .toml_file import Keys, TomlFile, is_name, listed
 
 MOTOR_FIELDS = ("type", "limits", "assumed")
 OFFSET = "offset"
-"""Field of a coupling for the joint value at which all its coordinates are 0."""
+"""Field of a coupling: the joint value when all its coordinates are 0."""
 
 
 class CoordinateFile(TomlFile):

@@ -98,5 +98,5 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
     except LookupError as error:
         raise file_error(file, 1, "encoding", encoding, "a known encoding") from error
     except UnicodeError as error:
-        # Codecs such as punycode and idna state no position.
+        # The errors of codecs such as punycode and idna contain no position.
         raise file_error(file, None, "", None, f"{name} text") from error

@@ -5,7 +5,7 @@ The written digits distinguish three cases. *Noise* is a short decimal with stra
 degrees rounded to the written decimal places, such as 1.5708, or a fraction of a rounded pi, such
 as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector of cosines of such angles,
 such as (0.7071068, 0.7071068, 0), or a cube diagonal. Exact numbers such as pi/2, sqrt(2)/2 or
-0.2025 are kept.
+0.2025 do not change.
 """
 
 import math
@@ -42,7 +42,7 @@ _PI_AS_WRITTEN = (
 )
 """Pi, then pi rounded and truncated to an increasing number of decimal places."""
 _QUARTER = 6
-"""Number of 15-degree steps in a right angle of a rounded angle."""
+"""Number of 15-degree steps in a right angle."""
 _FIRST_SINES = (
     *(0.0, (math.sqrt(6) - math.sqrt(2)) / 4, 0.5, math.sqrt(0.5)),
     *(math.sqrt(3) / 2, (math.sqrt(6) + math.sqrt(2)) / 4),
@@ -63,8 +63,8 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
     A single-precision number written with the digits of a double, such as 0.20000000298023224, is
     first replaced by its shortest single-precision decimal. A decimal d with k places is selected
-    if the difference is at most ``tolerance`` and at least ``NOISE_GAP`` times smaller than the
-    last place of d, so three zeros or nines follow d.
+    if the difference from the value is at most ``tolerance`` and at least ``NOISE_GAP`` times
+    smaller than the last place of d, so three zeros or nines follow d.
 
     Args:
         value: A number; returned unchanged unless it is a finite decimal.
@@ -102,8 +102,9 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     A decimal is replaced by a multiple of pi/12 if it equals this multiple rounded or truncated to
     its decimal places. The decimal must have so many places that at most the fraction ``CHANCE`` of
     all angles match by chance: three places, or two for right angles. Pi itself may have been
-    rounded or truncated before, to at most as many places but at least four: 0.7853975 is 3.14159 /
-    4. A trailing zero does not count as a place, so 2.880 is kept. Zero must be written as zero.
+    rounded or truncated before the division, to at least four places and at most as many as the
+    decimal: 0.7853975 is 3.14159 / 4. A trailing zero does not count as a place, so 2.880 does not
+    change. Zero must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -187,7 +188,7 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """A direction rotated from one axis, then about another axis, by multiples of 15 degrees."""
+    """The image of a frame axis after rotations about two frame axes by multiples of 15 degrees."""
 
     azimuth: int
     tilt: int
@@ -237,6 +238,6 @@ def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, f
 
 
 def _shifted(vector: tuple[Number, Number, Number], by: int) -> tuple[Number, Number, Number]:
-    """Returns the components in cyclic permutation."""
+    """Returns the components of a vector in cyclic permutations."""
     x, y, z = (vector[(k - by) % 3] for k in range(3))
     return x, y, z

@@ -2,8 +2,9 @@
 
 The pose of a link is ``T = before * motion(q) * after``, or ``T = exp([S] q) M`` with the screw
 axis S of its joint and its zero pose M. Both forms give bounds of the translation and rotation
-between corresponding links, and the smaller bounds are summed. Each rotation is multiplied by the
-largest distance from its link to the tool. The sums hold for all joint values within the limits.
+between corresponding links, and the smaller of the two bounds is used in the sum. Each rotation is
+multiplied by the largest distance from its link to the tool. The sums hold for all joint values
+within the limits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -49,7 +50,7 @@ class _Link:
 
     @property
     def reach(self) -> mpmath.mpf:
-        """Maximum distance between this link frame and the previous link frame (metre)."""
+        """Maximum distance between the frames of this link and the previous link (metre)."""
         if not self.turns:
             return mpmath.norm(self.home[:3, 3]) + self.travel
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
@@ -65,8 +66,8 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # The links are visited from tool to base, so that the distance to the tool is known at each
-        # link.
+        # The links are visited from tool to base, so that the distance of each link to the tool is
+        # known.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond
@@ -90,7 +91,7 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds of the translation and rotation by which two link motions differ."""
+    """Returns bounds of the translation and rotation between two link motions."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
@@ -106,7 +107,7 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
     """Returns the pose error bounds of two links from their screws and their poses at zero.
 
-    Screws do not depend on rotations of the joint frames about z.
+    Screws do not change if the joint frames rotate about their z axes.
 
     Rotations about two axes differ by the displacement between the axes, applied before and after
     the rotation.

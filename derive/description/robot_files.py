@@ -23,8 +23,8 @@ Every number is exact: an integer, a decimal, or an expression for
 The file of a robot with loops lists a joint tree (``parent``) and the members that close the loops:
 ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
 extend a parent file and change its parameter values. The file of a robot as built may specify the
-robot as designed (``nominal``), by file or by the name of an installed robot: the inverse is
-refined from this nominal robot.
+robot as designed (``nominal``), by file or by the name of an installed robot; Newton's method then
+refines the inverse of the nominal robot.
 """
 
 from collections.abc import Sequence
@@ -79,13 +79,14 @@ def read(
         name: Name of the robot; default: the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
         conventions: The conventions allowed in a robot file; default: all conventions of chasles.
-        exact: Whether numbers are used as written. Otherwise noise is removed, and rounded angles,
-            directions and arrangements become exact; ``cleaning`` of the robot lists the changes.
+        exact: Whether numbers are used exactly as written. Otherwise, noise is removed, and rounded
+            angles, directions and arrangements become exact; ``cleaning`` of the robot lists the
+            changes.
 
     Returns:
         The robot, in metres and radians. A Mechanism if the file has closed loops, actuated joints
         or parent bodies; otherwise a SerialRobot. ``notes`` states the selected tip if the file has
-        several.
+        several tips.
 
     Raises:
         DescriptionError: The file or its parent file cannot be read or is invalid, has an
@@ -177,7 +178,7 @@ def _of_toml(
     *,
     is_nominal: bool = False,
 ) -> Described:
-    """Reads a robot from the text of a robot file; a nominal robot has no nominal robot itself."""
+    """Reads a robot file from text; a nominal robot must not specify a nominal robot itself."""
     reader = reader_of(text, file, conventions)
     if is_nominal and "nominal" in reader.table:
         reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")

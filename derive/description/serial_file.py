@@ -127,7 +127,7 @@ class RobotFile(CoordinateFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _each(self, field: str) -> list[Keys]:
-        """Returns the keys of the tables in a list of the file; [] without this list."""
+        """Returns the keys of the tables in a list of the file, or [] if the list is missing."""
         value = self.table.get(field, [])
         if not isinstance(value, list) or len(value) > MAX_JOINTS:
             self.fail((field,), f"a list of at most {MAX_JOINTS} {field}")
@@ -159,7 +159,7 @@ class RobotFile(CoordinateFile):
         return Springs(springs, *self._gravity()) if springs else None
 
     def _gravity(self) -> tuple[Vector, ...]:
-        """Reads the gravity vector; the default applies without one."""
+        """Reads the gravity vector, or returns the default vector if it is missing."""
         return (self.vector(("gravity",), "ratio"),) if "gravity" in self.table else ()
 
     def _spring(self, keys: Keys) -> Spring:
@@ -274,7 +274,7 @@ class RobotFile(CoordinateFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: DescriptionError
     ) -> NoReturn:
-        """Raises DescriptionError for field values that define no placement."""
+        """Raises DescriptionError for field values that do not define a placement."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")

@@ -11,7 +11,7 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of further well-known arms; their code is derived on demand and not committed."""
+"""Folder of further well-known arms, whose code is derived on demand and not committed."""
 NAMED = "robot:"
 """Prefix of a robot name from the package robot_descriptions."""
 

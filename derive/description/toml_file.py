@@ -29,7 +29,7 @@ Keys = tuple[str | int, ...]
 """Path to a value in the file: names of tables and fields, and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields (besides parameters) that replace the corresponding fields of the extended file."""
+"""Fields besides the parameters that replace the fields of the extended file."""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -180,7 +180,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """Returns the assumed fields of a table: all (``true``), or a list of names."""
+        """Returns the assumed fields of a table: all fields for ``true``, else a list of names."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -193,13 +193,13 @@ class TomlFile:
         return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
-        """Converts a number to metre or radian; a large number needs a stated unit."""
+        """Converts a number to metre or radian; a large number must have a stated unit."""
         if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
             self.fail(keys, statement_of(kind))
         return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """Reads a list of three numbers; zeros for a missing field."""
+        """Reads a list of three numbers; a missing field gives zeros."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -207,7 +207,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in metre or radian; zero for a missing field."""
+        """Reads an expression with parameters, in metre or radian; a missing field gives zero."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -369,7 +369,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file that states a value: this file or the file that extends it."""
+        """Returns the file that states a value: this file or the file that extends this file."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (
@@ -377,7 +377,7 @@ class TomlFile:
         )
 
     def _line(self, keys: Keys) -> int | None:
-        """Returns the line of a value, or of the table without the value."""
+        """Returns the line of a value, or the line of its table if the value is missing."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -434,7 +434,7 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 
 def is_missing(expected: str) -> bool:
-    """Whether an error is about a value that the file does not contain."""
+    """Whether an error concerns a value that the file does not contain."""
     return expected.endswith(_MISSING)
 
 

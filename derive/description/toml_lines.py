@@ -1,4 +1,4 @@
-"""Finds the lines of values in a TOML text; Python's TOML parser stores no positions."""
+"""Finds the lines of values in a TOML text, because Python's TOML parser stores no positions."""
 
 import bisect
 import re
@@ -25,7 +25,7 @@ def table_of(text: str) -> dict[str, object]:
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """Returns the first line up to which the text (with closed brackets) has a property.
+    """Returns the first line up to which the text, with closed brackets, has a property.
 
     The parser stores no positions, so a bisection parses beginnings of the text of different
     lengths.

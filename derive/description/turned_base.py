@@ -1,10 +1,10 @@
-"""Restores exact angles on a rotated base; its file contains rounded angles for every base frame.
+"""Restores exact angles on a rotated base; the file has rounded angles in each base frame.
 
 If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
-rounded numbers. So the base frames are expressed in axes rotated with one of the frames. Relative
-angles that are multiples of 15 degrees become exact. Within the rounding of angles and positions,
-any other number becomes a number of a different body or the shortest decimal. The rotation itself
-is kept as written.
+rounded numbers. Therefore, the base frames are expressed in axes that have the orientation of one
+of these frames. Relative angles that are multiples of 15 degrees become exact. Within the rounding
+of angles and positions, any other number becomes a number of a different body or the shortest
+decimal. The rotation itself does not change.
 """
 
 import math
@@ -26,12 +26,12 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding of a relative rotation in units of the last place: half a unit from each of six
+"""Rounding of a relative rotation in units of the last place: half a unit for each of six
 angles."""
 _FINE = 10**20
 """Resolution (1/radian) of an angle in rotated axes before simplification."""
 _UPRIGHT = 1e-3
-"""Cosine of the pitch; for smaller values, roll and yaw count as rotations about the same axis."""
+"""Cosine of the pitch below which roll and yaw count as rotations about the same axis."""
 _GUARD = 2
 """Additional decimal places of a coordinate in rotated axes in the list of changes."""
 
@@ -67,7 +67,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
         noise: Minimum difference that counts as rounding (metre).
 
     Returns:
-        The axes, or None if no rotated axes give more exact angles than the base frame.
+        The axes, or None if the base frame itself gives at least as many exact angles.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -88,7 +88,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
 
 def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
-    """Returns axes rotated with a frame."""
+    """Returns axes with the orientation of a frame."""
     turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
     with mpmath.workdps(EVALUATION_DIGITS):
         return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
@@ -153,7 +153,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Returns zero, a known number up to sign, or the shortest decimal within the rounding."""
+    """Returns zero, a known number up to its sign, or the shortest decimal within rounding."""
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other
@@ -164,7 +164,7 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Yields the base frames whose angles matter, with joint or closure names."""
+    """Yields the base frames whose angles affect the robot, with joint or closure names."""
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before

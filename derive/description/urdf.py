@@ -95,7 +95,7 @@ class UrdfFile:
             based.update(way)
 
     def _circle(self, links: list[str]) -> NoReturn:
-        """Raises the error for a cycle of the parent joints of these links."""
+        """Raises the error for a cycle of the parent joints of the listed links."""
         joints = [self.joint_to[link] for link in links]
         names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
         expected = f"a link that is not a descendant of the joint; cyclic joints: {names}"
@@ -253,7 +253,7 @@ class UrdfFile:
                 yield Coupling(own, ((name, multiplier),), offset)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """Returns the chain of <mimic> elements of a joint, and the last leader."""
+        """Returns the chain of <mimic> elements of a joint, and the last leader joint."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")

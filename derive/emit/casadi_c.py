@@ -1,12 +1,13 @@
 """Writes C with CasADi's own generator and interface, for ``casadi.external``.
 
-The default C (``emit/c``) is printed from typed programs and has a different interface. This
-language is for programs that pass robot functions to CasADi. Its functions are named
-``<robot>_<function>``, take and return dense vectors in row-major order, and include their
-derivatives, ``jac_<robot>_<function>``.
+The default C (``emit/c``) is printed from typed programs and has a different interface. This output
+language is for programs that pass robot functions to CasADi. The C functions have the names
+``<robot>_<function>``, take and return dense vectors in row-major order, and include the
+derivatives ``jac_<robot>_<function>``.
 
 CasADi's rootfinder closes loops without a closed form. Functions with branches (inverses) have no
-CasADi graph and are omitted. Velocities through such loops are derivatives and are omitted too.
+CasADi graph and are omitted. Velocities through loops without a closed form are derivatives, and
+are also omitted.
 """
 
 from collections.abc import Iterator, Sequence

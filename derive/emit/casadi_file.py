@@ -17,7 +17,7 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of position functions. The derivatives of these functions are not further position
+"""Roles of position functions. The derivatives of these functions are not additional position
 functions."""
 OF_GEOMETRY = "parametric pose"
 """Role of a position function that is derived on demand."""
@@ -41,8 +41,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
-    Its outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if derived.
-    CasADi can differentiate these outputs. Returns None if no such function was derived.
+    The outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if this
+    function was derived. CasADi can differentiate these outputs. Returns None if no such function
+    was derived.
     """
     kept = [
         f
@@ -57,8 +58,8 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
-    """Returns one output of a function, as a function of the arguments that it needs."""
-    # An implicit function has no graph of scalars.
+    """Returns one output of a function, as a function of the arguments that affect it."""
+    # An implicit function has no graph of scalar operations.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
     outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)

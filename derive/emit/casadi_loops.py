@@ -14,8 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference; each solution is the start of the next one. This
-number keeps each robot on its branch within its limits.
+"""Number of points on the line from the reference; the solution at each point starts the search at
+the next point. With this number of points, each robot stays on its branch within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,
@@ -28,8 +28,8 @@ OPTIONS = {
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
     """Builds the position functions of a robot; some call the loop solver.
 
-    ``casadi.rootfinder`` solves for the loop variables w. CasADi differentiates them by the
-    implicit function theorem.
+    ``casadi.rootfinder`` solves for the loop variables w. CasADi differentiates w by the implicit
+    function theorem.
 
     Args:
         derivation: The robot.
@@ -106,7 +106,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """Returns the variables, or NaN if the iteration ends while loops are still open."""
+    """Returns the variables, or NaN if loops are still open when the iteration ends."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 
@@ -114,7 +114,7 @@ def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
 def _solver(
     w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
 ) -> ca.Function:
-    """Returns the unknown variables for known variables and p, from a start value.
+    """Returns the unknown variables for known variables and geometry p, from a start value.
 
     With more equations than unknowns, the gradient of the sum of squares is set to zero.
     """
@@ -123,5 +123,5 @@ def _solver(
         residual = ca.mtimes(ca.jacobian(residual, u).T, residual)
     inputs, names = [u, ca.vertcat(a, p)], ["u", "a"]
     equations = ca.Function("equations", inputs, [residual], names, ["residual"])
-    # CasADi generates C for this plugin, not for "newton".
+    # CasADi generates C for this plugin, but not for the plugin "newton".
     return ca.rootfinder("loops", "fast_newton", equations, OPTIONS)

@@ -1,7 +1,7 @@
 """Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
 
 Gravity torques use the axes and links of the nominal arm at zero coordinates, as in the parametric
-functions. The runtime replaces ``$<coordinate>`` by each compliance.
+functions. The runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
 """
 
 import json

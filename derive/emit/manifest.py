@@ -173,7 +173,7 @@ def _robot_file(derivation: Derivation) -> str:
 
 
 def _inverse(inverse: Inverses) -> InverseFacts:
-    """Returns the solution method (tier) of the inverse, or the reason for a missing inverse."""
+    """Returns the solution method of the inverse, or the reason for a missing inverse."""
     tier = "general" if inverse.general else inverse.classification.tier
     return InverseFacts(tier, inverse.missing)
 
@@ -214,7 +214,7 @@ def _coupling(derivation: Derivation) -> LoopFacts:
 
 
 def _rounded(value: float) -> float:
-    """Rounds a number to the digits that are equal on all machines."""
+    """Rounds a number to the digits that do not depend on the machine."""
     return float(f"{value:.12g}") + 0.0
 
 

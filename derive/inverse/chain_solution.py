@@ -1,4 +1,4 @@
-"""Solves a chain by its matching family, for fixed joint values and from either end."""
+"""Solves a chain with its matching family, for fixed joint values and from either end."""
 
 from collections.abc import Mapping
 
@@ -24,7 +24,7 @@ def solve_chain(
     Args:
         work: Table that receives the joint values and the solution steps.
         lines: The chain.
-        found: The family of axis structures that fits the chain.
+        found: The family of axis structures that matches the chain.
         target: The displacement of the last body that the joints must produce.
         given: Values of the fixed joints (radian or metre), keyed by joint index.
     """

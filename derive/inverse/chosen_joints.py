@@ -1,4 +1,4 @@
-"""Inverses with chosen joints fixed, and the error if no closed-form inverse is left."""
+"""Inverses with chosen fixed joints, and the error if no closed-form inverse is left for them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -116,9 +116,9 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields sets of ``count`` joints that leave a solvable chain if they are fixed.
+    """Yields sets of ``count`` joints that give a solvable chain if these joints are fixed.
 
-    Sets that share the most joints with the requested set come first.
+    The sets that share the most joints with the requested set come first.
     """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))

@@ -19,7 +19,8 @@ from .structure.requirement import Requirement
 MAX_JOINTS = 6
 """Maximum joint count of a chain without redundancy; a redundant family needs further inputs."""
 MAX_NEAR = 2
-"""Maximum number of structures tried as nominal arms if the arm fits no structure exactly."""
+"""Maximum number of structures tried as nominal arms if the arm does not fit any structure
+exactly."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Attempt:
 
     Attributes:
         family: The family.
-        reading: The end of the chain (base or tool) from which the axes are numbered.
+        reading: The end of the chain (base or tool) at which the numbering of the axes starts.
         given: Indices of the joints with fixed values.
         requirements: The conditions on the remaining axes, with their deviations.
     """
@@ -74,8 +75,8 @@ class Classification:
         found: The family that fits, or None if no family fits.
         attempts: The tested families, up to the first matching family.
         missing: The reason why no closed form exists; empty if one exists.
-        near: Structures that the axes fit approximately, likeliest first. Each defines a nominal
-            arm from which Newton's method may refine the inverse.
+        near: Structures that the axes fit approximately, likeliest first. Each structure defines a
+            nominal arm from which Newton's method may refine the inverse.
         give: Indices of the joints that the caller fixed; () if they are selected automatically.
     """
 
@@ -104,7 +105,7 @@ def classify(
     """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
     If the chain has more coordinates than the tool has degrees of freedom, the surplus joints must
-    be fixed. Unless ``give`` lists them, the first set that leaves a solvable chain is used.
+    be fixed. Unless ``give`` lists these joints, the first set that gives a solvable chain is used.
 
     Args:
         robot: The description.
@@ -163,7 +164,7 @@ def others_that_fit(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields further exact structures that solve the pose, or structures for other fixed joints.
+    """Yields other exact structures that solve the pose, or structures for other fixed joints.
 
     Args:
         lines: The chain.
@@ -200,7 +201,7 @@ def _near(
 
 
 def unfit(robot: SerialRobot) -> str:
-    """Returns the reason why a chain cannot be classified; empty if it can."""
+    """Returns the reason why a chain cannot be classified, or an empty text."""
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
     if robot.couplings:
         return f"{', '.join(rule.joint for rule in robot.couplings)} follows other coordinates"

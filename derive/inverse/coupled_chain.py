@@ -1,7 +1,7 @@
 """Shortens a coupled chain, so that each joint of the shorter chain has its own freedom.
 
-A coupled joint that follows others has no freedom of its own. Three identities remove such joints;
-M is the constant placement between two consecutive axes:
+A coupled joint that follows other joints has no independent motion. Three identities remove such
+joints; M is the constant placement between two consecutive axes:
 
     Rz(a) M Rz(b) = Rz(a + s b) M                           coaxial axes, s = 1 or -1
     Tz(a) M Tz(b) = Tz(a + s b) M                           equal or opposite directions
@@ -44,11 +44,11 @@ class CoupledChain:
 
     @property
     def surplus(self) -> int:
-        """Number of joints without a freedom of their own."""
+        """Number of joints that do not move independently."""
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L with q = L (theta - c) over the first independent joints, and these joints."""
+        """Returns L with q = L (theta - c) for the first independent joints, and these joints."""
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
@@ -82,7 +82,7 @@ class CoupledChain:
 class _Link:
     """A moving joint, the placement before it, and its equation.
 
-    ``before`` contains the placements of fixed joints.
+    ``before`` includes the placements of fixed joints.
     """
 
     joint: Joint
@@ -94,14 +94,14 @@ class _Link:
 
 @dataclass(frozen=True)
 class _State:
-    """The moving joints of a chain, and the placement behind the last one."""
+    """The moving joints of a chain, and the placement after the last joint."""
 
     links: tuple[_Link, ...]
     after: Placement
     values: Mapping[sp.Symbol, sp.Expr]
 
     def shorter(self) -> "_State | None":
-        """Returns the chain with one joint less, or None."""
+        """Returns the chain with one joint fewer, or None."""
         for k in range(len(self.links) - 1):
             found = self._merged(k)
             if found is not None and found.rank == self.rank:
@@ -115,12 +115,12 @@ class _State:
         return int(sp.Matrix.vstack(*(link.row for link in self.links)).rank())
 
     def _merged(self, k: int) -> "_State | None":
-        """Returns the chain with joints k and k+1 as one joint; None if their axes differ."""
+        """Returns the chain with joints k and k+1 merged, or None if their axes differ."""
         one, other = self.links[k : k + 2]
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # A joint that moves with a coordinate of its own has the name that users know.
+        # A joint with a separate coordinate has the name that users know.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(
@@ -133,7 +133,7 @@ class _State:
         return self._with(k, (merged,), other.before, 2)
 
     def _translating(self, k: int) -> "_State | None":
-        """Returns the chain without joint k+1, if it cancels joint k and joint k+2 is parallel."""
+        """Returns the chain without joint k+1, which must cancel joint k; joint k+2 is parallel."""
         one, other, last = self.links[k : k + 3]
         sense, sense_of_last = self._sense("revolute", other), self._sense("revolute", last)
         if one.joint.kind != "revolute" or sense * sense_of_last == 0:
@@ -158,7 +158,7 @@ class _State:
         return self._with(k, (first, second), (), 3)
 
     def _with(self, k: int, links: tuple[_Link, ...], behind: Placement, count: int) -> "_State":
-        """Replaces ``count`` joints from k by others, with a placement behind them."""
+        """Replaces ``count`` joints from joint k by other joints, with a placement after them."""
         rest = self.links[k + count :]
         if not rest:
             return replace(self, links=self.links[:k] + links, after=behind + self.after)
@@ -166,7 +166,7 @@ class _State:
         return replace(self, links=self.links[:k] + links + rest)
 
     def _sense(self, kind: str, other: _Link) -> int:
-        """Returns 1 or -1 for parallel axes of a joint and the next one, of one kind; else 0."""
+        """Returns 1 or -1 if a joint and the next joint of its kind have parallel axes, else 0."""
         if kind != other.joint.kind or kind not in ("revolute", "prismatic"):
             return 0
         T = self._matrix(other)
@@ -189,8 +189,8 @@ class _State:
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
     """Returns the chain of a coupled robot without joints that other joints can absorb.
 
-    The chain has the tool pose and the coordinates of the robot. Joints are only removed while the
-    chain has more joints than coordinates.
+    The chain has the same tool pose and the same coordinates as the robot. Joints are only removed
+    while the chain has more joints than coordinates.
     """
     state: _State | None = _described(robot)
     found = state

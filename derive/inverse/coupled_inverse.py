@@ -27,7 +27,7 @@ def in_coordinates(
         solved: The task of the chain.
 
     Returns:
-        None if the task leaves joints free that share coordinates with other joints.
+        None if the task does not solve joints that share coordinates with other joints.
     """
     function = solved.function
     free = _coordinates_of(chain, function.role.free)
@@ -87,7 +87,7 @@ def refined_in_coordinates(
         robot: The coupled robot.
         chain: The chain.
         refined: The inverse of the chain.
-        solved: The tasks in coordinates; the start of the refinement is one of them.
+        solved: The tasks in coordinates; one of these tasks gives the start of the refinement.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function

@@ -124,7 +124,7 @@ class Explanation:
 
 
 def _couplings(chain: CoupledChain) -> str:
-    """States the joints that others absorb, and how the coordinates follow."""
+    """States the joints that other joints absorb, and how the coordinates are computed."""
     sentences = [
         f"{listed(names)} act as one joint, {joint.name}."
         for joint, names in zip(chain.robot.moving, chain.members, strict=True)
@@ -223,7 +223,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Returns remarks on a permanently singular arm or on an arm solved from a nominal arm."""
+    """Returns remarks on a permanently singular arm, or on an arm refined from a nominal arm."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)
@@ -325,7 +325,7 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
-    """Describes the joints that are computed from an angle sum of several joints."""
+    """Describes the joints that are computed from the sum of several joint angles."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
         total = " + ".join(remainder.joints)

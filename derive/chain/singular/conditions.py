@@ -14,9 +14,9 @@ from ...model.tolerances import FACTORS_VANISH
 from .factors import Factored
 
 Condition = tuple[sp.Expr, ...]
-"""Factors that are 0 at the same time."""
+"""Factors of Jacobian minors that are 0 at the same time."""
 MAX_TOGETHER = 3
-"""Maximum number of factors in a condition; more factors rarely have a common zero."""
+"""Maximum number of factors in a condition; larger sets of factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
 SEED = 40
@@ -28,9 +28,9 @@ def conditions(
     """Returns the sets of factors that make all minors 0 in reachable configurations.
 
     Args:
-        minors: The largest minors of a Jacobian, excluding minors that are always 0.
+        minors: The largest minors of a Jacobian, without minors that are always 0.
         q: The coordinates.
-        values: The values of all other symbols.
+        values: The values of all symbols other than coordinates.
     """
     products = [tuple(factor for factor, _ in minor.factors) for minor in minors]
     found: list[Condition] = []
@@ -44,7 +44,7 @@ def conditions(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets with one factor per product; each selected factor simplifies the rest."""
+    """Yields sets with one factor per product; each factor simplifies the remaining products."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -81,7 +81,7 @@ def _parts(expression: sp.Expr) -> list[sp.Expr]:
 
 
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
-    """Whether factors have a common zero, found by minimum-norm Newton steps."""
+    """Whether factors have a common zero; minimum-norm Newton steps search for this zero."""
     return next(roots(factors, q, STARTS), None) is not None
 
 

@@ -24,7 +24,8 @@ LARGEST_OF_SEVERAL = 3
 """Maximum block size with several minors."""
 
 MAX_OBLIQUE = 4
-"""Maximum number of constant rotations other than quarter turns; each doubles the terms."""
+"""Maximum number of constant rotations other than quarter turns; each rotation doubles the number
+of terms."""
 LONGEST_ENTRY = 40
 """Maximum number of terms of a Jacobian entry."""
 MAX_PRODUCTS = 10_000
@@ -55,8 +56,9 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
 
     Returns:
         The factored minors, up to sign. The robot is singular in the configurations in which all
-        minors are 0. () if all minors are 0 in every configuration. None for coupled or helical
-        joints, for inexact decimal numbers in the description, or if a minor has no small blocks.
+        minors are 0; the tuple is empty if all minors are 0 in every configuration. None for
+        coupled or helical joints, for inexact decimal numbers in the description, or if a minor has
+        only large blocks.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):

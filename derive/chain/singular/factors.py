@@ -1,8 +1,8 @@
 """Factors polynomials in cosines and sines by half-angle tangents.
 
 A polynomial in tangents factors uniquely. The factors are converted back to cosines and sines of
-coordinate sums. An irreducible polynomial keeps its form, unless angle sums of parallel axes make
-it shorter.
+coordinate sums. An irreducible polynomial keeps its form unless the angle sums of parallel axes
+make the polynomial shorter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -142,7 +142,7 @@ class _Tangents:
 
 
 def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
-    """Returns the form with the fewest terms, using sums of two or all angles."""
+    """Returns the polynomial form with the fewest terms, with sums of two or of all angles."""
     forms = [ring.expression(polynomial, {})]
     if len(polynomial) <= MAX_SUMMED:
         forms += [sp.expand(TR8(forms[0])), *map(TR10i, (forms[0], ring.in_sines(polynomial)))]
@@ -181,7 +181,7 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies factors of odd degree in a tangent in pairs, as far as needed.
+    """Multiplies pairs of factors that have an odd degree in a tangent, as far as needed.
 
     A single tangent is converted to half the sine of its angle.
     """

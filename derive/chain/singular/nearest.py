@@ -1,8 +1,8 @@
 """Numerical search for singular configurations, for arms without short minor factors.
 
-A configuration is singular if a wrench y does no work on any joint (J^T y = 0). With fewer joints
-than rows, it is singular if joint velocities x do not move the tool (J x = 0). Minimum-norm Newton
-steps on q and y (or x) converge to a nearby singular configuration.
+A configuration is singular if some wrench y does no work on any joint (J^T y = 0). With fewer
+joints than Jacobian rows, it is singular if some joint velocities x do not move the tool (J x = 0).
+Minimum-norm Newton steps on q and y (or x) converge to a nearby singular configuration.
 """
 
 import math
@@ -29,7 +29,7 @@ WHOLE = 6
 def nearest_singular(
     robot: SerialRobot, start: Sequence[float], most: int
 ) -> tuple[FloatArray, ...]:
-    """Finds singular configurations near a given configuration and near others in the joint ranges.
+    """Finds singular configurations near a given configuration and near random configurations.
 
     Args:
         robot: A serial robot.
@@ -37,7 +37,7 @@ def nearest_singular(
         most: Maximum number of results.
 
     Returns:
-        Up to ``most`` configurations (n,) within the limits. () with couplings or helical joints,
+        Up to ``most`` configurations (n,) within the limits; none with couplings or helical joints,
         with more than twelve joints, or if the Jacobian never has full rank.
     """
     joints = robot.moving
@@ -76,7 +76,7 @@ def general_rank(robot: SerialRobot) -> int:
 
 
 def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
-    """Returns base-frame screws with lengths relative to the arm length, and this length (m)."""
+    """Returns base-frame screws with lengths relative to the arm length, and the arm length (m)."""
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     T, columns, points = placed(terms, robot.base), [], []
     for joint in robot.joints:
@@ -96,7 +96,7 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """Returns joint limits; plus and minus half a turn or one arm length for unlimited joints."""
+    """Returns joint limits; unlimited joints get plus and minus half a turn or one arm length."""
     limits = []
     for joint in robot.moving:
         half = math.pi if joint.kind == "revolute" else length
@@ -141,7 +141,7 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
-    """Returns equations (m, e) that vanish at singularities, and their derivatives."""
+    """Returns the residuals (m, e) of equations for singularity, and their derivatives."""
     D = _slopes(J)
     if is_tall:
         value, turned = np.einsum("mai,mi->ma", J, y), J
@@ -170,6 +170,7 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint displaces the screws of all joints after it. The memory layout makes later sums fast.
+    # A joint displaces the screws of all joints after it. This memory layout makes the sums below
+    # fast.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

@@ -13,7 +13,7 @@ import sympy as sp
 from .views import View
 
 Polynomial = Any
-"""A polynomial, as an element of a ring; SymPy has no type for such elements."""
+"""A polynomial, as an element of a SymPy ring. SymPy has no type for ring elements."""
 
 
 class ScrewRing:
@@ -84,7 +84,7 @@ class ScrewRing:
         return columns
 
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
-        """Returns a screw displaced by joint k, or displaced back for sense -1."""
+        """Returns a screw displaced by joint k; sense -1 applies the inverse displacement."""
         v, w = self.S[k][:3], self.S[k][3:]
         ring, zero = self.ring, self.ring.zero
         if all(x == zero for x in w):
@@ -141,7 +141,8 @@ class ScrewRing:
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: The angle sums represented by cosine and sine symbols, keyed by coordinate index.
+            sums: The angle sums that pairs of cosine and sine symbols represent, keyed by
+                coordinate index.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

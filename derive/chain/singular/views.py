@@ -36,7 +36,7 @@ class View:
     Attributes:
         body: The number of joints before the body whose frame is used.
         point: The reference point, in the base frame with all joints at 0.
-        filled: Mask (6, n) of the entries that are not always 0.
+        filled: Mask (6, n) of the Jacobian entries that are not always 0.
     """
 
     body: int

@@ -1,8 +1,8 @@
 """Fits convention fields to a joint axis, expressed relative to the preceding axis.
 
-The z axis of the reference frame is along the preceding axis. In the conventions below, the x axis
-of the link points along the common normal of both axes. For Hayati's tilts, the x axis points to
-the intersection of the joint axis with the plane normal to the preceding axis.
+The z axis of the reference frame is along the preceding joint axis. In the conventions below, the x
+axis of the link points along the common normal of both axes. For Hayati's tilts, the x axis points
+to the intersection of the joint axis with the plane normal to the preceding axis.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ def distance_between(line: AxisLine) -> mpmath.mpf:
 
 
 def common_normal(line: AxisLine) -> Fitted:
-    """Returns rotation and shift to the common normal, and a, alpha along and about the normal.
+    """Returns rotation and shift to the common normal, and the fields a and alpha of the normal.
 
     For parallel axes, the normal through the origin is used; for coinciding axes, the x axis.
     """
@@ -80,7 +80,7 @@ def tilts(line: AxisLine) -> Fitted | None:
 
 
 def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
-    """Returns the axis point, and beta, alpha for which Ry(beta) Rx(alpha) z is along the axis."""
+    """Returns the axis point, and beta, alpha that align Ry(beta) Rx(alpha) z with the axis."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = line.direction
         p_x, p_y, p_z = (length(component) for component in line.point)
@@ -103,7 +103,7 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns a fit without extra rotation and shift."""
+    """Returns a fit with rotation 0 and shift 0."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 

@@ -1,8 +1,8 @@
 """Displacement of a joint axis caused by changes of its convention parameters.
 
-A revolute axis is a line with four displacements, because shifts along the line and rotations about
-it change nothing. A prismatic axis is a direction with two tilts. A convention can represent every
-nearby axis if its parameters span these displacements.
+A revolute axis is a line with four displacements: shifts along the line and rotations about it have
+no effect. A prismatic axis is a direction, which can change by two tilts. A convention can
+represent every nearby axis if its parameters span these displacements.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -67,7 +67,7 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
     A transform that starts with a rotation about the preceding axis is completed by a rotation
     about and a shift along the joint axis. If a transform ends with a rotation about the joint
-    axis, an offset of the preceding joint has the same effect.
+    axis, it is completed likewise, because an offset of the preceding joint has the same effect.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)

@@ -19,7 +19,7 @@ _ORIGIN = (mpmath.mpf(0),) * 3
 def axis_line(relative: Any, joint: Joint) -> AxisLine:
     """Returns the axis of a joint from its frame (4, 4); a prismatic axis is moved to the origin.
 
-    The position of a prismatic axis is arbitrary.
+    The position of a prismatic axis has no effect.
     """
     point = _ORIGIN if joint.kind == "prismatic" else tuple(relative[:3, 3])
     return AxisLine(tuple(relative[:3, 2]), point)

@@ -43,7 +43,7 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines: neither is prismatic, and the first exists."""
+        """Whether both axes are lines: neither axis is prismatic, and the preceding axis exists."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
@@ -69,9 +69,10 @@ class Neighbours:
         """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
 
         Rows are shifts along the common normal and its perpendicular, relative to the arm length,
-        and rotations about both. For a prismatic axis, the rotations are the only displacements.
-        The position of a preceding prismatic axis is arbitrary, so shifts perpendicular to this
-        axis count as parameters. None if the convention cannot represent the axis.
+        and rotations about both directions. For a prismatic axis, the rotations are the only
+        displacements. The position of a preceding prismatic axis is arbitrary, so shifts
+        perpendicular to this axis count as parameters. None if the convention cannot represent the
+        axis.
         """
         found = self.fit(convention)
         if found is None:

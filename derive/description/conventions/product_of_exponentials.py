@@ -27,7 +27,7 @@ def _corrections(kind: JointKind) -> Placement:
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Accepts every axis, with all corrections at zero."""
+    """Accepts every axis; all corrections are zero."""
     return fitted({})
 
 

@@ -2,8 +2,8 @@
 
 For nonparallel consecutive axes, the proximal Denavit-Hartenberg parameters are complete and
 minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts are used,
-with one more parameter. For nearly coinciding axes, both conventions fail, and the joint is
-described by a full pose.
+with one more parameter. For nearly coinciding axes, both of these conventions fail, so a full pose
+describes the joint.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from .neighbours import Neighbours, least_singular_value, neighbours
 from .urdf_origin import urdf
 
 SUITED = (mdh, hayati5, urdf)
-"""Conventions that can be mixed because their fields place the joint's own axis."""
+"""Conventions that can be mixed because their fields define the axis of the same joint."""
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
@@ -53,8 +53,8 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with each joint in a suitable convention.
 
     The tool pose, coordinates, limits and couplings do not change. Link frames follow the
-    conventions, and fixed joints become parts of the links. Multiples of 15 degrees, and numbers of
-    fewer than 25 digits, stay exact.
+    conventions, and fixed joints become parts of the links. Multiples of 15 degrees and numbers
+    with fewer than 25 digits stay exact.
 
     Args:
         robot: A serial robot with joints in any convention; named parameters are replaced by their
@@ -92,8 +92,8 @@ class _Placed:
         convention: The suitable convention.
         fitted: The fitted convention fields.
         before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
-        turn: Rotation of the joint frame about its axis, required by the next joint (radian).
-        shift: Shift of the joint frame along its axis, required by the next joint (metre).
+        turn: Rotation of the joint frame about its axis that the next joint requires (radian).
+        shift: Shift of the joint frame along its axis that the next joint requires (metre).
     """
 
     pair: Neighbours
@@ -111,7 +111,7 @@ class _Placed:
                 self.convention.turning: self.turn,
                 self.convention.sliding: self.shift,
             }
-        # A full pose includes rotation and shift in its position, roll, pitch and yaw.
+        # A full pose includes rotation and shift in its fields position, roll, pitch and yaw.
         T = pose_in_digits(self._own() + along_z(self.turn, self.shift), {})
         xyz, rpy = xyz_rpy_of(T)
         return fields | {"xyz": xyz, "rpy": rpy}
@@ -142,7 +142,7 @@ class _Placed:
 def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
     """Returns the joints in their conventions, and the frame of the last joint."""
     first = pairs[0]
-    # The six parameters of the base frame place the first axis.
+    # The six parameters of the base frame define the position and direction of the first axis.
     placed = [_Placed(first, SUITED[0], fitted({}), first.frame)]
     frame = original = first.frame
     for pair in pairs[1:]:

@@ -156,7 +156,7 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Returns the chains of a group, named after the group or, for several, after the tips."""
+    """Returns the chains of a group, named after the group or after the tip of each chain."""
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -1,13 +1,13 @@
 """Finds end parts that do not belong to an arm: fingers, wheels, branches, ball joints.
 
 - A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints,
-  all branches on the same link also count as fingers. After a moving joint, two more cases are
-  fingers: joints on a link with such a name, and end joints on the same link that are prismatic or
-  coupled, unless they carry a tool frame.
+  all branches on the link of a finger also count as fingers. After a moving joint, two more kinds
+  of joints are fingers: joints on a link with one of these words in its name, and end joints on the
+  same link that are prismatic or coupled, unless they carry a tool frame.
 - Several branches with at most ``LONGEST_FINGER`` joints on one link after ``JOINTS_OF_AN_ARM``
   joints are short branches, as in most hands.
-- A wheel is a joint whose own name or child-link name says so. A joint on the base that carries
-  only wheels also counts as a wheel.
+- A wheel is a joint with a wheel word in its name or in the name of its child link. A joint on the
+  base that carries only wheels also counts as a wheel.
 - A ball joint without further joints is the end of a rod or rope.
 """
 
@@ -54,7 +54,7 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 @dataclass(frozen=True)
 class EndPart:
-    """A joint excluded from an arm, with all links after it."""
+    """A joint that is excluded from an arm together with all links after it."""
 
     kind: EndPartKind
     joint: TreeJoint

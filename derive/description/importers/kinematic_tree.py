@@ -7,8 +7,8 @@ from itertools import takewhile
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""Joint with its own coordinate; mimic joint; fixed joint; floating or planar joint, after which a
-chain starts; ball joint, which cannot be in a chain."""
+"""Kinds of joints: with a separate coordinate; mimic joint; fixed joint; floating or planar joint,
+after which a chain starts; ball joint, which cannot be in a chain."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def way(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant, or None for other links."""
+        """Returns the joints from a link to a descendant, or None if it is not a descendant."""
         joints: list[TreeJoint] = []
         link = tip
         while link != base:
@@ -88,7 +88,7 @@ class KinematicTree:
         return (*reversed(up[shared:]), *down[shared:])
 
     def common_ancestor(self, links: Iterable[str]) -> str:
-        """Returns the lowest link below which all links are."""
+        """Returns the lowest link that is an ancestor of all links."""
         first, *others = links
         above = self.way(self.root_of(first), first) or ()
         candidates = (first, *(joint.parent for joint in reversed(above)))

@@ -64,7 +64,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     Args:
         file: File name in error messages.
         text: XML text.
-        root: Required name of the root element, where None accepts any name.
+        root: Required name of the root element; None accepts any name.
 
     Raises:
         DescriptionError: The text is not valid XML, has a document type, or has a different root
@@ -79,7 +79,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         # Some exporters write undeclared prefixes such as drake:. The log of the exception may
-        # include entries from other texts, so the log of the parser is used.
+        # include entries from other texts; therefore, the log of the parser is used.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error

@@ -3,7 +3,7 @@
 Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are cosine
 and sine of (roll - yaw)/2 times cos(pitch/2) + sin(pitch/2). Likewise, w - y and x + z are cosine
 and sine of (roll + yaw)/2 times cos(pitch/2) - sin(pitch/2). No square root of a small difference
-is needed.
+occurs in these formulas.
 """
 
 from typing import Any

@@ -1,11 +1,11 @@
 """Rules that infer the chain if base or tip is not specified.
 
 1. The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
-ball joints without further joints. 2. The arm is the chain with the most joints with own
-coordinates. Arms of equal length with different last joints are separate robots. 3. The tip is one
-of the links rigidly connected to the last joint: the first link with a name in ``TOOL_NAMES``, else
-the only end link that is not a sensor, else the child link of the last joint. 4. The base is the
-root of the tree, or the child link of the last floating or planar joint.
+ball joints without further joints. 2. The arm is the chain with the largest number of joints with
+separate coordinates. Arms of equal length with different last joints are separate robots. 3. The
+tip is one of the links rigidly connected to the last joint: the first link with a name in
+``TOOL_NAMES``, else the only end link that is not a sensor, else the child link of the last joint.
+4. The base is the root of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib
@@ -26,7 +26,7 @@ MAX_OTHERS = 6
 
 
 class NoChain(DescriptionError):
-    """Error for links without a chain; the caller adds the file.
+    """Error for links without a chain; the caller adds the name of the file.
 
     Attributes:
         field: The wrong argument: ``base``, ``tip`` or ``link``.
@@ -41,13 +41,14 @@ class NoChain(DescriptionError):
 
 @dataclass(frozen=True)
 class Ends:
-    """The ends of a chain, and the alternatives and excluded parts.
+    """The ends of a chain, with the alternatives and the excluded parts.
 
     Attributes:
         base: The base link.
         tip: The tip link.
         others: The alternative tip links.
-        before: The joints before an inferred base; the last is the floating or planar joint.
+        before: The joints before an inferred base; the last of these joints is the floating or
+            planar joint.
         left_out: Fingers and other end parts excluded from the arm.
     """
 
@@ -102,7 +103,7 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
         tip: The tip link.
 
     Returns:
-        The ends of one chain, or of each arm of equal length, in the order of the file.
+        The ends of one chain, or of each of several arms of equal length, in the order of the file.
 
     Raises:
         NoChain: A link is unknown, no chain exists, or the tree has several roots.
@@ -176,7 +177,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns the inferred chains below a link: the longest arm, or all of equal length."""
+    """Returns the inferred chains below a link: the longest arm, or all arms of this length."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(
@@ -220,9 +221,9 @@ def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> En
 
 
 def _longest(ways: Sequence[Way]) -> list[Way]:
-    """Returns the chains with the most coordinates, one per last joint with its own coordinate.
+    """Returns the chains with the most coordinates, one chain per last joint with a coordinate.
 
-    Mimic joints after the last joint are included unless they branch.
+    Mimic joints after the last joint are included unless these joints branch.
     """
     most = max(map(freedom, ways), default=0)
     by_last: dict[str, list[Way]] = {}

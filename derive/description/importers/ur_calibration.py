@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from yaml import Node
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-"""Link names in the YAML file; each entry is the pose of a joint in the preceding link."""
+"""Link names in the YAML file; each entry is the pose of a joint in the frame of the preceding
+link."""
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
@@ -99,7 +100,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
 
 
 def _arm(robot: Described, file: Path) -> SerialRobot:
-    """Returns the robot if it is a chain of six consecutive revolute joints."""
+    """Returns the robot if it is a chain of exactly six consecutive revolute joints."""
     if isinstance(robot, SerialRobot):
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
@@ -238,8 +239,8 @@ def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, 
     """Converts DH rows theta, d, a, alpha to the pose of each joint in the preceding link.
 
     The origin of a joint may lie anywhere on its axis. After a row of ``NEARLY_PARALLEL``, the
-    origin is moved to the intersection of the axis with the plane normal to the preceding axis. The
-    preceding x axis is rotated towards this point. Tool poses do not change.
+    origin is moved to the point where the axis intersects the plane normal to the preceding axis.
+    The preceding x axis is rotated towards this point. The poses of the tool do not change.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]

@@ -4,8 +4,8 @@ Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a fi
 Python function. In this module, Python only parses an expression. The evaluator below supports
 numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
 functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
-and ``str.format``. No accepted symbol may lead to a rejected function: ``map``, for example, calls
-any function it receives.
+and ``str.format``. No accepted symbol may give access to a rejected function: ``map``, for example,
+calls any function it receives.
 """
 
 import ast
@@ -90,7 +90,7 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
 
 
 def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
-    """Returns a copy of xacro's symbols without ``REFUSED_FUNCTIONS``, in namespaces too."""
+    """Returns a copy of xacro's symbols without ``REFUSED_FUNCTIONS``, also in its namespaces."""
     copy: Any = type(symbols)()
     for name, value in symbols.items():
         if name not in REFUSED_FUNCTIONS:
@@ -104,7 +104,8 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
     """Returns the replacement for xacro's evaluator of ``${...}``.
 
     Args:
-        symbols: The :func:`allowed_symbols`: functions, constants, and mappings of both.
+        symbols: The :func:`allowed_symbols`: functions, constants, and mappings of functions and
+            constants.
     """
     functions = set(_functions(symbols))
 
@@ -198,7 +199,7 @@ class _Evaluator:
             raise NameError(f"name {node.id!r} is not defined") from None
 
     def _checked(self, node: ast.AST, found: Any) -> Any:
-        """Returns a value; a function must be allowed."""
+        """Returns a value; a function must be in the list of allowed functions."""
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             name = ast.unparse(node)
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
@@ -360,7 +361,7 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
 
 
 def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
-    """Rejects a format with large widths or precisions; ``*`` would read a width as a value."""
+    """Rejects a format with large widths or precisions; a ``*`` would read a width as a value."""
     widths = [int(digits) for digits in re.findall(r"\d+", text)]
     if "*" in text:
         widths += [abs(value) for value in values if isinstance(value, int)]

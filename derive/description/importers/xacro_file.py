@@ -25,7 +25,7 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Error class name that xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""Duplicate message of a nested xacro error."""
+"""Duplicate message that a nested xacro error contains."""
 MAX_REASON = 2000
 """Maximum number of characters of a reason from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")
@@ -83,7 +83,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     except DescriptionError:
         raise
     except Exception as error:
-        # Expressions in the file may raise any error, in addition to the errors of xacro.
+        # Expressions in the file may raise any error, not only the errors of xacro.
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
@@ -98,7 +98,7 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
     """Parses ``name:=value`` words.
 
     Raises:
-        DescriptionError: An argument does not have this form.
+        DescriptionError: An argument does not have the form ``name:=value``.
     """
     found = {}
     for word in arguments:

@@ -19,14 +19,15 @@ MAX_FILES = 300
 """Maximum number of searched files; bounds the computing time."""
 MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Search locations near a file: number of folders up, and file pattern from there."""
+"""Search locations near a file: the number of folders upwards, and the file pattern below that
+folder."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 
 
 @dataclass(frozen=True)
 class _Macro:
-    """A macro: name, parameters without default, blocks, and whether it creates links."""
+    """A macro: name, required parameters, block parameters, and whether it creates links."""
 
     name: str
     parameters: tuple[str, ...]
@@ -116,7 +117,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """Returns the macros of a file that create links; if there are none, all macros."""
+    """Returns the macros of a file that create links, or all macros if no macro creates links."""
     document = nearby_document(file)
     elements = document.getElementsByTagName("xacro:macro") if document else []
     found = [
@@ -151,7 +152,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns files that match a pattern; none if a folder cannot be read."""
+    """Returns the files that match a pattern; no files if a folder cannot be read."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

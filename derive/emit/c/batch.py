@@ -22,7 +22,8 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MAX_INPUTS, MAX_OUTPUTS, MAX_ARGUMENTS = 256, 512, 8
-"""Array sizes in the support file for batches. A function with more values uses the plain loop."""
+"""Array sizes in the support file for batches. A function with larger arrays uses the plain
+loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -185,7 +186,7 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    """Returns the code that runs a batch on the lanes of the processor, if there are any."""
+    """Returns the code that runs a batch on the processor's vector lanes, if there are any."""
     runs = "".join(
         f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
         for _, isa, _ in _SETS
@@ -199,7 +200,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Returns the macro that writes the nearest solutions by lanes and returns, if there are any.
+    """Returns the macro that writes the nearest solutions by vector lanes, if there are any.
 
     The runtime uses this macro where n, inputs, input_steps, seeds, outputs and solution slot are
     defined.
@@ -262,7 +263,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Returns the lines that name a kernel's inputs, which are contiguous in ``in``."""
+    """Returns the lines that name the inputs of a kernel, which are contiguous in ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

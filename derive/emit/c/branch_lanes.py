@@ -1,4 +1,4 @@
-"""Generates C for functions with branches at a single pose: one branch per vector lane.
+"""Generates C for functions with branches at a single pose: each vector lane computes one branch.
 
 ``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512;
 otherwise it computes the branches in sequence in plain C.
@@ -71,7 +71,7 @@ extern "C" {{
 
 
 def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """Returns the C of a function's branches: the kernel for one vector, and the whole function."""
+    """Returns the C of a function's branches: the kernel for one vector, and the full function."""
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
     # The branch signs are the last argument. The last sign alternates between lanes.
@@ -158,7 +158,7 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves angles without a sign, and the statements that use them, to the end.
+    """Moves angles without a sign, and the statements that use these angles, to the end.
 
     Args:
         program: The program of a single branch.

@@ -143,7 +143,7 @@ def _tabled(
 
 
 def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
-    """Prints the constants of loops for functions that take the geometry as an input."""
+    """Prints the constants of loops for functions with the geometry as an input."""
     n, z = len(loops.hybrid.q), [variable.name for variable in loops.hybrid.variables]
     own, lengths = f"{robot}_{SYSTEM}", {"m": loops.size}
     macros = {

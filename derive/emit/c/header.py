@@ -84,8 +84,8 @@ def notice(robot: Described) -> str:
 def support_files() -> Mapping[str, Path]:
     """Returns the handwritten C files by name; they are the same for every robot.
 
-    Generated folders are flat: they contain the files of all subfolders of ``support``, and the
-    contract's headers, which the runtime's C also includes.
+    Generated folders are flat: each folder contains the files of all subfolders of ``support``, and
+    the headers of the contract, which the C of the runtime also includes.
     """
     folders = Path(__file__).parent / "support", Path(contract.__file__).parent
     return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}
@@ -108,7 +108,7 @@ def own_copy(argument: Argument) -> list[str]:
 
 
 def signature(prefix: str, function: Signature) -> str:
-    """Returns the prototype of a C function, without a semicolon or body."""
+    """Returns the prototype of a C function, without semicolon and body."""
     inputs = [f"const double {a.name}[{a.size}]" for a in function.inputs]
     outputs = [f"double {r.name}[{r.size}]" for r in function.outputs]
     return f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"

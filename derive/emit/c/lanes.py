@@ -65,7 +65,7 @@ def kernel(
         loads: The lines that load the inputs into named variables.
         size: Sizes of inputs and outputs.
         alike: Angles that are equal in lanes 2 k and 2 k + 1 of every vector. Two such angles are
-            computed together, the first in the even lanes and the second in the odd lanes.
+            computed together: the even lanes compute the first angle and the odd lanes the second.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -127,7 +127,7 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Returns an operand's numeric name; a condition has the value 1 or 0."""
+        """Returns the numeric name of an operand; a condition has the value 1 or 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
@@ -140,8 +140,7 @@ class _Writer:
         """Prints the joint computation of an angle's cosine and sine.
 
         Returns:
-            The lines if the statement is the first of the two; an empty list for the second
-            statement.
+            The lines if the statement is the first of the two statements, else an empty list.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -161,7 +160,8 @@ class _Writer:
         """Prints the joint computation of two angles.
 
         Returns:
-            The lines if the statement computes the second angle; an empty list for the first angle.
+            The lines if the statement computes the second angle; an empty list for the statement of
+            the first angle.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
@@ -188,10 +188,10 @@ class _Writer:
         return f"LANES_{_COMPARISONS[operation]}({sides})"
 
     def _called(self, name: str, statement: Compute) -> list[str]:
-        """Prints a call with arguments by address; constant arguments get names."""
+        """Prints a call with arguments by address; constant arguments get variable names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The second argument replaces a NaN in the first; a constant is never NaN.
+            # The second argument replaces a NaN in the first argument; a constant is never NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

@@ -21,7 +21,7 @@ LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
 SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum solution slots and coordinates in the support file."""
+"""Maximum numbers of solution slots and of coordinates in the support file."""
 
 
 def nearest_file(robot: Described) -> str:
@@ -98,7 +98,7 @@ def _parameters(derivation: Derivation, function: Signature) -> list[str] | None
 def _of_joints(
     derivation: Derivation, names: Sequence[str], joints: Sequence[str]
 ) -> list[str] | None:
-    """Returns the lines for inputs that are joints of the chain; None if they are not."""
+    """Returns the lines for inputs that are joints of the chain, or None if an input is not."""
     if not set(names) <= set(joints):
         return None
     values = [f"  const double {name} = theta[{joints.index(name)}];" for name in names]
@@ -125,7 +125,7 @@ def _bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
 
 
 def _turns(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the period of each coordinate; 0 for coordinates that must not wrap."""
+    """Returns the period of each coordinate; the period is 0 for coordinates that must not wrap."""
     fixed = {*function.role.fixed, *function.role.free}
     return [
         "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
@@ -146,7 +146,7 @@ def _wraps(derivation: Derivation) -> list[bool]:
 
 
 def _turns_fully(robot: SerialRobot, k: int) -> bool:
-    """Whether a full turn of a coordinate turns all its joints fully."""
+    """Whether a full turn of a coordinate is a full turn of all its joints."""
     ratios = zip(robot.linear_map.C.col(k), robot.moving, strict=True)
     return all(ratio == 0 if joint.unit == "m" else ratio.is_Integer for ratio, joint in ratios)
 
@@ -165,7 +165,7 @@ def _is_in_lanes(function: Signature) -> bool:
 
 
 def _definition(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the public function, with the limits of the robot."""
+    """Returns the public function, which uses the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
     fixed = sorted({*function.role.fixed, *function.role.free})
@@ -281,7 +281,7 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
 
 
 def nearest_summary(function: Signature) -> list[str]:
-    """Returns one line with the meaning of the function, and one with its fixed inputs."""
+    """Returns one line with the meaning of the function, and one line with its fixed inputs."""
     names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
     kept = ", ".join(names)
     return [

@@ -85,7 +85,7 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """Prints the pose for vector lanes; scalar code if there are none or the loops are iterated."""
+    """Prints the pose for vector lanes, or scalar code without lanes and for iterated loops."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one
@@ -138,7 +138,7 @@ def _tables(function: WrittenFunction) -> RefinedTables:
 
 
 def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
-    """Prints the general solver's macros."""
+    """Prints the macros of the general solver."""
     robot, tables = derivation.robot, _tables(function)
     if tables.general is None:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]

@@ -156,7 +156,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps call arrays to results if calls alone compute all results.
+    """Maps call arrays to results if the calls compute all results.
 
     A result may overlap an input only if no later call reads this input.
     """
@@ -219,12 +219,12 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program split at the cosines and sines that are computed together.
+    """A program split at the cosines and sines that one call computes together.
 
     None of these cosines and sines depends on another cosine or sine.
 
     Attributes:
-        before: Statements before these cosines and sines.
+        before: Statements before the cosines and sines of the split.
         angles: The angles of the cosines and sines.
         turns: Names of the results: ``c[k]`` and ``s[k]`` for angle k.
         after: Statements after the cosines and sines.

@@ -17,13 +17,13 @@ def summary(operations: Operations) -> str:
 
 
 def iteration_count(function: SymbolicFunction) -> str:
-    """Returns the operation count of the called solvers in words; "" without solvers."""
+    """Returns the operation count of the called solvers in words, or "" without solvers."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """Titles a code section: ``intermediate terms``, ``column 3 of J``, or both."""
+    """Titles a section of code, with ``intermediate terms``, ``column 3 of J``, or both titles."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
     parts = ["intermediate terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)

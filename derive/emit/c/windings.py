@@ -1,8 +1,8 @@
 """Generates the C that shifts inverse solutions of a coupled robot to the windings near a seed.
 
-A full turn of a joint leaves the pose unchanged, and may move several coordinates by fractions of a
-turn: both motors of a differential by half a turn each, for example. Joints whose full turns are
-full turns of single coordinates need no such shift.
+A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
+turn: for example, both motors of a differential by half a turn each. Joints whose full turns
+    correspond to full turns of single coordinates need no shift.
 """
 
 import textwrap
@@ -15,7 +15,7 @@ from .expressions import WIDTH, number
 
 
 def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
-    """Returns the function that shifts slots, and its macros; empty if coordinates wrap alone.
+    """Returns the function that shifts solutions, and its macros; empty if no shift is needed.
 
     Args:
         derivation: The derivation of the robot.

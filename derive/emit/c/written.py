@@ -34,11 +34,11 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each table-driven solver; a generated file includes the first."""
+"""Files of each table-driven solver; a generated file includes the first of these files."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
-    """Returns the files of functions with handwritten solvers, and of the solvers, by name."""
+    """Returns the files of functions with handwritten solvers, and the solver files, by name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
     names = {name for function in tabled for name in SUPPORTS[function.solver]}
@@ -51,7 +51,7 @@ def written_file(robot: Described, function: WrittenFunction) -> str:
 
 
 def _source(robot: Described, function: WrittenFunction) -> str:
-    """Prints a function's tables, and the function that calls the solver with them.
+    """Prints the tables of a function, and the function that passes these tables to the solver.
 
     The file is included after the functions that the solver calls.
     """

@@ -18,11 +18,11 @@ from .single import single
 SAMPLES = 10_000
 """Number of random inputs of a function."""
 SAFETY = 2.0
-"""Ratio of the printed bound to the largest measured error: libraries of targets round sines and
-angles less accurately."""
+"""Ratio of the printed bound to the largest measured error, because math libraries on other
+processors may round sines and angles less accurately."""
 NEAR_REFERENCE = 0.2
-"""Largest distance of sampled coordinates from the reference of a robot with loops (radian, metre,
-or relative to a range below 1)."""
+"""Largest distance of sampled coordinates from the reference configuration of a robot with loops
+(radian, metre, or relative to a range below 1)."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (metre or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
@@ -39,8 +39,9 @@ class Errors:
     """Errors of a function in single precision.
 
     Attributes:
-        bounds: A bound for each output; None if it was not measured.
-        solutions: Number of solutions in double precision away from singularities, of an inverse.
+        bounds: An error bound for each output, or None if the error was not measured.
+        solutions: Number of double-precision solutions of an inverse that are away from
+            singularities.
         missed: Number of these solutions that single precision does not find.
     """
 
@@ -51,7 +52,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Random inputs of a robot's functions, and the errors of the functions at these inputs."""
+    """Random inputs for a robot's functions, and the errors of the functions at these inputs."""
 
     derivation: Derivation
     programs: Programs
@@ -85,7 +86,7 @@ class Measurement:
         return known
 
     def _is_printed(self, name: str) -> bool:
-        """Whether a function exists and needs no solver."""
+        """Whether a function exists and calls no solver."""
         return any(f.name == name and not f.calls for f in self.derivation.functions)
 
     def _of_chain(self) -> dict[str, Array]:
@@ -98,7 +99,7 @@ class Measurement:
         return {"theta": np.array(reference) + apart}
 
     def _coordinates(self) -> Array:
-        """Returns random coordinates: of a serial robot in its range, else near the reference."""
+        """Returns random coordinates: serial robots in their range, others near the reference."""
         rng = np.random.default_rng(0)
         limits = [c.limits for c in self.derivation.robot.coordinates]
         low, high = (
@@ -115,7 +116,7 @@ class Measurement:
         return np.asarray(low + (high - low) * rng.random((SAMPLES, len(low))))
 
     def _inputs(self, function: SymbolicFunction) -> list[Array] | None:
-        """Returns the inputs of a function; None if an input is unknown."""
+        """Returns the inputs of a function, or None if an input is unknown."""
         rng = np.random.default_rng(1)
         first, *others = function.inputs
         is_inverse = function.role.is_inverse
@@ -130,7 +131,7 @@ class Measurement:
         return None if any(item is None for item in found) else found  # type: ignore[return-value]
 
     def _target(self, function: SymbolicFunction) -> Array | None:
-        """Returns the targets of an inverse; None for unknown components."""
+        """Returns the targets of an inverse, or None if its components are unknown."""
         T, components = self._known.get("T"), function.role.components
         if T is None or not set(components) <= ENTRIES.keys():
             return None
@@ -147,7 +148,7 @@ class Measurement:
         return None
 
     def _is_regular(self, function: SymbolicFunction, inputs: Sequence[Array]) -> Array:
-        """Returns for each input whether the loops are away from their dead points."""
+        """Returns, for each input, whether the loops are away from their dead points."""
         if not self._is_printed(function.margin):
             return np.ones(len(inputs[0]), dtype=bool)
         (margin,) = self._at(function.margin, inputs[:1])
@@ -156,7 +157,7 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compares the solutions that are away from singularities."""
+        """Compares the solutions that are not close to singularities."""
         n = function.outputs[0].shape[1]
         q, near = (x[0].reshape(-1, n).astype(float) for x in (exact, rounded))
         valid = exact[1].ravel() <= SOLVED
@@ -171,7 +172,7 @@ class Measurement:
         return Errors(tuple(bounds), int(valid.sum()), int((valid & ~found).sum()))
 
     def _singular_values(self, function: SymbolicFunction, q: Array) -> Array | None:
-        """Returns the smallest singular value of the task's Jacobian at configurations."""
+        """Returns the smallest singular values of the task's Jacobian at the configurations."""
         if not self._is_printed("jacobian_mixed"):
             return None
         J = self._at("jacobian_mixed", [q])[0].reshape(len(q), 6, -1)
@@ -182,7 +183,7 @@ class Measurement:
 
 
 def _apart(x: Array, y: Array, result: Result) -> Array:
-    """Returns the distances of entries; angles may differ by full turns."""
+    """Returns the absolute differences of entries; angles may differ by full turns."""
     apart = x.astype(float) - y
     if "rad" in result.unit and "/" not in result.unit:
         apart -= _TURN * np.round(apart / _TURN)

@@ -14,8 +14,8 @@ Array = NDArray[Any]
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
     """Returns the results of a program, each (m, entries), for inputs (m, entries).
 
-    Every operation rounds to the given kind of number. Functions such as the sine are computed in
-    double precision and rounded once.
+    Every operation rounds its result to the given number type. Functions such as the sine are
+    computed in double precision and rounded once.
     """
     m = len(inputs[0])
     known: dict[Operand, Array] = {}
@@ -43,7 +43,7 @@ def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating])
 
 
 def _rounded(function: Callable[..., Array]) -> Callable[..., Array]:
-    """Returns a function that computes in double precision and rounds to its operands' kind."""
+    """Returns a function that computes in double precision and rounds to its operands' type."""
 
     def rounded(*operands: Array) -> Array:
         found = function(*(operand.astype(np.float64) for operand in operands))

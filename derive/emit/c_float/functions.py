@@ -24,7 +24,7 @@ _TURNS = {
     Operation.SIN: "sin_{0}",
     Operation.TAN: "(sin_{0} / cos_{0})",
 }
-"""Expressions in the cosine and the sine of an angle, which one call computes."""
+"""Expressions in the cosine and the sine of an angle; one call computes both functions."""
 
 
 def number(value: float) -> str:

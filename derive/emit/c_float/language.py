@@ -73,7 +73,7 @@ extern "C" {{
 
 
 def _conventions(upper: str) -> list[str]:
-    """Returns the lines at the top of the header."""
+    """Returns the lines at the top of the header file."""
     text = f"""\
 Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
 No function allocates memory, has state, fails or computes in double precision. The functions call
@@ -135,7 +135,7 @@ def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dic
 
 
 def _is_followed(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can follow targets of a function: q contains all other inputs."""
+    """Whether the example can follow the targets of a function: q contains all its other inputs."""
     others = {argument.name for argument in function.inputs[1:]}
     robot, computed = derivation.robot, {f.name for f in derivation.functions}
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings

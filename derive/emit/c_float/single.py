@@ -25,9 +25,9 @@ FRAME = 128
 def single(program: Program) -> Program:
     """Returns a program for single precision.
 
-    A rounding threshold is a tiny constant that only conditions use. It is multiplied by the ratio
-    of the rounding errors. A floor prevents a division by zero. It becomes a number that single
-    precision represents.
+    A rounding threshold is a very small constant that only conditions use. The conversion
+    multiplies this threshold by the ratio of the rounding errors. A lower bound prevents a division
+    by zero. The conversion changes this bound to a number that single precision represents.
     """
     stored = _reaching_results(program)
 
@@ -43,7 +43,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that reach a result other than through a condition."""
+    """Returns the operands that affect a result other than through a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):
@@ -72,8 +72,8 @@ def _floored(value: float) -> float:
 def stack_bytes(program: Program) -> int:
     """Returns a bound of a function's stack frame in bytes, for compilers that optimize.
 
-    The bound is the largest number of values that are needed at the same time, and the saved
-    registers.
+    The bound is the size of the saved registers plus the largest number of values that are needed
+    at the same time.
     """
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)

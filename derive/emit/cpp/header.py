@@ -28,7 +28,7 @@ _KEYWORDS = (
 RESERVED = frozenset([*_KEYWORDS.split(), "result"])
 """Keywords of C++ that C does not reserve, and the local variable of each function.
 
-A name among them gets a trailing underscore."""
+A name in this list gets a trailing underscore."""
 SLOTS = ["q", "residual", "margin"]
 """The outputs of an inverse."""
 

@@ -64,19 +64,19 @@ def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
 
 
 def _nearest_of_pose(derivation: Derivation) -> Signature | None:
-    """Returns the inverse of the example: the first one of complete poses with a nearest form."""
+    """Returns the inverse of the example: the first for complete poses with a nearest form."""
     return next((f for f in seeded(derivation) if f.role.domain == "pose"), None)
 
 
 def _start(derivation: Derivation) -> list[float]:
-    """Returns coordinates at which the loops close and a serial arm is not stretched."""
+    """Returns coordinates at which the loops close and at which a serial arm is not stretched."""
     if derivation.hybrid is not None:
         return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
     return [_within(joint) for joint in derivation.robot.coordinates]
 
 
 def _within(joint: Joint | Motor | Coordinate) -> float:
-    """Returns the start value of a joint, at least the amplitude away from its limits."""
+    """Returns the start value of a joint, at least one amplitude away from both limits."""
     low, high = (math.nan if limit is None else float(limit) for limit in joint.limits)
     if low + _AMPLITUDE > _START or high - _AMPLITUDE < _START:
         return round((low + high) / 2, 6)

@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move their common point. Joint 1 moves this point to the
-    # same position as joints 6 and 5, seen from the tool.
+    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves this
+    # point to the same position as joints 6 and 5 do in the frame of the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:
@@ -58,7 +58,7 @@ def _two_of_three(
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # After the displacement of the tool, joint 5 rotates about its displaced axis.
+        # Relative to the displaced tool, joint 5 rotates about its displaced axis.
         still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)

@@ -10,7 +10,7 @@ their angles is determined. Three prismatic joints still reach the position for 
 sum between the two joints. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
-a pose out of reach, the result is a nearby pose.
+an unreachable pose, the result is a nearby pose.
 """
 
 from itertools import pairwise
@@ -83,7 +83,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:
-    """Solves the prismatic joints from the position error that the revolute joints leave."""
+    """Solves the prismatic joints from the position error left by the revolute joints."""
     terms = work.terms
     sliding = [axis for axis in lines.axes if not axis.turns]
     if not sliding:

@@ -1,6 +1,6 @@
 """Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
 
-The orientation of the tool determines the joints, although their axes need not meet. Where the
+The orientation of the tool determines the joints, although their axes need not intersect. Where the
 first and third axes align, the position determines the angles. The residual includes the position
 error. Maximum number of solutions: 2.
 """

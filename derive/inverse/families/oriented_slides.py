@@ -1,7 +1,7 @@
 """Prismatic joints in any order between revolute joints that the orientation determines.
 
-Up to three joints are revolute, and neighbors among them are not parallel. Up to three joints are
-prismatic. Maximum number of solutions: 1, or 2 with three revolute joints.
+Up to three joints are revolute, and consecutive revolute joints are not parallel. Up to three
+joints are prismatic. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 
 from ..steps.slides_between_turns import requires, solve

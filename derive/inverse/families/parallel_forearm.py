@@ -1,8 +1,8 @@
 """Six revolute joints with parallel axes 2, 3 and 4, and any axes 5 and 6.
 
-Joints 2 to 4 do not change two components along their axes: the component of direction h_6, and the
-component of a point on axis 6. Subproblem 6 solves these two equations for angles 1 and 5. Maximum
-number of solutions: 8.
+Joints 2 to 4 do not change two components along their axes: the component of the direction h_6 of
+axis 6, and the component of a point on axis 6. Subproblem 6 solves these two equations for angles 1
+and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -55,7 +55,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 keep the components of axis 6 and of a point on axis 6 along h_2.
+    # 1, 2. Joints 2 to 4 do not change the components of axis 6 and of a point on axis 6 along h_2.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -111,7 +111,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
-"""Coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side."""
+"""Coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side of an equation."""
 
 
 def _nearer(
@@ -124,10 +124,10 @@ def _nearer(
 ) -> tuple[CosSin, CosSin]:
     """Returns refined angles 1 and 5 if the refinement reduces the error of both equations.
 
-    If axis 6 is nearly parallel to axes 2 to 4, its component along them determines its direction
-    only to 1e-8. The perpendicular component has full double precision: two unit vectors with the
-    components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 = (c' - c)(c' +
-    c)``.
+    If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
+    direction only to 1e-8. The perpendicular component has full double precision: two unit vectors
+    with the components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 = (c' -
+    c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]

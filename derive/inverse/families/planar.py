@@ -2,7 +2,7 @@
 
 A prismatic joint along the axes lifts the tool. A prismatic joint perpendicular to two revolute
 axes may replace the third revolute joint, as in a cylindrical robot. Maximum number of solutions:
-2, or 1 with only two revolute joints and no perpendicular prismatic joint. For a pose out of the
+2, or 1 with only two revolute joints and no perpendicular prismatic joint. For a pose outside the
 plane, or a position that two revolute joints cannot reach, the result is a nearby pose.
 """
 

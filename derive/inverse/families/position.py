@@ -45,7 +45,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
     """Returns a tool point that moves in three directions, about one arm length from the origin.
 
-    None if the origin itself moves in three directions, or if no such point exists.
+    None if the tool origin itself moves in three directions, or if no such point exists.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -58,7 +58,7 @@ def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None
 
 
 def _orientation_determines(_robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the orientation determines the revolute joints of a chain with slides."""
+    """Whether the orientation determines the revolute joints of a chain with prismatic joints."""
     return all(each.deviation <= lines.tolerance for each in slides_between_turns.requires(lines))
 
 
@@ -69,8 +69,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# A position is not a displacement, so it can neither be inverted nor reduced by the motion of a
-# fixed joint.
+# A position is not a displacement: it cannot be inverted, nor reduced by the motion of a fixed
+# joint.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

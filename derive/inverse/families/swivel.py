@@ -1,8 +1,8 @@
 """Seven revolute joints: a spherical shoulder, an elbow and a spherical wrist.
 
 One joint is redundant: with a fixed tool pose, the elbow rotates about the line from shoulder to
-wrist. The swivel angle defines the elbow position. It is the angle between two half planes bounded
-by this line: the reference half plane and the half plane of the elbow.
+wrist. The swivel angle defines the elbow position. The swivel angle is the angle between two half
+planes bounded by this line: the reference half plane and the half plane of the elbow.
 
 Let S be the shoulder, W the wrist center and E the elbow (the point of axis 4 nearest to axis 3).
 With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis
@@ -11,8 +11,9 @@ With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direc
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
-This reference is smooth unless the wrist is straight below the shoulder, where a floor-mounted arm
-has its base. For such a wrist position, the angle is measured from an arbitrary direction.
+This reference direction is smooth unless the wrist is straight below the shoulder, where a
+floor-mounted arm has its base. For such a wrist position, the angle is measured from an arbitrary
+direction.
 
 Maximum number of solutions: 8 per swivel angle.
 

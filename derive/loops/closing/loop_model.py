@@ -87,7 +87,7 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
         ("z", len(variables), either, "full configuration"),
         ("zd", len(variables), f"{either}/s", "rates of the full configuration"),
     ):
-        # A parameter may be called theta4, but parameter names never start with an underscore.
+        # A parameter may have the name theta4, but parameter names never start with an underscore.
         symbols = coordinates(f"_{name}", count)
         arguments[name] = Argument(name, symbols, (count,), shown, meaning)
     names = {variable.name for variable in variables}

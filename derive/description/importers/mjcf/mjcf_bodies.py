@@ -39,7 +39,7 @@ class BodyJoint:
     """A joint between two links of a model.
 
     Attributes:
-        name: Name of the joint, or a name derived from the body.
+        name: Name of the joint, or a name that is built from the name of the body.
         parent: The parent link.
         child: The child link.
         kind: Joint type: revolute, prismatic, fixed, or the MuJoCo name of a multi-DOF joint.
@@ -102,7 +102,7 @@ class BodyJoint:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether the joint has its own coordinate and no limits."""
+        """Whether the joint has a separate coordinate without limits."""
         return self.kind in KINDS.values() and self.coupling is None and self.limits == (None, None)
 
 
@@ -135,7 +135,7 @@ class Bodies:
         )
 
     def joint_name(self, k: int) -> str:
-        """Returns the name of a joint, or a name derived from its body."""
+        """Returns the name of a joint, or a name that is built from the name of its body."""
         body = int(self.arrays.jnt_bodyid[k])
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"

@@ -22,11 +22,12 @@ class Tendon:
     """A tendon.
 
     Attributes:
-        name: Name of the tendon, or a name derived from its index.
+        name: Name of the tendon, or a name that contains its index.
         joints: The joints of a fixed tendon.
         bodies: The bodies with the sites of a spatial tendon.
-        ratios: The joints of a fixed tendon with the tendon length per unit of each.
-        limits: Minimum and maximum length; None if unbounded.
+        ratios: The joints of a fixed tendon with the change of the tendon length per unit of each
+            joint.
+        limits: Minimum and maximum length of the tendon. None if unbounded.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
         is_fixed: Whether an equality constraint fixes the tendon length.
@@ -103,7 +104,7 @@ class Drives:
         """Raises an error for a tendon equality that couples robot joints.
 
         Raises:
-            DescriptionError: If an equality couples joints of the robot in this way.
+            DescriptionError: If an equality couples joints of the robot through a tendon.
         """
         known = {*joints}
         for tendon in self.tendons:

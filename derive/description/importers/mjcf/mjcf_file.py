@@ -41,7 +41,7 @@ class MjcfFile:
 
     @cached_property
     def loops(self) -> ModelLoops:
-        """The loop closures from the equalities of the model."""
+        """The loop closures that result from the equalities of the model."""
         return ModelLoops(self.model, self.bodies)
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:

@@ -23,7 +23,8 @@ from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
-"""Maximum number of connect equalities between two bodies (one: a ball joint; two: a pin joint)."""
+"""Maximum number of ``connect`` equalities between two bodies: one is a ball joint, two are a pin
+joint."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class ModelLoops:
         """Raises an error for unsupported joint couplings.
 
         Raises:
-            DescriptionError: If such a coupling affects the robot.
+            DescriptionError: If an unsupported coupling affects the robot.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -161,7 +162,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Converts a ``connect`` of a body on a ball joint to a rod; does not change others."""
+        """Converts a ``connect`` of a body on a ball joint to a rod; ignores other equalities."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
@@ -263,7 +264,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
-    """Returns the pin of two connects, with its axis through both points of each body."""
+    """Returns the pin joint of two ``connect`` equalities, with its axis through both points."""
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
             f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one, "

@@ -29,7 +29,7 @@ from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
-"""Attributes that contain text and not numbers."""
+"""Attributes that contain text instead of numbers."""
 UNNAMED = "MuJoCo Model"
 """Default model name of MuJoCo."""
 REMOVED = (
@@ -53,14 +53,14 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Element lists that do not affect poses; lists that contain references come first."""
+"""Element lists that do not affect poses; lists with references come first."""
 OPENED = ("include", "model", "flexcomp")
 """Elements whose files MuJoCo opens when it reads a model."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A compiled model: MuJoCo arrays, joint axes as written in the file, and drives."""
+    """A compiled model: Arrays of MuJoCo, joint axes as written in the file, and drives."""
 
     name: str
     arrays: Any
@@ -130,7 +130,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
     Args:
         file: The model, or an included file.
         by: The model.
-        seen: Files that are checked; extended by this file.
+        seen: The files checked so far; the function adds this file.
     """
     seen.append(file)
     # MuJoCo reads UTF-8, whatever encoding the file declares.

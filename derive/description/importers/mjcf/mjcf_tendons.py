@@ -1,7 +1,8 @@
 """Couplings of an MJCF model: fixed tendons whose actuators move joints of a chain.
 
-The length of a fixed tendon is a weighted sum of joint positions. If as many actuators as joints
-act on the same joints, their positions determine the joints, and the tendons are coordinates.
+The length of a fixed tendon is a weighted sum of joint positions. If the number of actuators on a
+set of joints equals the number of these joints, the actuator positions determine the joints, and
+the tendons are coordinates.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,8 @@ def tendon_couplings(
 ) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
     """Returns the couplings of joints to driven tendons, and the tendons as motors.
 
-    Tendons that do not determine their joints, or run over joints outside the chain, are left out.
+    Tendons that do not determine their joints, or that act on joints outside the chain, are
+    omitted.
 
     Args:
         drives: The actuators and tendons of the model.
@@ -47,7 +49,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields joints that share driven tendons, with these tendons."""
+    """Yields sets of joints that share driven tendons, with these tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

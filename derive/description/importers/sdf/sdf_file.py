@@ -1,8 +1,8 @@
 """Reads the chain between two links of an SDF model, including its loops.
 
 Joints form a tree. A joint whose child already has a parent joint closes a loop. Frames become
-links that are fixed to the link to which they are attached. As in Drake, a joint with the effort
-limit 0 is passive; this matters in loops only.
+links that are fixed to the link to which the file attaches the frame. As in Drake, a joint with the
+effort limit 0 is passive; this rule matters in loops only.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -192,7 +192,7 @@ class SdfFile:
         joints: list[Joint] = []
         link = ends.base
         for each in path:
-            # On the way up to the common ancestor, the fixed joint to the child comes first.
+            # On the path up to the common ancestor, the fixed joint to the child comes first.
             is_down = each.parent == link
             joints += self._joints(each) if is_down else reversed([*self._joints(each)])
             link = each.child if is_down else each.parent
@@ -339,7 +339,7 @@ class SdfFile:
         return lower, upper
 
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
-        """Yields multiplier * (leader - reference) + offset, followed to a joint of its own."""
+        """Yields multiplier * (leader - reference) + offset for the independent leader."""
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]
             while seen[-1] is not None and (mimic := seen[-1].find("axis/mimic")) is not None:

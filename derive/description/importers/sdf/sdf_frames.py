@@ -73,7 +73,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model, and the numbers and errors of its elements."""
+    """The frames of a model, with the numbers and errors of its elements."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
