@@ -19,20 +19,20 @@ EXTENSIONS = {
     ],
     "velocity._track": ["velocity/_track.c", "velocity/native/path_tracking.c", _DAMPED],
 }
-"""The modules in C, and the sources of each, under runtime/."""
+"""Modules written in C, each with its source files under runtime/."""
 
 
 APPS = ("calibration", "cli", "drawing", "study", "view")
 
 
 def packages_under(folder):
-    """The packages of a folder, under their names after installation."""
+    """Returns the packages of a folder by their names after installation."""
     prefix = f"chasles.{Path(folder).name}"
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
 def extension(name, patterns):
-    """One of the modules written in C."""
+    """Returns the build settings of a module written in C."""
     runtime = Path("runtime")
     return Extension(
         f"chasles.{name}",

@@ -1,4 +1,4 @@
-"""``python -m bench``: speed and size of chasles, compared with peers in the same run.
+"""``python -m bench``: speed and size of chasles, compared with other libraries in the same run.
 
 Without a command, the program runs all benchmarks, prints and saves the tables (bench/results/),
 and updates docs/performance.md. With --quick, the program saves nothing.

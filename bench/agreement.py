@@ -1,4 +1,4 @@
-"""Fair comparisons: a peer is timed only if it computes the same results as chasles."""
+"""Fair comparisons: another library is timed only if it computes the same results as chasles."""
 
 from collections.abc import Iterable
 
@@ -12,15 +12,15 @@ CONFIGURATIONS = 20
 
 
 class DisagreementError(Exception):
-    """The results of a peer differ from the results of chasles."""
+    """The results of another library differ from the results of chasles."""
 
 
 def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[ArrayLike]) -> None:
-    """Raise an error that names the peer unless its results equal those of chasles.
+    """Raise an error that names the other library unless its results equal those of chasles.
 
     Args:
-        name: The peer, and the robot or function that it computes.
-        found: Result arrays of the peer library; NaN is required in every entry in which chasles
+        name: The other library, and the robot or function that it computes.
+        found: Result arrays of the other library; NaN is required in every entry in which chasles
             returns NaN.
         expected: Result arrays of chasles, with the same shapes.
     """

@@ -1,8 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
-Time ratios to peers in the same run hardly depend on the machine; a margin allows for the remaining
-dependence. If a ratio is below the margin, all ratios are measured again. A ratio fails if it is
-below the margin in both measurements.
+Time ratios to other libraries in the same run hardly depend on the machine; a margin allows for the
+remaining dependence. If a ratio is below the margin, all ratios are measured again. A ratio fails
+if it is below the margin in both measurements.
 """
 
 import json
@@ -17,7 +17,8 @@ MARGIN = 0.4
 """Allowed relative decrease of a ratio on the machine of the baseline.
 
 The margin is large because another process on the same core slows chasles, which keeps the
-arithmetic units busy, more than its peers. Instruction counts (`count.py`) detect small slowdowns.
+arithmetic units busy, more than other libraries. Instruction counts (`count.py`) detect small
+slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
 """Allowed relative decrease of a ratio on a different processor or with a different compiler."""

@@ -45,12 +45,12 @@ class Plan:
 
 @dataclass(frozen=True)
 class Ratio:
-    """The time of a peer divided by the time of chasles, per pose or call.
+    """The time of another library divided by the time of chasles, per pose or call.
 
     Attributes:
-        key: Measurement, arm and peer: "scalar ur5e fk: Pinocchio C++".
+        key: Measurement, arm and other library: "scalar ur5e fk: Pinocchio C++".
         own: Minimum time of chasles [ns].
-        peer: Minimum time of the peer [ns].
+        peer: Minimum time of the other library [ns].
         median: Median ratio of all rounds; above 1, chasles is faster.
         least: Minimum ratio of all rounds.
         bar: Required value of the median, or None if no value is required.
@@ -122,7 +122,7 @@ def ratio(
     count: int,
     bar: float | None = None,
 ) -> Ratio:
-    """Compare the times of chasles and a peer from alternating runs."""
+    """Compare the times of chasles and another library from alternating runs."""
     own, peer = (times[name] for name in names)
     pairs = [theirs / ours for ours, theirs in zip(own, peer, strict=True)]
     best = [min(found) / count * 1e9 for found in (own, peer)]

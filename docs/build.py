@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 WARNINGS = ("LaTeX Warning", "Missing character", "undefined")
-"""Words in the log of an article with a wrong reference or character."""
+"""Words in a LaTeX log that report a wrong reference or a missing character."""
 OUTPUT = ROOT / "build" / "docs"
 WIDEST_EXCESS = 1.0
 """Largest extension of a line into the margin (pt), too small to be visible."""

@@ -57,7 +57,7 @@ def _pairs(coordinates: Sequence[Coordinate]) -> FloatArray:
 
 
 def _labels(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
-    """Return the slot labels by the public name of the function or method."""
+    """Return the solution slot labels by the public name of the function or method."""
     found = {item.name: item.role.labels for item in manifest.functions if item.role.labels}
     return MappingProxyType({_PUBLIC.get(name, name): found[name] for name in found})
 

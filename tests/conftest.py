@@ -47,7 +47,8 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """Lists each reason for a skipped test that an installation would remove, one per line."""
+    """Lists each reason for a skipped test that an installation would remove, one reason per
+    line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

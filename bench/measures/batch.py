@@ -27,7 +27,7 @@ THREADS_BAR = 1.8
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Compare batches with all peers and memory bandwidth, and two threads with one."""
+    """Compare batches with all other libraries and memory bandwidth, and two threads with one."""
     with one_core():
         found = [
             row for measure in (there, new, roofline) for arm in ARMS for row in measure(plan, arm)

@@ -41,7 +41,7 @@ GENERAL = "jaco2"
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return ratios to peers, times in C, and derivation times."""
+    """Return ratios to other libraries, times in C, and derivation times."""
     with one_core():
         found: list[Ratio | Limit] = []
         for name in ARMS:
@@ -59,7 +59,7 @@ def peers(name: str) -> list[Inverse]:
     """Return the peers of a robot, after checking that their solutions agree with chasles.
 
     Raises:
-        DisagreementError: A peer misses a solution or returns a wrong solution.
+        DisagreementError: Another library misses a solution or returns a wrong solution.
     """
     robot, found, T = chasles.load(name), inverses(screws(name)), poses(name, CONFIGURATIONS)
     for peer in found:
@@ -82,7 +82,7 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 
 
 def batches(plan: Plan, name: str) -> list[Ratio]:
-    """Batch calls on one thread; times of peers are scaled from fewer poses."""
+    """Batch calls on one thread; times of other libraries are scaled from fewer poses."""
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]
     robot = chasles.load(name)

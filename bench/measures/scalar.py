@@ -1,4 +1,4 @@
-"""Compiled code, pose by pose: the C of chasles compared with the C++ of peers."""
+"""Compiled code, pose by pose: the C of chasles compared with the C++ of other libraries."""
 
 import numpy as np
 

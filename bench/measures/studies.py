@@ -1,7 +1,7 @@
 """``python -m bench studies``: workspaces, reach, motions and plans, compared with plain loops.
 
-The loops call peers for fewer configurations: forward kinematics and the grid cell, or the inverse
-of a pose within limits. Times are per configuration, or per sample of a motion.
+The loops call other libraries for fewer configurations: forward kinematics and the grid cell, or
+the inverse of a pose within limits. Times are per configuration, or per sample of a motion.
 """
 
 import resource
@@ -23,9 +23,9 @@ from ..peers.forward import Call, pinocchio, toolbox
 from ..report import out
 
 LOOPED = 20_000
-"""Number of configurations in a peer's loop."""
+"""Number of configurations in another library's loop."""
 ASKED = 200
-"""Number of poses that a peer's inverse solves."""
+"""Number of poses that another library's inverse solves."""
 SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
@@ -34,7 +34,7 @@ LINED, PROCESS = 1000, 4901
 
 
 def run(samples: int) -> int:
-    """Print times of chasles and peers, and the memory of the process; return 0."""
+    """Print times of chasles and other libraries, and the memory of the process; return 0."""
     table = Table(title=f"Studies, two cores where there are two; {samples:,} configurations")
     for name in ("study", "seconds", "ns a configuration", "a peer's ns", "ratio"):
         table.add_column(name, justify="left" if name == "study" else "right")
@@ -153,7 +153,7 @@ def _forward_peers() -> list[Call]:
 
 
 def _looped(robot: chasles.Robot, call: Call) -> float:
-    """Return the time per configuration of a loop over a peer's forward kinematics [s]."""
+    """Return the time per configuration of a loop over another library's forward kinematics [s]."""
     configurations = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
     cells = Grid.from_bounds(np.full(3, -1.2), np.full(3, 1.2), 100)
     hits = np.zeros(cells.shape, dtype=np.uint32)

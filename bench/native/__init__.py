@@ -1,1 +1,1 @@
-"""C and C++ of chasles and its peers, compiled into loops for timing."""
+"""C and C++ of chasles and other libraries, compiled into loops for timing."""

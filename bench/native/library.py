@@ -1,4 +1,4 @@
-"""Compiled functions of chasles and its peers, run over arrays."""
+"""Compiled functions of chasles and other libraries, run over arrays."""
 
 import ctypes
 import math

@@ -72,7 +72,7 @@ class Chosen:
         return found
 
     def of_slots(self, solutions: Solutions, q_seed: FloatArray) -> Rows:
-        """Return the nearest of valid slots (N, k), for seeds (N, n)."""
+        """Return the nearest of valid solution slots (N, k), for seeds (N, n)."""
         n, count = q_seed.shape[-1], len(q_seed)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         judged = np.where(solutions.valid, 0.0, np.inf)

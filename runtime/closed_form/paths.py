@@ -355,5 +355,5 @@ class InverseMethods(RobotFacts):
 
 
 def _least(moves: FloatArray, valid: BoolArray) -> int:
-    """Return the valid slot with the smallest maximum displacement."""
+    """Return the valid solution slot with the smallest maximum displacement."""
     return int(np.argmin(np.where(valid, np.abs(moves).max(-1), np.inf)))

@@ -1,4 +1,4 @@
-"""Refinement of targets without a valid slot, but with a small residual.
+"""Refinement of targets without a valid solution slot, but with a small residual.
 
 Near singularities of several solution steps, a closed form loses digits or misses its solution;
 Newton's iteration recovers this solution. Rounded poses get least-squares solutions
@@ -65,7 +65,7 @@ _VALUES = 16
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """Newton's iteration for targets without a valid slot, but with a small residual.
+    """Newton's iteration for targets without a valid solution slot, but with a small residual.
 
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.

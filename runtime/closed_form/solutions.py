@@ -93,7 +93,7 @@ class Solutions(Fields):
 
     @property
     def count(self) -> IntArray:  # type: ignore[override]
-        """(...,) number of valid slots."""
+        """(...,) number of valid solution slots."""
         counted: IntArray = self.valid.sum(-1)
         return counted
 
@@ -255,7 +255,7 @@ class Solutions(Fields):
             (..., n) coordinates [rad or m], or NaN for a pose of a batch without a valid slot.
 
         Raises:
-            OutOfReachError: If a single pose has no valid slot.
+            OutOfReachError: If a single pose has no valid solution slot.
             InputValueError: If a weight is negative, or all weights are 0.
             ShapeError: If `q_seed` does not match the poses.
         """

@@ -81,7 +81,8 @@ def checked(outcome: Outcome | Tally) -> str:
 
 
 def summary(tallies: dict[str, Tally]) -> None:
-    """Prints a table of all campaigns, then each failure with the command that repeats it."""
+    """Prints a table of all campaigns, then each failure with the command that repeats the failed
+    trial."""
     table = Table("campaign", "trials", "seconds", "failures", "checked", title_justify="left")
     for name, tally in tallies.items():
         numbers = (tally.trials, f"{tally.seconds:.0f}", len(tally.failures))

@@ -10,7 +10,7 @@ def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "
 
     Args:
         kind: The kind of robot, used as the name of the count.
-        figures: Object with one attribute per bound.
+        figures: Object with one attribute for the bound of each error measure.
         bars: Maximum of each error measure, keyed by name.
         title: The name of the robot in a failure message; default: the kind.
     """

@@ -4,10 +4,10 @@ Trials with an even number test errors and intervals. Each arm has axis errors u
 1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses,
 positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
-The mean error at validation configurations, with all frames unknown, must fall 20-fold. If the
-Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error must be at most 1.1
-times a reference error. An estimator at the bound exceeds this reference error with probability
-``LEVEL``.
+The mean error at validation configurations, with all frames unknown, must decrease by a factor of
+20. If the Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error must be at
+most 1.1 times a reference error. An estimator that attains the Cramer-Rao bound exceeds this
+reference error with probability ``LEVEL``.
 
 The axis intervals must contain the true values in 95 of 100 arms. In the trials, the base frame is
 known, because an identified base frame shifts all axes equally. The confidence intervals of an
@@ -105,7 +105,8 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the errors and intervals of identified arms (even numbers), or the warnings (odd)."""
+    """Tests the errors and intervals of identified arms (even trial numbers), or the warnings (odd
+    trial numbers)."""
     return accusations(number // 2) if number % 2 else errors(number // 2)
 
 
@@ -164,7 +165,7 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
     found = identify(robot, drawn.q, measurements)
     before, after = _errors(robot, drawn, measurements, found)
     bound, limit = least_error(robot, drawn, found, random, LEVEL)
-    # Measurements of poses without noise at the true geometry.
+    # Measurements of noise-free poses at the true geometry.
     known = identify(robot, drawn.q, measurements, T_W_base=drawn.T_W_base)
     exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0)._placed_as(known.measurements)
     inside, probability = _intervals(robot, drawn, known, exact)
@@ -244,7 +245,7 @@ def _gross(robot, drawn: Drawn, random: np.random.Generator) -> Positions:
 
 KINDS = {"poses": _poses, "three targets": _positions, "three targets, 5 % gross": _gross}
 SOUND = {_gross: _positions}
-"""Variants of the measurement kinds without outliers."""
+"""Measurement kinds, each without outliers."""
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:

@@ -26,8 +26,8 @@ class Campaign:
     Attributes:
         name: The command-line name.
         summary: The property that each trial checks, as one sentence.
-        trial: Runs the trial with this number. All random values depend only on the number, so the
-            number reproduces the trial.
+        trial: Function that runs the trial with a specified number. All random values depend only
+            on the trial number, so the number reproduces the trial.
     """
 
     name: str

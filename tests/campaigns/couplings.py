@@ -1,7 +1,8 @@
-"""Arms whose joints are coupled to motors by random invertible rational matrices.
+"""Arms whose joints are coupled to motors by random invertible matrices of rational numbers.
 
 Poses, Jacobians, derivatives and rates must equal the matrix product with the arm without
-couplings. Each solution of that arm must be among the solutions, in motor coordinates.
+couplings. Each solution of the arm without couplings must be among the solutions, in motor
+coordinates.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Derives, compiles and tests arms without a closed-form family.
+"""Derives, compiles and tests arms that belong to no closed-form family.
 
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
 to two prismatic joints. The inverse of each arm solves poses of random configurations and of
@@ -161,7 +161,7 @@ def configurations(
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
-    """Returns the maximum joint difference (rad, m), modulo one turn."""
+    """Returns the maximum joint difference (rad, m), modulo full turns."""
     turns = np.array([k not in slides for k in range(q.shape[-1])])
     difference = q - other
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi

@@ -2,7 +2,7 @@
 
 Consecutive axes are skew, parallel or intersect, which gives 243 patterns of six joints. Each trial
 uses every ninth pattern, once with six revolute joints and once with a prismatic joint, and two
-longer arms. The solver is compiled once and reads the tables of each arm, so each arm takes a
+longer arms. The solver is compiled once and reads the tables of each arm, so testing an arm takes a
 fraction of a second. Every pose needs a solution, and each regular configuration must be among the
 solutions of its pose.
 """
@@ -114,7 +114,7 @@ def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
 
 
 def _taken(robot: SerialRobot) -> Choice | None:
-    """Passes the tables of an arm to the solver."""
+    """Passes the tables of an arm to the compiled solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:

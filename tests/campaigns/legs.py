@@ -1,8 +1,8 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
-Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. ``fk`` of every valid slot
-is the target pose, one slot is the generating configuration, and no slot is valid in another
-assembly mode.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. ``fk`` of every valid
+solution slot is the target pose, one slot is the generating configuration, and no slot is valid in
+another assembly mode.
 """
 
 import tempfile
@@ -20,7 +20,7 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 200
 REACH = {"rad": 0.5, "m": 0.08}
-"""Maximum distance of a coordinate from the reference."""
+"""Maximum difference between a coordinate and its reference value."""
 FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 

@@ -1,9 +1,9 @@
 """Random coordinates of the shipped robots with loops. Most random coordinates cannot close the
 loops.
 
-Coordinates span twice the limit range. If a robot reports closed loops, every value must close the
-loops with the frames of the description; otherwise every value must be NaN. For platforms, the
-actuators are solved at random poses instead.
+Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
+loop equations of the description; otherwise all values must be NaN. For platforms, the actuators
+are solved at random poses instead.
 """
 
 import tomllib
@@ -32,7 +32,7 @@ def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Returns the shipped robots with loops whose files match a pattern."""
     files = sorted(ROBOTS.glob(pattern))
     tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
-    # A file that extends another file has its loops.
+    # A file that extends another file has the loops of that file.
     found = (read(file) for file, at in tables.items() if has_loops(at) or "extends" in at)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 

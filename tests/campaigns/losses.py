@@ -87,7 +87,8 @@ def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
 
 
 def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, PoseSet]]:
-    """Yields the pose sets of an inverse; in some, joints that the inverse sets to 0 also move."""
+    """Yields the pose sets of an inverse; in some sets, joints that the inverse sets to 0 also
+    move."""
     fixed = replace(case, free=case.still)
     yield fixed, PoseSet("random", fixed.random(rng, RANDOM), regular=determines(fixed))
     q = right_angles(fixed, rng)

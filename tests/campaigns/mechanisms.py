@@ -1,11 +1,12 @@
 """Compares the branches of random mechanisms with multi-start Newton iteration.
 
 Each mechanism of ``drawn_mechanisms.py`` is derived and loaded, and both of its maps return all
-branches at several inputs. No branch may be missing, duplicated or wrong: a valid slot closes the
-loops with positive cylinder lengths. If no mode is on the reference branch, a function may return a
-finite value only if the value does not depend on its input. Mechanisms without a closed form are
-counted. The campaign compares such mechanisms only at inputs for which no mode exists. ``fk`` of
-every valid ``ik`` solution slot is the target pose, and one slot is the generating configuration.
+branches at several inputs. No branch may be missing, duplicated or wrong: a valid solution slot
+closes the loops with positive cylinder lengths. If no mode is on the reference branch, a function
+may return a finite value only if the value does not depend on its input. Mechanisms without a
+closed form are counted. The campaign compares such mechanisms only at inputs for which no mode
+exists. ``fk`` of every valid ``ik`` solution slot is the target pose, and one slot is the
+generating configuration.
 """
 
 import tempfile
@@ -28,7 +29,7 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 20
 LEFT = 1e-12
-"""Maximum residual of a valid slot relative to the mechanism size."""
+"""Maximum loop residual of a valid solution slot relative to the mechanism size."""
 AT_DEAD_POINT = 1e-5
 """Margin below which two branches nearly coincide and the count is uncertain."""
 FAULTS = (
@@ -56,7 +57,7 @@ class Verdict:
         faults: Number of faults, keyed by kind.
         branches: Number of compared branches.
         inputs: Number of compared inputs.
-        largest: Largest residual of a valid slot relative to the mechanism size.
+        largest: Largest loop residual of a valid solution slot relative to the mechanism size.
         open: Whether the loops have no closed form.
         open_inputs: Number of inputs without an assembly mode on the reference branch.
     """
@@ -130,7 +131,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         return
     theta = np.array([[mode[name] for name in numbers.chain] for mode in some])
     if len(numbers.chain) > len(numbers.actuated):
-        # These joint values are not compatible with the loops.
+        # Joint values that are not compatible with the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)

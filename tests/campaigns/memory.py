@@ -32,8 +32,8 @@ SOLVER_SOURCES = [
 GCC = shutil.which("gcc")
 
 # A default build contains code for several instruction sets and selects one set at run time. The
-# test hides the better instruction sets, so that each variant runs. Linux lists the sets of the
-# processor.
+# test hides newer instruction sets, so that the code for each set runs. Linux lists the instruction
+# sets of the processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",

@@ -41,7 +41,7 @@ class Finding:
         cleaning: Summary of the snapped numbers.
         excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
         kept: Whether the mutant has the structure and the solution method of its arm.
-        missed: Description of the conditions of the arm's structure that the mutant violates.
+        missed: Description of the structural conditions of the arm that the mutant violates.
     """
 
     mutant: Mutant
@@ -185,7 +185,8 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Returns a placement (4, 4) in double precision, with ``more`` added to its angles."""
+    """Returns a placement (4, 4) in double precision, with the angle ``more`` added to its
+    angles."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)

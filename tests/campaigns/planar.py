@@ -112,7 +112,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Whether Newton's method returns to a mode from random passive joints."""
+    """Whether Newton's method with random passive joints converges back to a mode."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 
@@ -143,7 +143,7 @@ def newton(
 
 
 def _size(poses: np.ndarray) -> float:
-    """Returns one plus the maximum absolute position component (metre)."""
+    """Returns one plus the largest absolute position coordinate (metre)."""
     return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 

@@ -174,7 +174,7 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform whose rod lengths are near ``usual``.
+    """Returns the parameters of a platform whose rod lengths are near the lengths ``usual``.
 
     Without elimination, platforms with double joints are solved by path tracking, like general
     platforms.

@@ -165,7 +165,7 @@ def _opened(file: Path) -> object:
     try:
         return opened(file).robot(None, None, None)
     except NotExact as error:
-        # The function that starts the separate process adds the file.
+        # The function that starts the separate process adds the file name to the error.
         raise DescriptionError(f"{file}: {error}") from error
 
 

@@ -52,7 +52,7 @@ URDF = """<robot name="arm">
 URDFS = 5
 """Number of copies of each URDF among the source files."""
 Text = tuple[str, str]
-"""File suffix and text."""
+"""Suffix of the file, and its text."""
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ LONGEST = 900.0
 QUICK_FLAGS = "-O1"
 """Compiler flags of most trials; compilation is twice as fast as with the default flags."""
 USER_FLAGS_EVERY = 5
-"""Every how many trials the default compiler flags are used."""
+"""Number of trials after which the default compiler flags are used once."""
 
 
 def campaign(name: str) -> Campaign:
@@ -138,7 +138,7 @@ def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) ->
         return new[0]
     if is_over:
         return None
-    # The expected duration of a running trial is the mean of the finished trials.
+    # The expected duration of a running trial is the mean duration of the finished trials.
     return min(tallies, key=lambda name: _expected(tallies[name], started[name]))
 
 
@@ -188,7 +188,7 @@ def outcome_of(chosen: Campaign, number: int) -> Outcome:
 
 @contextmanager
 def _settings(number: int) -> Iterator[None]:
-    """Context with a separate cache and the compiler flags of a trial."""
+    """Context in which a trial uses a separate cache and its compiler flags."""
     before = dict(os.environ)
     with TemporaryDirectory(prefix="chasles-campaign-") as folder:
         os.environ["CHASLES_CACHE"] = folder

@@ -1,7 +1,7 @@
 """Finds poses that inverses of random arms with a known axis structure miss.
 
-The campaign ``losses`` draws arms with round numbers, which rarely have each structure. In this
-campaign, the structure is fixed, and lengths and angles are random decimals.
+The campaign ``losses`` tests arms with round numbers, which rarely have each of these structures.
+In this campaign, the structure is fixed, and lengths and angles are random decimals.
 """
 
 from tests.support.generators.drawn_arms import cases_of
@@ -29,7 +29,7 @@ STRUCTURES = (
 def trial(number: int) -> Outcome:
     """Tests each inverse of one arm, whose skew axes have right or random angles.
 
-    The axes of every third arm are numbered from its tool.
+    In every third arm, the axes are numbered from the tool to the base.
     """
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)

@@ -1,4 +1,4 @@
-"""No pose of a general arm is missed, for patterns of intersecting, parallel or skew axes."""
+"""No pose of a general arm with intersecting, parallel or skew axes is missed."""
 
 import numpy as np
 import pytest
@@ -65,7 +65,8 @@ joints = [
   { name = "j7", axis = [1, 0, 0] },
 ]
 """
-"""Arm with two coincident revolute axes, and a prismatic joint along them between both joints."""
+"""An arm with two coincident revolute axes and, between these joints, a prismatic joint along the
+axes."""
 
 
 def test_essential_prismatic_joint_is_not_fixed(monkeypatch):
@@ -98,7 +99,8 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """Joints 1 and 4 of the nominal arm have a self-motion; with errors, it moves the tool."""
+    """Joints 1 and 4 of the nominal arm have a self-motion; in the arm with errors, this motion
+    moves the tool."""
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

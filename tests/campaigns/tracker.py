@@ -2,15 +2,15 @@
 
 Each arm has zero offsets up to three degrees, axis errors of 0.7 mm and 0.7 mrad, and periodic
 drive errors. Its links also sag by 0.2 mm, which no model of the program describes. A table in mm
-and degrees contains 36 configurations with three targets each; base and targets are unknown. The
-model error is measured at 200 further configurations.
+and degrees contains 36 configurations with three targets each; the poses of base and targets are
+unknown. The model error is measured at 200 further configurations.
 
 The program must read the values of the table exactly. The error of the selected model must be
 smaller than the error of free axes without drives, and smaller than the sag, the only unmodelled
 error. Over 120 random arms of four robots, the model error was 0.044 mm with a standard deviation
 of 0.007 mm. Relative to free axes, the error was 0.31 with a standard deviation of 0.10. The bounds
-of 0.2 mm and 1 are more than six standard deviations away. If the errors are normally distributed,
-a correct program fails with a probability of about 1e-10 per arm.
+of 0.2 mm and 1 are more than six standard deviations above these means. If the errors are normally
+distributed, a correct program fails with a probability of about 1e-10 per arm.
 """
 
 import csv
@@ -37,7 +37,8 @@ ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
 """Maximum zero offset [rad], axis error [m, rad], periodic drive error [rad], sag of the stretched
 arm [m], and standard deviation of the tracker [m]."""
 DIGITS = {"points": 0.51e-7, "rad": np.radians(0.51e-5), "m": 0.51e-8}
-"""Half a unit in the last digit of the table: positions [m], revolute joints, prismatic joints."""
+"""Half a unit in the last digit of the table, for positions [m], revolute joints [rad] and
+prismatic joints [m]."""
 
 
 def trial(number: int) -> Outcome:

@@ -48,7 +48,7 @@ def reduced_jacobian(model, q, locked):
 
 def damped(J, V, unit, length, rank):
     """Evaluates the damped least-squares equation of rates.py. Returns joint rates and the smallest
-    singular value."""
+    singular value of the Jacobian."""
     row = np.repeat([1 / length, 1.0], 3)
     U, sigma, W = np.linalg.svd(row[:, None] * J * unit, full_matrices=False)
     U, sigma, W = U[:, :rank], sigma[:rank], W[:rank]

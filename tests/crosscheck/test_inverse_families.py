@@ -58,7 +58,7 @@ SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
 """Planar elbows, elbows with an offset along their axis, and elbows with three concurrent axes."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
-"""Arms that are tested with a spherical wrist, and whether skew axes are at right angles.
+"""Arms with a spherical wrist, and whether the angles between their skew axes are right angles.
 
 The position problem of these arms is a quadratic equation, except for two structures without a
 position inverse. The position inverse is tested for the other structures, some of which lead
@@ -131,7 +131,7 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
 def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     if "P" in chain:
-        # The requirements of three revolute joints are those of the orientation.
+        # The requirements of three revolute joints are the requirements of the orientation task.
         structure, moves = arm.inverses.classification.found.requirements
         assert structure.text.endswith(ARMS[chain])
         assert moves.deviation == 0

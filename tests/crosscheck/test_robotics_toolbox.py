@@ -32,7 +32,7 @@ def stanford():
 
 def panda():
     robot = rtb.models.DH.Panda()
-    # The toolbox's model ends at a hand; ours ends at the hand frame rotated to the flange.
+    # The toolbox's model ends at a hand; our model ends at the hand frame rotated to the flange.
     robot.tool = np.eye(4)
     return robot
 

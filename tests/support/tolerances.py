@@ -12,7 +12,7 @@ DERIVATIVES = 1e-12
 PRINTED_9 = 5e-10
 """Reference values printed with nine decimal places: half a unit in the last place."""
 AGREEMENT = 1e-10
-"""Maximum difference between a benchmarked peer and chasles, which must solve the same task."""
+"""Maximum difference between a benchmarked library and chasles, which must solve the same task."""
 LIBMVEC = 4
 """Maximum error (units in the last place) of the glibc vector library, as documented."""
 COS_SIN = 1.5

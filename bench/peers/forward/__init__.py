@@ -33,7 +33,7 @@ INSTALL = {
     "symforce": "symforce cmeel-eigen",
     "jax": "jax",
 }
-"""The required pip packages of each peer."""
+"""The required pip packages of each other library."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
 """Peers whose first build takes longer than a short run of all other benchmarks."""
@@ -41,12 +41,13 @@ SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
 
 @dataclass(frozen=True)
 class Call:
-    """A Python interface of a peer.
+    """A Python interface of another library.
 
     Attributes:
-        name: The peer and its interface.
-        fk: The timed function, from q (n,) to a pose of the type that the peer uses.
-        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the peer's types.
+        name: The other library and its interface.
+        fk: The timed function, from q (n,) to a pose of the type that the other library uses.
+        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the other
+            library's types.
         read: Function that converts these results to (T,) or (T, J), shapes (4, 4) and (6, n).
     """
 
@@ -57,7 +58,7 @@ class Call:
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
         """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
-        # The results are copied, because some peers reuse their memory.
+        # The results are copied, because some other libraries reuse their memory.
         poses = [tuple(map(np.array, self.read(self.fk(row)))) for row in q]
         both = [tuple(map(np.array, self.read(self.fk_jacobian(row)))) for row in q]
         columns = (*zip(*poses, strict=True), *zip(*both, strict=True))
@@ -66,7 +67,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Batch:
-    """A batch interface of a peer: fk and fk_jacobian of q (m, n), as arrays."""
+    """A batch interface of another library: fk and fk_jacobian of q (m, n), as arrays."""
 
     name: str
     fk: Callable[[np.ndarray], Any]
@@ -78,7 +79,7 @@ class Batch:
 
 
 def absent() -> dict[str, str]:
-    """Return the peers that cannot be imported, with the package to install for each."""
+    """Return the other libraries that cannot be imported, with the package to install for each."""
     return {name: install for name, install in INSTALL.items() if _imported(name) is None}
 
 
@@ -91,7 +92,7 @@ def setups(
     """Return all interfaces of a kind ("calls", "loops", "batches") for an arm, chasles first.
 
     Raises:
-        DisagreementError: Poses or Jacobians of a peer differ from chasles.
+        DisagreementError: Poses or Jacobians of another library differ from chasles.
     """
     modules = [_imported(name) for name in only if name not in leave_out]
     makers = [getattr(module, kind) for module in modules if hasattr(module, kind)]
@@ -107,7 +108,7 @@ def verified(setup: Call | Loop | Batch, arm: Arm) -> Any:
 
 
 def is_built(name: str) -> bool:
-    """Return whether a peer with a long compile time is already compiled."""
+    """Return whether another library with a long compile time is already compiled."""
     module = _imported(name)
     return module is not None and complete(module.source()).path.exists()
 

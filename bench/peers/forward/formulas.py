@@ -1,7 +1,7 @@
 """Forward kinematics and mixed Jacobian as products of elementary motions, for any number type.
 
-Users of symbolic peers would write these equations. Zeros and ones from right angles are already
-simplified, so all peers start from the same equations.
+Users of symbolic libraries would write these equations. Zeros and ones from right angles are
+already simplified, so all other libraries start from the same equations.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ def fk_jacobian(
 
     Args:
         arm: The arm.
-        q: Joint positions in the number type of the peer library.
+        q: Joint positions in the number type of the other library.
         cos: Cosine function for this number type.
         sin: Sine function for this number type.
     """

@@ -1,4 +1,4 @@
-"""Constant transforms between joints, for peers with a joint tree."""
+"""Constant transforms between joints, for other libraries with a joint tree."""
 
 import numpy as np
 

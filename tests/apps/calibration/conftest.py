@@ -1,4 +1,5 @@
-"""A parametric arm, and measurements of a random arm with a slightly different geometry."""
+"""Fixtures: a parametric arm, and measurements of a random arm with a slightly different
+geometry."""
 
 from functools import cache
 
@@ -29,5 +30,5 @@ def arm(loaded):
 
 @pytest.fixture
 def truth(arm, request):
-    """A true arm with axis and tool errors of up to 1 mm and 1 mrad, and 60 configurations."""
+    """Returns an arm with axis and tool errors of up to 1 mm and 1 mrad, and 60 configurations."""
     return drawn(arm, getattr(request, "param", 0))

@@ -1,5 +1,5 @@
 """Correct measurements cause no warning, even if they are few, exact or scalar; wrong measurements
-do."""
+cause a warning."""
 
 import math
 from dataclasses import replace
@@ -121,7 +121,8 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 
 def test_many_errors_of_three_tolerances_get_a_doubt(arm):
-    """On another robot, each offset may be within its limit, but all offsets are large."""
+    """On another robot, each single offset may be within its limit although all offsets are
+    large."""
     draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
     found = identify(
         arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

@@ -28,7 +28,7 @@ def driven(arm):
 
 @pytest.fixture(scope="module")
 def mine(arm, driven, tmp_path_factory):
-    """The robot that loads from the file of the calibrated arm."""
+    """Returns the robot that is loaded from the file of the calibrated arm."""
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))

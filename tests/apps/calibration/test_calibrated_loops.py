@@ -51,7 +51,7 @@ FUNCTIONS = {
     "slider_crank": IDENTIFIED,
     "well_manipulator": ("identification_jacobian", "parts_p"),
 }
-"""Functions of the nominal robots."""
+"""Names of the functions of the nominal robots."""
 
 
 @cache
@@ -159,7 +159,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
     q = everywhere(robot, random, 60)
     start = Poses(robot.fk(q), SIGMA)._start(robot.fk(q))
     problem = problem_at(robot, q, start, ("loop",))
-    # So far from the solution, rounding decides where a single fit ends.
+    # At this distance from the solution, rounding decides where a single fit ends.
     starts = [problem.x0.copy() for _ in range(7)]
     for k, x in enumerate(starts):
         x[problem.names.index("rocker_pin_a_x")] = 0.24 + k * 1e-9
@@ -323,7 +323,7 @@ def configurations(name, seed):
 
 @pytest.fixture(scope="module")
 def built_four_bar(tmp_path_factory):
-    """A calibrated robot with its maps between actuators and main-chain joints."""
+    """Returns a calibrated robot with its maps between actuators and main-chain joints."""
     folder = tmp_path_factory.mktemp("built") / "four_bar"
     return compiled(calibrated("four_bar", 5), folder, ["chain", "actuators"], ["c"])
 
@@ -355,7 +355,8 @@ def few_samples():
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """A delta robot whose platform rotates slightly, because its rods have unequal lengths."""
+    """Returns a delta robot whose platform rotates slightly, because its rods have unequal
+    lengths."""
     folder = tmp_path_factory.mktemp("built") / "delta"
     with few_samples():
         return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])

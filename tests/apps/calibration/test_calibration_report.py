@@ -28,7 +28,7 @@ def chosen(arm):
 
 @pytest.fixture(scope="module")
 def folder(chosen, tmp_path_factory):
-    """The folder of a LaTeX report."""
+    """Returns the folder of a LaTeX report."""
     folder = tmp_path_factory.mktemp("report")
     chosen.calibration.save(folder / "report.tex")
     return folder

@@ -13,7 +13,7 @@ from tests.support.derivations import description
 NOISE = 2e-5
 """Standard deviation of a measured coordinate [m]."""
 CHANGED = {"r_b": 0.2017, "l_r_2": 0.7988, "tower_2": np.radians(120.4)}
-"""Radius of the base, length of one pair of rods, and angle of one tower, as built."""
+"""True values: radius of the base, length of one pair of rods, and angle of one tower."""
 
 
 def delta_text():
@@ -92,7 +92,7 @@ def test_identified_parameters_are_within_their_intervals(delta):
         low, high = found.confidence_intervals[rows].T
         inside += ((low <= [*CHANGED.values()]) & ([*CHANGED.values()] <= high)).sum()
         np.testing.assert_allclose(found.values[rows], [*CHANGED.values()], atol=3e-4)
-    # Of 24 intervals with probability 0.95, 19 or fewer contain the value once in 200 samples.
+    # At most 19 of 24 intervals with probability 0.95 contain the true value in one of 200 samples.
     assert inside >= 20
 
 

@@ -65,7 +65,8 @@ def test_joint_compliances_are_identified(arm, measured, found):
     rigid = identify(arm, *measured, robust=False)
     assert rigid.noise > 5
     assert found.noise < 1.1
-    # The first axis is vertical to within a milliradian, so gravity hardly rotates the first joint.
+    # The first axis is vertical to within a milliradian, so gravity hardly deflects the first
+    # joint.
     springs = found.p[part(arm, "compliance")]
     std = dict(zip(found.names, found.std, strict=True))
     for k in range(1, 6):

@@ -40,7 +40,7 @@ def written(path, source=tiny.SOURCE):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """The portable folder of a robot."""
+    """Returns the portable folder of a robot."""
     base = tmp_path_factory.mktemp("portable")
     robot = written(base / "own" / "tiny")
     with pytest.MonkeyPatch.context() as patch:
@@ -92,7 +92,7 @@ def test_portable_folder_is_written_again_with_one_kernel(folder, tmp_path, monk
     assert new.name != old.name
     before = new.stat()
     assert run("build", str(robot), "--portable", str(out)).exit_code == 0
-    assert new.stat() == before  # an interrupted build of many robots goes on
+    assert new.stat() == before  # an interrupted build of many robots continues
 
 
 def test_damaged_kernel_is_rejected(folder, tmp_path, monkeypatch):

@@ -24,7 +24,7 @@ print(robot.folder, *robot.fk([0.3, 0.5]).ravel())
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """A folder on the search path of modules that contains the package, with one robot."""
+    """Creates a folder on the module search path that contains the package with one robot."""
     base = tmp_path_factory.mktemp("robots")
     folder = tiny.Folder(base / "own" / "tiny", tiny.manifest())
     folder.write(tiny.SOURCE)
@@ -38,7 +38,7 @@ def package(tmp_path_factory):
 
 @pytest.fixture
 def installed(package, monkeypatch):
-    """The package, installed in this process."""
+    """Loads the package in this process."""
     monkeypatch.syspath_prepend(str(package))
     monkeypatch.delitem(sys.modules, "chasles_robots", raising=False)
     return package / "chasles_robots"

@@ -35,7 +35,8 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
     for turn in rng.uniform(-0.2, 0.2, (2, 3)):
         R = so3.exp(turn) @ T_0[:3, :3]
         found = reachable_positions(hexapod, R, resolution=64)
-        # Sampled positions determine the center of each leg's sphere: q = |p - c| - l.
+        # Sampled positions p determine the center c of each leg's sphere from the leg length q = |p
+        # - c| - l.
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
         box = found.grid.upper - found.grid.lower
@@ -70,9 +71,11 @@ def in_shells(points, shells):
 
 
 def shell(places, q):
-    """Fits the center and the smallest radius of a spherical shell to q = |p - c| - l.
+    """Fits the center c, the length l and the smallest radius of a spherical shell to the leg
+    lengths q = |p - c| - l at positions p.
 
-    (q + l)^2 = |p|^2 - 2 p c + |c|^2 is linear in l, c and |c|^2 - l^2.
+    The equation (q + l)^2 = |p|^2 - 2 p c + |c|^2 for a leg length q and a position p is linear in
+    l, c and |c|^2 - l^2.
     """
     terms = np.column_stack([2 * places, 2 * q, np.ones(len(q))])
     x, y, z, least, _ = np.linalg.lstsq(terms, (places**2).sum(1) - q**2, rcond=None)[0]

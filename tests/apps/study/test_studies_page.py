@@ -10,7 +10,7 @@ pytest.importorskip("coal", reason="coal comes with pin")
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """A folder for the example files, with a Matplotlib backend without windows."""
+    """Returns a folder for the example files, with a Matplotlib backend without windows."""
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 STEPS = 4
 CLOSED = 1e-9
-"""Largest error of bodies and tool, for directions and for positions relative to the size."""
+"""Largest error of body and tool: of directions, and of positions relative to the robot's size."""
 FRAMES = 100
 """Number of frames for the mean processor time."""
 SEARCHED = 20.0

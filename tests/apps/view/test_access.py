@@ -15,7 +15,7 @@ FORBIDDEN, OK = 403, 200
 
 @pytest.fixture(scope="module")
 def page():
-    """The parts of the view's address."""
+    """Returns the parts of the view's address."""
     view = LiveView(chasles.load("scara"))
     yield urlsplit(view.address)
     view.close()

@@ -14,7 +14,8 @@ WITH_BRANCHES = (
     *("stewart_gough", "planar_3rrr", "well_manipulator"),
 )
 SAME_POSE = 1e-7
-"""Largest tool error of a ghost, less than a pixel (metre, and entries of directions)."""
+"""Largest tool error of a ghost, less than a pixel (positions in metre, and entries of
+directions)."""
 
 
 def drawn(display: Display, rng, steps: int = 4):

@@ -19,12 +19,13 @@ OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
 """Coordinate change along the trajectory [rad]."""
 GRIP = 0.8
-"""Distance along the handle's arrow at which the mouse grips it, as a fraction of its length."""
+"""Position of the mouse on the handle's arrow at the start of a drag, as a fraction of the arrow's
+length."""
 
 
 @pytest.fixture(scope="module")
 def arm_view(browser, tmp_path_factory):
-    """A view of an arm with a trajectory, opened in the browser once for all tests.
+    """Opens a view of an arm with a trajectory in the browser, once for all tests.
 
     In software rendering, shadows, environment lights and the ground take most of the time.
     """
@@ -47,7 +48,7 @@ def arm_view(browser, tmp_path_factory):
 
 @pytest.fixture
 def view(arm_view):
-    """The view of the arm, reset to its first configuration."""
+    """Returns the view of the arm, reset to its first configuration."""
     arm_view.set_q(arm_view._display.start.q)
     return arm_view
 

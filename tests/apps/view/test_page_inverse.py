@@ -26,7 +26,7 @@ ALONG, RING = 0.8, 0.72
 
 @pytest.fixture(scope="module")
 def page(browser, tmp_path_factory):
-    """A browser that has loaded the scripts of a page."""
+    """Starts a browser that has loaded the scripts of a page."""
     opened(browser, tmp_path_factory.mktemp("page"), chasles.load("ur5e"))
     return browser
 

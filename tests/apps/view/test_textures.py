@@ -108,7 +108,8 @@ def write_mesh(kind, folder, reference):
 
 
 def add_texture(folder, kind):
-    """Writes a texture and a material, and returns the one that a mesh of a kind refers to."""
+    """Writes a texture and a material; returns the file to which a mesh of the specified kind
+    refers."""
     from PIL import Image
 
     folder.mkdir(exist_ok=True)

@@ -1,8 +1,8 @@
 """As-built arms, driven by cylinders, rods and cranks.
 
-All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
-refines the solutions of the design. Each arm needs an inverse that returns configurations around
-the reference, and only correct solutions.
+All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse of
+each arm refines the solutions of the design. Each arm needs an inverse that returns the
+configurations around the reference, and only correct solutions.
 """
 
 import tempfile
@@ -58,7 +58,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     """Derives and tests an arm at random configurations.
 
     Args:
-        arm: The arm; fixed joint values of its inverse come from the configuration.
+        arm: The tested arm; the fixed joint values of its inverse come from the configuration.
         number: Seed of the configurations.
     """
     rng = np.random.default_rng(number)

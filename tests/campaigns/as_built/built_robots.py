@@ -1,7 +1,7 @@
 """As-built board installers: every length of the pantograph and of the parallelograms has an error.
 
 The loops must close, and ``ik`` must return every configuration from its pose. If Newton's method
-converges from a nominal solution on the same branch, ``ik`` must find the resulting solution.
+from a nominal solution converges on the same branch, ``ik`` must find the resulting solution.
 """
 
 import tempfile

@@ -30,7 +30,8 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Functions that only some robots have. Loops that close for all coordinates have no margin."""
+"""Functions that only some of the robots have. Loops that close for all coordinates have no
+margin."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
@@ -51,8 +52,8 @@ class Judged:
             loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.
         least: Largest joint difference from the least-squares configuration (radian, metre).
-        lost: Number of configurations that ``ik`` does not return for their poses. The value is
-            infinite if only the design has an inverse.
+        lost: Number of configurations that ``ik`` does not return for their poses. The difference
+            is infinite if only the design has an inverse.
         maps: Largest error of the coordinates from ``actuators`` (radian, metre).
     """
 

@@ -108,13 +108,13 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Returns the differences between two values of a leg's actuator."""
+    """Returns the differences between the two actuator values of a leg."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
 def leg_inverse(platform, k, pose, generator, starts=60):
-    """Finds a leg's actuator values at a pose by Newton's method in both joint unknowns."""
+    """Finds the actuator values of a leg at a pose by Newton's method in both joint variables."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

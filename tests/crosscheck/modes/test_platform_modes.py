@@ -39,7 +39,7 @@ def general_rods():
 
 @cache
 def general_platform():
-    """The platform with the general rods."""
+    """Returns the platform with the general rods."""
     return platforms.numbered(*general_rods())
 
 
@@ -157,7 +157,7 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Without start paths, modes that the elimination cannot determine are reported as unsure.
+    # Without start paths, the solver reports modes that the elimination cannot determine as unsure.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):

@@ -1,7 +1,7 @@
 """Robots with loops against the numbers of their papers and of independent recomputations.
 
 If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
-printed numbers require only the printed digits.
+printed numbers compare only the printed digits.
 """
 
 from functools import cache
@@ -244,7 +244,8 @@ def screw_exp(xi, theta):
 
 
 def test_board_installer_arm_only_translates():
-    """exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3)."""
+    """The motion from joint 2 to joint 5 is exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1)
+    - (k - 1) q2, 0, k r sin q3), with the pantograph ratio k and the link length r."""
     r = robot("board_installer")
     L1, L2, k, z_G, g0, crank = 1.0, 1.2, 5, 0.54, -0.2, 0.16
     z_W, x_W = z_G + L1, g0 + L2
@@ -345,7 +346,8 @@ AREAS = {
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
 def test_constant_orientation_area_matches_published_value(name, degrees):
-    """Counts grid poses that all legs reach; the error is boundary length times cell width."""
+    """Counts the grid poses that all legs reach; the count error is the boundary length times the
+    cell width."""
     step = 0.0015
     x = np.arange(-0.25, 0.25, step)
     grid = np.stack([*np.meshgrid(x, x), np.full((len(x), len(x)), np.radians(degrees))], -1)
@@ -410,7 +412,7 @@ def test_bricklaying_planar_arm_reaches_paper_target():
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper continues with a distance that it rounded up before.
+    # The paper continues with a distance that an earlier step rounded up.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

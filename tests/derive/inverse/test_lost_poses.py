@@ -34,7 +34,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Returns the number of right-angle poses that no valid slot reaches."""
+    """Returns the number of right-angle poses that no valid solution slot reaches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))

@@ -32,7 +32,8 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """Returns the function's values for each row of X in all four slots: (N, 4, outputs)."""
+    """Returns the function's values for each row of X in all four solution slots: (N, 4,
+    outputs)."""
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
         for signs in BRANCHES

@@ -48,7 +48,8 @@ def test_seed_selects_branch_and_winding(arm, elbow):
 
 
 def test_path_continues_through_singularity_without_jump(arm):
-    # The elbow changes from left to right, so the path moves from the first slot to the second.
+    # The elbow changes from left to right, so the path moves from the first solution slot to the
+    # second.
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete

@@ -18,7 +18,7 @@ Closer to a dead point, the configuration is inaccurate.
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
-    """Counts invalid slots of ``ik(fk(q))`` and missed configurations.
+    """Counts invalid solution slots of ``ik(fk(q))`` and missed configurations.
 
     Args:
         robot: The robot; its ``ik`` takes only a pose.

@@ -17,15 +17,15 @@ BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
 """Flag only for the C code of chasles.
 
-GCC 12 vectorizes this code incorrectly without the flag, which would slow peers down.
+GCC 12 vectorizes this code incorrectly without the flag, which would slow other libraries down.
 """
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",
 )
-"""Compiler flags of chasles and of every peer: -O3 -march=native, no errno.
+"""Compiler flags of chasles and of every other library: -O3 -march=native, no errno.
 
-NDEBUG is set for peers, because assertions of Eigen take as long as the kinematics.
+NDEBUG is set for other libraries, because assertions of Eigen take as long as the kinematics.
 """
 
 

@@ -14,7 +14,7 @@ ALONE = (
     *("iiwa14", "photo_robot", "lynxmotion", "jaco2"),
     *("well_manipulator", "board_installer", "stewart_gough"),
 )
-"""Robots that no peer can solve."""
+"""Robots that no other library can solve."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 """Weights for five joints: position and direction of the tool's z axis, any rotation about it."""
 WEIGHTS = {"lynxmotion": DIRECTION}

@@ -1,4 +1,5 @@
-"""Solutions of chasles and of its peers for the robots and target sets of tests of inverses."""
+"""Solutions of chasles and of other libraries for the robots and target sets of tests of
+inverses."""
 
 import numpy as np
 
@@ -7,7 +8,7 @@ from tests.support.generators.poses import Case
 from tests.support.peers.interface import Answers, answers
 
 FIXED_JOINTS = {"iiwa14": 2, "panda": 6}
-"""Index of the fixed joint for peers that solve only six joints."""
+"""Index of the fixed joint for other libraries that solve only six joints."""
 MAX_JOINTS = 6
 """A robot with more joints has infinitely many solutions."""
 
@@ -21,11 +22,11 @@ def own_answers(case: Case, q: np.ndarray) -> Answers:
 
 
 def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
-    """Returns the solutions of a peer for the targets at q (m, n)."""
+    """Returns the solutions of another library for the targets at q (m, n)."""
     fixed = FIXED_JOINTS.get(case.name, -1)
     return answers(name, case.screws, case.targets(q), fixed, q[:, fixed])
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Tests whether a peer selects some of the infinitely many solutions of a robot."""
+    """Tests whether another library selects some of the infinitely many solutions of a robot."""
     return name == "ssik" and case.robot.n > MAX_JOINTS

@@ -1,4 +1,5 @@
-"""Common interface to the inverse kinematics of peers, for revolute arms defined by screws."""
+"""Common interface to the inverse kinematics of other libraries, for revolute arms defined by
+screws."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -11,14 +12,14 @@ import numpy as np
 from tests.support.oracles.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""Peers and their pip names. `inverse(chain)` of a peer is None for unsupported arms."""
+"""Peers and their pip names. `inverse(chain)` of another library is None for unsupported arms."""
 MEET = 1e-9
 """Maximum distance [m] of intersecting axes from a common point."""
 PARALLEL = 1e-9
 
 
 class Unsolved(Exception):
-    """The error for an arm that no solver of the peer supports."""
+    """The error for an arm that no solver of the other library supports."""
 
 
 @dataclass(frozen=True)
@@ -36,14 +37,14 @@ class Answers:
 
 @dataclass(frozen=True)
 class Inverse:
-    """A peer configured for an arm.
+    """Another library configured for an arm.
 
     Attributes:
         name: The peer.
-        call: The timed function from a prepared pose to the peer's own type of result.
-        read: Function from the peer's result to joint values (k, n) and claims (k,).
-        prepare: Function from a pose (4, 4) to the pose expected by the peer.
-        batch: Function from prepared poses (m, 4, 4) to the peer's results, on one thread.
+        call: The timed function from a prepared pose to the other library's own type of result.
+        read: Function from the other library's result to joint values (k, n) and claims (k,).
+        prepare: Function from a pose (4, 4) to the pose expected by the other library.
+        batch: Function from prepared poses (m, 4, 4) to the other library's results, on one thread.
     """
 
     name: str
@@ -58,24 +59,24 @@ class Inverse:
 
 
 def absent() -> dict[str, str]:
-    """The peers that are not installed, with the package to install for each."""
+    """The other libraries that are not installed, with the package to install for each."""
     return {name: package for name, package in INSTALL.items() if _imported(name) is None}
 
 
 def inverses(chain: Screws) -> list[Inverse]:
-    """All installed peers that can solve an arm."""
+    """All other installed libraries that can solve an arm."""
     modules = [module for name in INSTALL if (module := _imported(name)) is not None]
     made = [module.inverse(chain) for module in modules]
     return [inverse for inverse in made if inverse is not None]
 
 
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
-    """The answers of a peer to poses (m, 4, 4).
+    """The answers of another library to poses (m, 4, 4).
 
-    If the peer cannot solve the whole arm, joint `lock` is fixed at values (m,).
+    If the other library cannot solve the whole arm, joint `lock` is fixed at values (m,).
 
     Raises:
-        Unsolved: The peer cannot solve the arm even with this joint fixed.
+        Unsolved: The other library cannot solve the arm even with this joint fixed.
     """
     module = _imported(name)
     assert module is not None

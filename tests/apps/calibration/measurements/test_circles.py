@@ -1,4 +1,5 @@
-"""Points measured on circles of single joints recover the joint axes and the start values."""
+"""Points on circles, measured while a single joint rotates, recover the joint axes and the start
+values."""
 
 import numpy as np
 import pytest

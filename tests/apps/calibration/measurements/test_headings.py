@@ -1,4 +1,4 @@
-"""Measurement tables in practice: column headings, orientation formats, missing headers."""
+"""Measurement tables from practice: column headings, orientation formats, missing headers."""
 
 from types import SimpleNamespace
 

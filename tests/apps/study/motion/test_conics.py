@@ -92,7 +92,7 @@ def test_points_without_conic_arc_are_rejected():
 
 
 def test_teaching_arm_follows_two_parabolas_of_paper():
-    """Two conics pass through the five points of the paper's table, in 50 steps of 0.01 s each.
+    """Two conics pass through the five points of the paper's table, each in 50 steps of 0.01 s.
 
     The points are raised by 0.05 m so that all of them are reachable. If they are raised by the
     paper's base height of 0.1 m, three of them violate the limits.

@@ -17,7 +17,7 @@ from tests.campaigns import redundancy
 from tests.support.oracles.self_motion import reached_poses
 
 ROBOTS = ("panda", "iiwa14", "well_manipulator")
-"""A fixed joint, a swivel angle, and three joints of a robot with loops."""
+"""Robots with a fixed joint, with a swivel angle, and with loops and three fixed joints."""
 
 
 def curves(robot, rng, count):
@@ -44,7 +44,7 @@ def motions(name, count, **options):
 
 
 def cost(robot, q):
-    """Returns the squared joint displacements, scaled as the cost that is minimized."""
+    """Returns the squared joint displacements with the weights of the minimized cost."""
     units = np.array([robot.unit_length if c.unit == "m" else 1.0 for c in robot.coordinates])
     return (np.diff(q / units, axis=0) ** 2).sum() * (len(q) - 1)
 

@@ -217,7 +217,8 @@ def test_rates_near_singularity_match_curve_differences():
 
 
 class Peak:
-    """A one-joint motion with a narrow velocity peak at a given time between samples."""
+    """Returns a one-joint motion with a narrow velocity peak at a specified time between
+    samples."""
 
     def __init__(self, at, width=0.01):
         self.time_scaling, self.middle, self.width = (

@@ -51,7 +51,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
             np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
             checked += 1
-        # With fewer samples, the configurations are the same.
+        # With fewer samples, the configurations at the remaining samples are the same.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
     assert checked == 6
 
@@ -82,7 +82,7 @@ def test_minimum_norm_derivatives_match_differences(name):
 
 
 class Bounded:
-    """A curve that raises an error before its start and after its end."""
+    """A curve that raises an error at parameters before its start or after its end."""
 
     def __init__(self, curve):
         self.curve, self.length = curve, curve.length
@@ -100,7 +100,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # The curve is extended by a straight line at both ends, so that differences exist there.
+        # Straight extensions at both ends of the curve make differences possible there.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)

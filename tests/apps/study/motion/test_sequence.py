@@ -31,9 +31,9 @@ def robot():
 def process(robot):
     """Returns the process in section 5 of the paper.
 
-    In the last stage four joints satisfy three conditions. The paper does not state which further
-    condition determines the joints. Minimum-norm steps from the configuration at 37 s reproduce the
-    printed amplitudes.
+    In the last stage four joints satisfy three conditions. The paper does not state which
+    additional condition determines the four joints. Minimum-norm steps from the configuration at 37
+    s reproduce the printed amplitudes.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
     ready = robot.ik_numeric(T_READY, robot.actuators(READY), fixed=("theta2", *HELD)).q

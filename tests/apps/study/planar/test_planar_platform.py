@@ -34,9 +34,9 @@ def test_constant_orientation_area_matches_reference(name, degrees, square_milli
 def by_chords(centers, inner, outer):
     """Integrates over y the lengths of the chords that lie in annuli of equal radii.
 
-    The ends of the chords are smooth functions of y between the heights at which circles begin, end
-    or intersect. At these heights, the ends behave like a square root, so the Gauss points follow a
-    sine.
+    The ends of the chords are smooth functions of y except at heights at which circles begin, end
+    or intersect. Near these heights, the ends behave like a square root, so the Gauss points follow
+    a sine.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):

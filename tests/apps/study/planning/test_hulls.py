@@ -16,7 +16,8 @@ DRAWN = ("link", "plate", "guide", "ram", "carriage", "rod")
 
 
 def closed(robot, rng, count):
-    """Returns configurations with closed loops, (count, n), and all their joint variables."""
+    """Returns configurations (count, n) with closed loops, and all joint variables of these
+    configurations."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     q = rng.uniform(lower, upper, (60 * count, robot.n))

@@ -86,7 +86,7 @@ def test_curvature_bounds_exceed_second_derivatives(name):
     rows = bounds.lengths.any(1)
     for k, along in enumerate(np.eye(n)):
         second = robot.constraint_D_z_dot(z, np.broadcast_to(along, z.shape))
-        # The second derivative of d^2 - l^2, which is c^2 + 2 l c.
+        # Second derivative of d^2 - l^2 with d = l + c t: c^2 + 2 l c.
         l_k = bounds.lengths[:, 1 + k]
         squared = 2 * (
             D[..., k, None] * D
@@ -118,7 +118,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
 
 
 class Changed:
-    """A robot with some functions replaced."""
+    """Returns a robot with some functions replaced."""
 
     def __init__(self, robot, **changed):
         self.real = robot
