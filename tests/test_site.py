@@ -57,7 +57,7 @@ def test_sentences_are_short(page):
 
 
 def sentences(markdown):
-    """Yields the sentences of paragraphs, list items and table cells."""
+    """Yields the sentences of paragraphs, list items and table cells of a page."""
     blocks = re.split(r"\n\s*\n|^\s*(?:[-*]|\d+\.) |\s\|\s|^\|", markdown, flags=re.MULTILINE)
     for block in blocks:
         yield from re.split(r"(?<=[.:;?!])\s+", block.strip())

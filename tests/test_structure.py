@@ -62,7 +62,7 @@ PLAN = (
 )
 """Folders of the steps that derive a mechanism, in order."""
 FORWARDS = {"__init__", "__main__"}
-"""Modules of the runtime that forward to apps."""
+"""Modules of the runtime that forward calls to apps."""
 APP_NAMES = {"calibration", "cli", "drawing", "study", "view"}
 PUBLIC = {"arrays", "contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
 """Modules of `chasles` that apps may import; the command line also starts compilers."""
@@ -78,7 +78,7 @@ def handwritten(root: Path) -> list[Path]:
 def modules(root: Path) -> dict[tuple[str, ...], Path]:
     """Returns the Python files below a folder, keyed by their dotted module names.
 
-    The key of its __init__ is ().
+    The key of the file __init__ of a folder is ().
     """
     found = {}
     for path in root.rglob("*.py"):
@@ -88,7 +88,7 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 
 
 def statements(body: list) -> Iterator[ast.AST]:
-    """Yields statements and their nested statements, without the many expressions."""
+    """Yields statements and the statements nested in them, without the many expressions."""
     for node in body:
         yield node
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):
@@ -158,7 +158,7 @@ def test_runtime_is_small():
 
 
 def test_test_file_names_are_unique():
-    """Pytest imports test files of folders without __init__ by their bare names."""
+    """Pytest imports test files from folders without __init__ by their bare names."""
     names = [path.stem for path in TESTS.rglob("test_*.py")]
     assert len(names) > 90
     assert repeated(names) == []
@@ -212,7 +212,7 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def test_ends_of_closers_are_placed_by_the_loop_model_and_the_scene_only():
-    """Other files ask one of the two for the position of a pin."""
+    """Other files call one of these two functions for the position of a pin."""
     placing = {"placement_matrix", "matrix", "onward", "at_values", "_on", "_rotation"}
     found = set()
     for path in DERIVE.rglob("*.py"):
@@ -228,7 +228,7 @@ def test_ends_of_closers_are_placed_by_the_loop_model_and_the_scene_only():
 
 
 def test_results_of_steps_are_fields():
-    """A result that is computed at its first use would hide the step that computes it."""
+    """If a result were computed at its first use, the order of the steps would be hidden."""
     model, solved = (
         getattr(import_module(f"chasles.derive.loops.{path}"), name)
         for path, name in (

@@ -12,7 +12,7 @@ from tests.support.generators.drawn_arms import cases_of
 KINDS = {"PP": 2, "RP": 1, "RR": 2, "RRP": 1, "PPPR": 2, "RPPPR": 1}
 """Arms with decoupled joints, and their seeds.
 
-Seed 1 gives axes along the base axes and round lengths, and seed 2 axes in any direction.
+Seed 1 generates axes along the base axes and round lengths, and seed 2 axes in any direction.
 """
 MEETING = {"RRR": 2, "PRRR": 1, "RRRPP": 2}
 PLANAR = {"RRT": 0, "RTR": 1, "TRR": 0, "RLTR": 0, "LRTR": 1, "TRLR": 1}
@@ -31,7 +31,7 @@ def lost_of(cases):
 def test_arms_with_decoupled_joints_solve_every_pose(kinds, seed):
     cases = cases_of(decoupled(kinds, seed))
     titles = {case.inverses.classification.found.title for case in cases}
-    # The position of the tool point is determined by three joints that move it in all directions.
+    # Three joints that move the tool point in all directions determine the position of this point.
     assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
     assert not lost_of(cases)
 

@@ -35,7 +35,7 @@ def arm(tmp_path):
 
 
 QUICKLY = ("--functions", "fk", "--languages", "c")
-"""Command-line options of runs whose output files do not matter."""
+"""Command-line options for runs whose output files do not matter."""
 
 
 def files(folder):

@@ -15,8 +15,8 @@ is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are fo
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Simulates a process without other threads; the threads of the test runner do not hold a
-    lock."""
+    """Simulates a process without other threads, because the threads of the test runner do not hold
+    a lock."""
     monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 

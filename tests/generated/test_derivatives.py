@@ -62,6 +62,6 @@ def test_hessian_matches_automatic_differentiation(name):
     rng = np.random.default_rng(13)
     for _ in range(POSES):
         x = rng.uniform(-np.pi, np.pi, n)
-        # vec stacks columns: row j * 6 + i contains entry (i, j).
+        # The function vec stacks columns: row j * 6 + i contains entry (i, j).
         expected = np.array(oracle(x)).reshape(n, 6, n).transpose(1, 0, 2)
         assert np.abs(shaped(name, "hessian_mixed", x) - expected).max() <= DERIVATIVES

@@ -26,7 +26,7 @@ The kernels of this old processor run on all processors, and round differently.
 """
 
 DERIVED = ("five_bar",)
-"""A mechanism with a loop.
+"""Name of a mechanism with a loop.
 
 `make check-generated` and .ci/run derive all robots in this way.
 """

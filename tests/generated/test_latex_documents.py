@@ -27,7 +27,8 @@ MAX_PAGES = 12
 MAX_PAGES_OF_LOOPS = 20
 MAX_PAGES_OF_BUILT = 30
 PICTURES = ("drawing.tex", "workspace.tex")
-"""Files that need TikZ. The lines of pictures may be wider than the plain article."""
+"""Document files that need the LaTeX package TikZ. The lines of pictures may be wider than the text
+width of an article without pictures."""
 SHIPPED = ("ur5e", "well_manipulator", "stewart_gough")
 """An arm, a mechanism with loops and a platform; `make docs` compiles the documents of all robots.
 """
@@ -187,7 +188,7 @@ def assert_clean(log, pages=MAX_PAGES):
 
 @pytest.fixture(scope="module", params=[*SHIPPED, *BUILT])
 def name(request):
-    """Orders the tests by robot, so that a worker derives few of them twice."""
+    """Orders the tests by robot, so that a worker derives few robots twice."""
     return request.param
 
 

@@ -150,7 +150,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # The margin is linear in the distance to the dead point, before and beyond this point.
+    # Before and beyond the dead point, the margin is linear in the distance to the dead point.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
@@ -163,7 +163,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
     assert np.isnan(values(at(outside + 1e-9))).any(-1).all()
     for point in at(inside):
-        # Rounding decides whether the loop still closes at the dead point.
+        # At the dead point, rounding decides whether the loop still closes.
         with suppress(chasles.OutOfReachError):
             assert np.abs(slopes(point)).max() > 1e5
 
@@ -217,7 +217,7 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
 
 
 def closest(m, z, known):
-    """Returns the smallest loop residual over many start values of the other joints."""
+    """Returns the smallest loop residual over many start values of the unknown joints."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]

@@ -130,7 +130,8 @@ def tip_rates(m, z, rates):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
-    """Poses are equal; Jacobians are chain Jacobians times the derivative of the chain joints."""
+    """Poses are equal; Jacobians of the tool are chain Jacobians times the derivative of the chain
+    joints."""
     mechanism = read(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
     derived = derive(mechanism.main_chain, functions=["fk", *kinds])
@@ -330,8 +331,8 @@ def slope(function, step=1e-4):
 # --- one pose, many poses and CasADi ---
 
 COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
-"""Loops with revolute and prismatic joints, with two actuators, with cylinders; and a robot without
-loops."""
+"""Robots: loops with revolute and prismatic joints, with two actuators, with cylinders; and a robot
+without loops."""
 
 
 def arguments(name, function, n):

@@ -91,7 +91,7 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     np.testing.assert_array_equal(valid.any(-1), closed)
     assert 200 < closed.sum() < 4800
     apart = np.abs(wrapped(q[closed][:, :, None] - expected[closed][:, None])).max(-1)
-    # Near stretched legs two branches merge, and angles are less accurate.
+    # Near stretched legs, two branches of a leg merge, and angles are less accurate.
     margin = r.actuator_margin(pose[closed]).min(-1)
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
@@ -287,7 +287,7 @@ def test_stretched_leg_is_type_1_singularity(name):
         assert found.type_2.max() > 0.02
     assert len(sizes[0]) > 3
     assert sizes[0].max() < 0.1
-    # The value decreases with the square root of the leg's remaining reach.
+    # The smallest singular value decreases with the square root of the leg's remaining reach.
     np.testing.assert_allclose(sizes[0], 10 * sizes[1], rtol=0.02)
 
 
@@ -303,8 +303,8 @@ def test_concurrent_rods_are_type_2_singularity(name):
     # The rods lie along the lines from the center to the pins, so each crank ends one rod length
     # further out.
     reach = planar.PLATFORM + rod
-    # Intersection of the circle of crank ends with the crank circle, seen from the direction of the
-    # base joint.
+    # Returns the intersection of the circle of crank ends with the crank circle, seen from the
+    # direction of the base joint.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -316,7 +316,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
     assert found.type_2 < 1e-12
     assert found.type_1 > 0.05
     assert found.type_3 == found.type_1
-    # The value is linear in the distance from the singular pose.
+    # The determinant is linear in the distance from the singular pose.
     sizes = []
     for away in (1e-3, 1e-4):
         moved = np.array([0.0, 0.0, phi + away])
@@ -327,7 +327,8 @@ def test_concurrent_rods_are_type_2_singularity(name):
 
 
 def test_stewart_quarter_turn_is_type_2_singularity():
-    """Fichter's singularity: platform and base are similar, and the yaw angle is 90 degrees."""
+    """Pose at Fichter's singularity: platform and base are similar, and the yaw angle is 90
+    degrees."""
     r = robot("stewart_gough")
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert regular.type_2 > 0.05
@@ -351,7 +352,7 @@ def elbows(q):
 
 
 def spheres(q):
-    """Returns both points (N, 2, 3) at rod length from all shifted elbows.
+    """Returns both points (N, 2, 3) at the rod length from all three shifted elbows.
 
     The elbows are shifted inward by the platform radius. The differences of the sphere equations
     are equations of planes. The intersection line of the planes meets the first sphere twice.
@@ -397,7 +398,8 @@ def test_delta_is_invalid_if_spheres_do_not_intersect():
 
 
 def test_delta_actuators_match_half_angle_solution():
-    """The elbow of a leg is on a circle: E cos q + F sin q + G = 0, solved by half angles."""
+    """The elbow of a leg is on a circle: The crank angle q satisfies E cos q + F sin q + G = 0,
+    which half angles solve."""
     r = robot("delta")
     q = within("delta", 2000, 17)
     p = r.fk(q)[:, :3, 3]

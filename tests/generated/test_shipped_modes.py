@@ -57,7 +57,7 @@ def test_hexapod_modes_are_sorted_from_highest():
 
 
 def test_hexapod_with_equal_legs_has_16_modes():
-    """The legs are equal at this symmetric pose, where poses could coincide."""
+    """At this symmetric pose the legs are equal, so that poses could coincide."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
     assert found.complete
@@ -89,7 +89,7 @@ def test_hexapod_ik_returns_leg_lengths():
     assert 50 < found.count.sum() < 450
     np.testing.assert_array_equal(found.valid, apart(r.fk(found.q), T[:, None]) < 1e-9)
     np.testing.assert_allclose(found.q[:, 0], r.actuators(theta), atol=1e-15)
-    # At this pose yaw and roll are not separately determined.
+    # At this pose, yaw and roll are not determined separately.
     right = np.eye(4)
     right[:3, :3], right[2, 3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.6
     sampling_limits = r.ik(right)

@@ -4,7 +4,7 @@ from chasles.derive.terms.lie import Matrix, checked, hat_so3, stack, triangular
 
 
 def vee_so3(W: Matrix) -> Matrix:
-    """Vector of a skew-symmetric matrix: `vee_so3(hat_so3(a)) = a`.
+    """Returns the vector of a skew-symmetric matrix: `vee_so3(hat_so3(a)) = a`.
 
     Args:
         W: (3, 3) element of so(3). Skew symmetry is assumed: only the entries (2, 1), (0, 2) and
@@ -21,7 +21,7 @@ def vee_so3(W: Matrix) -> Matrix:
 
 
 def hat_se3(x: Matrix) -> Matrix:
-    """Matrix [[hat(omega), v], [0, 0]] of a twist.
+    """Matrix [[hat(omega), v], [0, 0]] of a twist (v, omega).
 
     Args:
         x: (6, 1) twist (v, omega).

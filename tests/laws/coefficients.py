@@ -14,18 +14,19 @@ from chasles.derive.terms.lie import is_zero
 
 @dataclass(frozen=True)
 class _Coefficient:
-    """An even function of the angle, as a closed form and as a Taylor series in the squared angle.
+    """An even function of the angle theta, as a closed form and as a Taylor series in theta^2.
 
     Attributes:
         closed: The function at nonzero angles.
-        taylor: Its Taylor coefficient of theta^(2k), for k = 0, 1, ...
+        taylor: Taylor coefficient of the function at theta^(2k), for k = 0, 1, ...
     """
 
     closed: Callable[[Expr], Expr]
     taylor: Callable[[int], Expr]
 
     def __call__(self, theta: Expr) -> Expr:
-        """Value at theta: the limit at zero, the series for a Float below one radian."""
+        """Returns the value at theta: the limit at zero, and the series for a Float below one
+        radian."""
         if is_zero(theta):
             return self.taylor(0)
         if isinstance(theta, Float) and abs(theta) < 1:
@@ -56,12 +57,13 @@ def _bernoulli(k: int) -> Expr:
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """1 - cos(theta); for symbols 2 sin(theta/2)^2, which is accurate near zero in floats."""
+    """1 - cos(theta); for symbols the equal expression 2 sin(theta/2)^2, which is accurate near
+    zero in floats."""
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 
 def _cotangent(theta: Expr) -> Expr:
-    """(1 - theta/2 cot(theta/2)) / theta^2."""
+    """The function (1 - theta/2 cot(theta/2)) / theta^2 of an angle theta."""
     half = theta / 2
     if is_zero(sin(half)):
         msg = f"dexp has no inverse at |omega| = {theta}: expected no positive multiple of 2 pi"
@@ -69,15 +71,16 @@ def _cotangent(theta: Expr) -> Expr:
     return (1 - half * cos(half) / sin(half)) / theta**2
 
 
-# sin(t)/t and (1 - cos t)/t^2, the coefficients of the rotation.
+# The coefficients sin(t)/t and (1 - cos t)/t^2 of the rotation by an angle t.
 SINC = _Coefficient(lambda t: sin(t) / t, _alternating(1))
 VERSINE = _Coefficient(lambda t: (1 - cos(t)) / t**2, _alternating(2))
-# The coefficients (1 - cos t)/t^2 and (t - sin t)/t^3 of dexp.
+# The coefficients (1 - cos t)/t^2 and (t - sin t)/t^3 of dexp at an angle t.
 HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternating(2))
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
-# (1 - t/2 cot(t/2))/t^2, the coefficient of the inverse of dexp.
+# The coefficient (1 - t/2 cot(t/2))/t^2 of the inverse of dexp at an angle t.
 COTANGENT = _Coefficient(_cotangent, _bernoulli)
-# f'(t)/t of the preceding three functions: the coefficients of their derivatives in direction v.
+# The derivatives f'(t)/t of the preceding three functions f, for derivatives of dexp in direction
+# v.
 VERSINE_RATE = _rate(
     lambda t: (SINC.closed(t) - 2 * HALF_ANGLE_VERSINE.closed(t)) / t**2, _alternating(2)
 )

@@ -85,8 +85,8 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
 def dexp_right_inverse_so3(omega: Matrix) -> Matrix:
     """Inverse of `dexp_right_so3`, `dexp_left_inverse_so3(-omega)`.
 
-    Maps the angular velocity in the moving frame to the rate of the rotation vector. Domain,
-    result and errors as for `dexp_left_inverse_so3`.
+    Maps the angular velocity in the moving frame to the rate of the rotation vector. The domain,
+    the result and the errors are the same as for `dexp_left_inverse_so3`.
     """
     return dexp_left_inverse_so3(-omega)
 
@@ -125,7 +125,7 @@ def dexp_right_se3(x: Matrix) -> Matrix:
     """Right-trivialized differential of exp on SE(3), `dexp_left_se3(-x)`.
 
     `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of x to the body twist.
-    Domain, result and errors as for `dexp_left_se3`.
+    The domain, the result and the errors are the same as for `dexp_left_se3`.
     """
     return dexp_left_se3(-x)
 
@@ -157,13 +157,13 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
 def dexp_right_inverse_se3(x: Matrix) -> Matrix:
     """Inverse of `dexp_right_se3`, `dexp_left_inverse_se3(-x)`: body twist to the rate of x.
 
-    Domain, result and errors as for `dexp_left_inverse_se3`.
+    The domain, the result and the errors are the same as for `dexp_left_inverse_se3`.
     """
     return dexp_left_inverse_se3(-x)
 
 
 def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
-    """Returns the matrix a I + b W + c W^2, W = hat(omega)."""
+    """Returns the matrix a I + b W + c W^2 with W = hat(omega)."""
     W = hat_so3(omega)
     return a * eye(3) + b * W + c * (W * W)
 
@@ -171,7 +171,7 @@ def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
 def _dual_quadratic(
     v: Matrix, omega: Matrix, coefficients: tuple[Expr, Expr], rates: tuple[Expr, Expr]
 ) -> Matrix:
-    """[[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
+    """Returns [[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
 
     `rates` contains b'(t)/t and c'(t)/t at t = |omega|; the rate of t is omega.v / t.
     """

@@ -124,12 +124,11 @@ def log_se3(T: Matrix) -> Matrix:
 def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     """Pose of a joint: the exponential of a unit screw times the joint variable.
 
-    Equals `exp_se3(screw * theta)`, written for a unit axis a and pitch h = a.v:
-    `R = a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and
-    `p = sin(theta) (v - h a) + (1 - cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I
-    and `p = theta v`.
-    The exponential of a joint screw has no degenerate angle. Structurally zero terms vanish,
-    because constants are expanded (never simplified).
+    The function equals `exp_se3(screw * theta)`, written for a unit axis a and pitch h = a.v: `R =
+    a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and `p = sin(theta) (v - h a) + (1 -
+    cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I and `p = theta v`. The exponential
+    of a joint screw has no degenerate angle. Structurally zero terms vanish, because constants are
+    expanded (never simplified).
 
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero

@@ -28,7 +28,8 @@ MAX_TERMS = 120
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
 NEAR_HALF_TURN = [math.pi - 10.0**-k for k in (3, 6, 9, 10)]
-# Angles at which log inverts exp, and all angles for exp, with fewer of them near the half turn.
+# Angles for exp, and a subset of these angles at which log inverts exp, with fewer angles near the
+# half turn.
 PRINCIPAL_ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 2.0, 3.0, *NEAR_HALF_TURN]
 ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[:3], math.pi, 4.0, 6.0]
 
@@ -100,7 +101,8 @@ def assert_close(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix, case: obj
 
 
 def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> mpmath.matrix:
-    """Sums coefficient(k) X^k at 40-digit precision until two consecutive terms are below 1e-35."""
+    """Returns the sum of coefficient(k) X^k at 40-digit precision, until two consecutive terms are
+    below 1e-35."""
     with mpmath.workdps(DIGITS):
         total, power, small = mpmath.zeros(X.rows), mpmath.eye(X.rows), 0
         for k in range(MAX_TERMS):
@@ -119,7 +121,7 @@ def expm(X: Matrix) -> mpmath.matrix:
 
 
 def dexp_series(X: Matrix) -> mpmath.matrix:
-    """Returns the definition of dexp: the sum of X^k / (k + 1)!, X = hat(omega) or ad(x)."""
+    """Returns dexp by its definition: the sum of X^k / (k + 1)!, with X = hat(omega) or ad(x)."""
     return power_series(wide(X), lambda k: mpmath.mpf(1) / int(factorial(k + 1)))
 
 

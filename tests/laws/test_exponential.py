@@ -1,4 +1,5 @@
-"""exp and log are inverses: at random, at the identity, at 1e-8 and up to the half turn."""
+"""exp and log are inverses at random rotations, at the identity, at 1e-8 and up to the half
+turn."""
 
 import math
 
@@ -142,7 +143,8 @@ def test_exp_and_log_of_identity_are_exact() -> None:
 
 
 def test_hidden_zero_angle_takes_the_limit() -> None:
-    """The zero branch is selected for each zero number, even if its expression hides the zero."""
+    """The zero branch is selected for each number that is zero, even if its expression hides the
+    zero."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
     omega = lie.Matrix([nothing, 0, 0])
@@ -186,7 +188,7 @@ component = st.floats(-1.8, 1.8, allow_subnormal=False)
 @settings(max_examples=8, derandomize=True, database=None, deadline=None)
 @given(st.lists(component, min_size=6, max_size=6))
 def test_exp_and_log_match_expm_at_hypothesis_twists(entries: list[float]) -> None:
-    """The length is at most 1.8 sqrt(3) < pi."""
+    """The length of the rotation vector is at most 1.8 sqrt(3) < pi."""
     x = vector(*entries)
     T = lie.exp_se3(x)
     assert_close(T, expm(lie.hat_se3(x)), x)

@@ -1,7 +1,7 @@
 """exp, log, adjoint and differentials agree with Pinocchio.
 
-Pinocchio's Motion is also (v, omega). Its Jexp is the right differential, `dexp_right`, and its
-Jlog is the inverse of Jexp.
+Pinocchio's Motion also has the component order (v, omega). Pinocchio's Jexp is the right
+differential, `dexp_right`, and Jlog is the inverse of Jexp.
 """
 
 from typing import Any

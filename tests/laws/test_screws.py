@@ -22,7 +22,7 @@ def test_screw_axis_is_a_unit_twist_through_the_point() -> None:
             screw = lie.screw_axis(axis, point, pitch)
             v, omega = screw[:3, :], screw[3:, :]
             assert omega == axis
-            # A point on the axis moves along the axis, and its velocity is the pitch.
+            # A point on the screw axis moves along the axis, and its velocity is the pitch.
             assert (v + omega.cross(point) - pitch * axis).expand() == zeros(3, 1)
             assert omega.dot(v).expand() == pitch
             checked += 1
@@ -67,7 +67,8 @@ def test_exp_screw_has_few_operations() -> None:
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, point), q)) <= 19
     assert count_ops(lie.exp_screw(lie.screw_axis(lie.Matrix([1, 0, 0]), ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(DIAGONAL, point), q)) <= 62
-    # If the pitch is zero, q occurs only in sin and cos, although omega.v must be expanded first.
+    # If the pitch is zero, the joint variable q occurs only in sin and cos, although omega.v must
+    # be expanded first.
     checked = 0
     for axis in AXES:
         T = lie.exp_screw(lie.screw_axis(axis, lie.Matrix([a + b, a - b, 3])), q)
@@ -77,7 +78,8 @@ def test_exp_screw_has_few_operations() -> None:
 
 
 def test_exp_screw_is_a_one_parameter_group() -> None:
-    """exp(S q) exp(S a) = exp(S (q + a)), and the derivative at zero is the screw."""
+    """For a screw S, exp(S q) exp(S a) = exp(S (q + a)), and the derivative at zero is the
+    screw."""
     checked = 0
     for axis in AXES:
         for pitch in PITCHES:

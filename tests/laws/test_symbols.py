@@ -35,7 +35,8 @@ def numbers(M: lie.Matrix | mpmath.matrix) -> np.ndarray:
 
 @pytest.mark.parametrize("result", [*OF_TWIST.values(), LOGARITHM], ids=[*OF_TWIST, "log_se3"])
 def test_results_use_only_functions_that_can_be_lowered(result: lie.Matrix) -> None:
-    """The functions are +, *, **, sin, cos, sqrt and atan2, with exponents of size at most 2."""
+    """The symbolic results contain only +, *, **, sin, cos, sqrt and atan2, with exponents of size
+    at most 2."""
     assert {type(f) for f in result.atoms(Function)} <= {sin, cos, atan2}
     kinds = {type(e).__name__ for entry in result for e in walk(entry)}
     assert kinds - {"sin", "cos", "atan2"} <= {
@@ -121,7 +122,7 @@ def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
 
 
 def test_lowered_log_undoes_exp() -> None:
-    """The test stays away from the half turn, where the symbolic logarithm is undefined."""
+    """The tested angles are away from the half turn, where the symbolic logarithm is undefined."""
     function = lambdify([*T[:3, :]], LOGARITHM, modules="numpy")
     checked = 0
     for x in twists([1e-8, 1e-4, 0.3, 2.0, 3.0]):

@@ -15,6 +15,6 @@ def own_robots():
 
 @pytest.fixture(scope="session")
 def length_errors():
-    """The board installer with each length 0.1 mm too long."""
+    """Returns the board installer with each length 0.1 mm too long."""
     with deriving_only():
         return board_installer.errors()

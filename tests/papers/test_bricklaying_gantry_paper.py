@@ -21,8 +21,8 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # The columns x and y have one row each, since they differ from tables 1 and 2 only in their
-    # unit.
+    # The columns x and y have one row each, because these columns differ from tables 1 and 2 only
+    # in their unit.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
@@ -40,7 +40,7 @@ def test_known_misprints_are_marked_as_errata():
         assert where in wrong
     for item in ("sum of the constants of (13) and (14)", "cosine of the angle at the shoulder"):
         assert any(where.endswith(item) for where in wrong)
-    # Seven headings in mm, and the two rows of (13) to (17).
+    # The seven headings are in mm, and equations (13) to (17) have two rows.
     assert len(wrong) == len(paper.CORRECTED) + 9
 
 
@@ -103,7 +103,8 @@ def test_motor_rates_match_finite_differences_and_speed_limit():
     middle = np.gradient(sampled.q, sampled.t, axis=0)
     smooth = np.r_[False, np.diff(sampled.stage) == 0] & np.r_[np.diff(sampled.stage) == 0, False]
     assert smooth.mean() > 0.9
-    # The jerk is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The time step is 0.02 s.
+    # The jerk of the guide is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The time
+    # step of the differences is 0.02 s.
     np.testing.assert_allclose(middle[smooth], sampled.qd[smooth], atol=400 * 0.02**2)
     assert (
         np.linalg.norm(sampled.V[:, :3], axis=1) <= bricklaying_wall.SPEED["speed"] + 1e-12

@@ -41,7 +41,8 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Selects random printed digits with their table rows, and repeats only their comparison."""
+    """Selects random printed digits with their table rows, and repeats only the comparison of these
+    rows."""
     digits = [
         (row, digit)
         for row in rows
@@ -102,7 +103,8 @@ def borne_out(row):
 
 
 def numbers(text):
-    """Returns the numbers of a cell, or none if the cell contains words or an equation."""
+    """Returns the numbers of a table cell, or no number if the cell contains words or an
+    equation."""
     parts = re.sub(r"[()[\]]", "", text).split(", ")
     return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
 

@@ -40,8 +40,8 @@ def test_rates_match_finite_differences_of_angles():
     inside[-1] = False
     for values, rates in ((found.theta, found.rates), (found.sampled.q, found.sampled.qd)):
         slopes = np.gradient(values, t, axis=0)
-        # The difference error is a sixth of the third derivative, below 0.5/s^3, times the squared
-        # step.
+        # The error of the difference quotient is a sixth of the third derivative, below 0.5/s^3,
+        # times the squared step.
         np.testing.assert_allclose(slopes[inside], rates[inside], atol=0.1 / paper.RATE**2)
 
 
@@ -91,7 +91,8 @@ def test_cylinder_amplitudes_match_printed_and_corrected_pin():
 
 
 def test_speed_printed_for_cylinder_4_belongs_to_cylinder_3():
-    """The value 2408 printed for cylinder 4 is our value for cylinder 3, in mm deg/s."""
+    """The value 2408 that the paper prints for cylinder 4 is our value for cylinder 3, in mm
+    deg/s."""
     speeds = np.degrees(np.ptp(paper.process().sampled.qd[:, paper.CYLINDERS], axis=0)) / MM
     assert speeds[2] == pytest.approx(2408, abs=1)
     assert np.abs(speeds[[0, 1, 3]] - 2408).min() > 300

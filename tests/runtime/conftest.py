@@ -1,4 +1,4 @@
-"""A separate cache for each test, with the tiny robot in it."""
+"""Creates a separate cache for each test, with the tiny robot in it."""
 
 import gc
 
@@ -10,7 +10,7 @@ from tests.support.handwritten.tiny import Folder, manifest
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """An empty cache, and an environment without the developer's settings."""
+    """Returns an empty cache, and an environment without the developer's settings."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("CHASLES_CACHE", str(folder))
     monkeypatch.delenv("CC", raising=False)
@@ -30,7 +30,7 @@ def few_objects():
 
 @pytest.fixture
 def folder(tmp_path, cache):
-    """The folder of the tiny robot before compilation."""
+    """Returns the folder of the tiny robot before compilation."""
     folder = Folder(tmp_path / "tiny", manifest())
     folder.write()
     return folder
@@ -38,7 +38,7 @@ def folder(tmp_path, cache):
 
 @pytest.fixture(scope="session")
 def robot(tmp_path_factory):
-    """The tiny robot, loaded once for all tests that only call it."""
+    """Returns the tiny robot, which is loaded once for all tests that only call it."""
     root = tmp_path_factory.mktemp("robot")
     folder = Folder(root / "tiny", manifest())
     folder.write()

@@ -1,4 +1,5 @@
-"""The outcome of an identification on simulated measurements: no message, warnings or an error."""
+"""The outcome of an identification from simulated measurements: no message, warnings or an
+error."""
 
 from dataclasses import dataclass
 
@@ -11,16 +12,16 @@ ACCUSING = (
     *("another robot", "contradict", "check its zero", "may be wrong", "swapped", "are off"),
     "times the stated noise",
 )
-"""Phrases in warnings about the robot or the measurements.
+"""Phrases in warnings that concern the robot or the measurements.
 
-All other warnings are about the number of measurements.
+All other warnings concern the number of measurements.
 """
 TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
-For two redundant values, more noise has a probability below 1e-6. A single redundant value is not
-tested.
+For two redundant measured values, more noise has a probability below 1e-6. With a single redundant
+measured value, the noise is not tested.
 """
 MIN_SURPLUS = 2
 
@@ -30,9 +31,9 @@ class Verdict:
     """Messages of one identification.
 
     Attributes:
-        accusations: The error, or warnings about the robot or the measurements.
+        accusations: The error message, or the warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
-        is_too_few: Whether there are fewer values than variables.
+        is_too_few: Whether there are fewer measured values than variables.
         unexplained: Problems that a correct robot should not cause: outlier rows, or more noise
             than stated.
     """
@@ -52,8 +53,8 @@ class Verdict:
     def is_answered(self) -> bool:
         """Whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with zero offsets of several degrees. Then
-        the warning concerns the number of measurements.
+        A few measurements of a different robot may fit with zero offsets of several degrees. In
+        this case, the warning concerns the number of measurements.
         """
         return bool(self.accusations or self.warnings)
 

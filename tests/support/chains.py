@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """The numbers of one joint, from which the compiler and Pinocchio build their models."""
+    """The numbers of one joint, from which both the compiler and Pinocchio build their models."""
 
     kind: str
     xyz: tuple
@@ -28,7 +28,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Chain:
-    """A random chain: links and tool origin."""
+    """A random chain with its links and tool origin."""
 
     links: tuple[Link, ...]
     tool: Link

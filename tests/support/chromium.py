@@ -22,7 +22,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # Accepts clicks before the first frame, because drawing the first frame may take long.
+    # Accepts clicks before the first frame, because the browser may take long to draw this frame.
     "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # software rendering takes most of the run time
@@ -44,8 +44,7 @@ class Chromium:
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
         self._process = subprocess.Popen(
-            # The function does not acquire a lock, so other threads of this process cannot block
-            # it.
+            # The function acquires no lock, so other threads of this process cannot block it.
             command,
             stdout=quiet,
             stderr=quiet,
@@ -167,7 +166,8 @@ class Chromium:
 
 
 def _end_with_parent() -> None:
-    """Makes Linux kill this process when its parent ends, even if a signal ends the parent."""
+    """Makes Linux kill this process when its parent process ends, even if a signal ends the
+    parent."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)

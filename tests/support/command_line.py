@@ -8,7 +8,7 @@ from unittest.mock import patch
 from chasles.cli.app import run as run_command
 
 WIDTH = "200"
-"""Columns of the terminal, so that messages are not wrapped."""
+"""Number of columns of the terminal, large enough that messages are not wrapped."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Derives and compiles test robots once for all workers of a run."""
+"""Derives and compiles test robots once for all worker processes of a test run."""
 
 import hashlib
 import shutil
@@ -22,7 +22,8 @@ from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""Callable output languages. The article is excluded; it takes a third of the derivation time."""
+"""Callable output languages. The derivation omits the article, which takes a third of the
+derivation time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
@@ -30,18 +31,18 @@ IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
 
 QUICK, FAST = "-O0", "-O1"
 """Compiler flags: With QUICK, a calibrated arm is compiled in 2.5 s (with -O3: 11 s). With FAST,
-compilation takes 5 s; tests with tens of thousands of poses use these flags.
+the compilation takes 5 s; tests with tens of thousands of poses use these flags.
 """
 COMPILER = shutil.which("clang") and "clang"
-"""Clang if available, which is three times faster at -O0 than GCC. Shipped robots are compiled by
-GCC."""
+"""The compiler is Clang if available, which at -O0 is three times faster than GCC. GCC compiles the
+shipped robots."""
 
 
 @contextmanager
 def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
     """Context in which robots are compiled with ``flags`` into the test cache.
 
-    Do not load shipped robots in this context, because tests call them as installed.
+    Shipped robots must not be loaded in this context, because tests call them as installed.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
@@ -105,7 +106,7 @@ def compiled(
 
     Args:
         robot: The description.
-        folder: Output folder of the robot.
+        folder: Output folder of the derived robot.
         functions: The functions to derive; all by default.
         languages: The output languages; the callable languages by default.
         flags: Compiler flags.
@@ -133,7 +134,7 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
 
 @cache
 def _compiler_digest() -> str:
-    """Returns the SHA-256 of the compiler sources; a change forces new derivations."""
+    """Returns the SHA-256 of the compiler sources; a changed hash forces new derivations."""
     root = Path(chasles.derive.__file__).parent
     files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

@@ -10,8 +10,8 @@ Result = TypeVar("Result")
 def calls_of(work: Callable[[], object]) -> int:
     """Returns the number of Python and C function calls made by ``work``.
 
-    Tests bound the number of calls instead of the run time, because it does not depend on the
-    processor or on other processes. Exceptions of the call propagate.
+    Tests bound the number of calls instead of the run time, because the number does not depend on
+    the processor or on other processes. Exceptions of the call propagate.
     """
     count = 0
 
@@ -29,14 +29,14 @@ def calls_of(work: Callable[[], object]) -> int:
 
 
 class TooManyCallsError(BaseException):
-    """The call made too many function calls; no handler of ``Exception`` catches this error."""
+    """Error for too many function calls; no handler of ``Exception`` catches this error."""
 
 
 def stopped_after(most: int, work: Callable[[], Result]) -> Result:
     """Returns the result of ``work``, which may make a limited number of function calls.
 
     Raises:
-        TooManyCallsError: ``work`` made more calls than allowed and was stopped.
+        TooManyCallsError: ``work`` made more function calls than allowed and was stopped.
     """
     count = 0
 

@@ -30,11 +30,11 @@ SAMPLE = (
     *("ur5e", "jaco2", "iiwa14", "lynxmotion", "bricklaying_planar"),
     *("five_bar", "well_manipulator", "planar_3rrr", "stewart_gough"),
 )
-"""Shipped robots that represent every kind. Together, these robots have all functions that any
-shipped robot has."""
+"""Shipped robots that together represent every kind of robot. Together, these robots have every
+function that any shipped robot has."""
 
 FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
-"""Robots of the main kinds; tests of all functions derive these robots, in a second each."""
+"""Robots of the main kinds; tests of all functions derive these robots in a second each."""
 
 
 def description(name: str) -> Path:

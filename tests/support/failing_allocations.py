@@ -16,7 +16,7 @@ import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
 LOADS = 20
-"""Number of allocations of a load that fail; a load has hundreds."""
+"""Number of allocations during a load that fail in turn; a load makes hundreds of allocations."""
 POSES = 20_000
 """Number of poses that are solved on two threads."""
 LIBRARY = ctypes.PyDLL(None)

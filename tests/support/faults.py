@@ -20,7 +20,7 @@ os.rename."""
 
 
 class _Watch:
-    """Counts the events in a folder, and raises an error at one of them."""
+    """Counts the file operations in a folder, and raises an error at one of them."""
 
     def __init__(self) -> None:
         self.folder: str | None = None
@@ -58,7 +58,7 @@ _INSTALLED: list[bool] = []
 @contextmanager
 def _watching(folder: Path, step: int | None) -> Iterator[list[str]]:
     if not _INSTALLED:
-        # Audit hooks cannot be removed, so a single hook stays installed.
+        # Audit hooks cannot be removed, so a single audit hook stays installed.
         sys.addaudithook(_WATCH)
         _INSTALLED.append(True)
     _WATCH.folder, _WATCH.step, _WATCH.seen = str(folder.resolve()), step, []
@@ -109,7 +109,7 @@ def full_after(size: int) -> Iterator[None]:
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:
-    """Returns the bytes of each file in a folder, and None for each subfolder, by path."""
+    """Returns the bytes of each file in a folder, and None for each subfolder, keyed by path."""
     return {
         path.relative_to(folder).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -128,15 +128,16 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 
 
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
-    """Checks that a write leaves the former files after each fault, and then succeeds.
+    """Checks that a failed write leaves the former files after each fault, and that the write then
+    succeeds.
 
     The simulated faults are each file operation in turn, and a full disk at the start and before
-    the end. If several files are written, the move of the second or a later file may fail after the
+    the end. If several files are written, moving the second or a later file may fail after the
     first file has moved; then each file has its former or its new content.
 
     Args:
         write: Writes several files into a folder.
-        folder: The folder, with its former files.
+        folder: The output folder, with its former files.
         match: Pattern of the error message.
     """
     former = contents(folder)

@@ -8,7 +8,7 @@ from chasles import se3
 
 
 class Truth(NamedTuple):
-    """A random arm, the frame of the device and the targets on the tool."""
+    """A random arm with the frame of the device and the targets on the tool."""
 
     p: np.ndarray
     T_W_base: np.ndarray

@@ -43,7 +43,7 @@ def random_joint(dice, name):
 
 
 def random_model(dice):
-    """Returns a body chain with 0 to 3 joints per body, side branches, frames and sites."""
+    """Returns a chain of bodies with 0 to 3 joints per body, side branches, frames and sites."""
     count = dice.randint(2, 6)
     degree = dice.choice(("degree", "degree", "radian"))
     opened, closed, names = [], [], 0
@@ -151,7 +151,8 @@ def random_linkage(dice):
 
 
 def random_spatial_loop(dice):
-    """Returns a spatial hinge loop: four hinges with a connect, or seven with a weld."""
+    """Returns a spatial loop of hinges: four hinges closed by a connect equality, or seven hinges
+    closed by a weld equality."""
     is_weld = dice.random() < 0.5
     count = 7 if is_weld else 4
     split = dice.randint(2, count - 1)

@@ -20,7 +20,7 @@ class OptionalPackage:
         """Returns a public attribute of the package.
 
         Pytest looks for private attributes in all objects of a test file when it collects the
-        tests. This must not import the package.
+        tests. The lookup of these attributes must not import the package.
         """
         if attribute.startswith("_"):
             raise AttributeError(f"{self._name}: only public attributes can be used")

@@ -13,7 +13,7 @@ from chasles.derive.model.placements import translation
 from chasles.derive.terms.casadi_graph import lower
 
 IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
-"""Functions in a single frame; deriving all frames takes three times as long."""
+"""Functions in a single frame; deriving the functions in all frames takes three times as long."""
 IN_CONVENTION = {convention.name: convention for convention in CONVENTIONS}
 
 

@@ -19,7 +19,7 @@ class UnknownSymbolError(KeyError):
 
 
 class Formula:
-    """A formula that is evaluated from left to right.
+    """A formula that is evaluated numerically from left to right.
 
     Args:
         tex: LaTeX text of the formula.
@@ -111,7 +111,7 @@ class Formula:
             return self.group() / self.group()
         if token == "\\sqrt":
             self.take()
-            # As stated in the article, a square root is 0 beyond the boundary of the workspace.
+            # As the article states, a square root is 0 beyond the boundary of the workspace.
             return math.sqrt(max(self.group(), 0.0))
         if token == "\\pi":
             self.take()

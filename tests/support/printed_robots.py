@@ -121,7 +121,7 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""The functions printed in an article; other functions do not change the article."""
+"""Functions that an article prints; other functions do not change the article."""
 
 
 @cache

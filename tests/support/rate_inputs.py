@@ -31,7 +31,7 @@ WITH_RATES = [
 
 
 def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the limits (n,), or `HELD` for three cranks without limits."""
+    """Returns the limits (n,) of the rates, or `HELD` for three cranks without limits."""
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper
     return HELD[0], HELD[1]

@@ -17,11 +17,12 @@ POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Returns the reason why a printed inverse cannot be evaluated numerically; empty if it can.
+    """Returns the reason why a printed inverse cannot be evaluated numerically; empty if it can be
+    evaluated.
 
     Args:
         found: The derivation.
-        texts: The article fragments, if they already exist.
+        texts: The article fragments, if they are already derived.
     """
     inverse = found.inverse
     if inverse.general is not None:
@@ -41,7 +42,7 @@ def read_back(found, poses=POSES, texts=None):
     Args:
         found: The derivation.
         poses: Number of poses.
-        texts: The article fragments, if they already exist.
+        texts: The article fragments, if they are already derived.
     """
     inverse, robot = found.inverse.solved["ik"], found.robot
     printed = PrintedInverse(texts or fragments(found))
@@ -65,7 +66,8 @@ def read_back(found, poses=POSES, texts=None):
         slots, residual, margin = every_branch(function, ik, T.ravel(), *map(np.array, values))
         slots = slots.reshape(-1, len(q))
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(printed.signs))):
-            # If the arm has fewer than six joints, some sign combinations do not reach the pose.
+            # If the arm has fewer than six joints, some combinations of signs do not reach the
+            # pose.
             if margin[slot] < INSIDE or residual[slot] > SAME:
                 continue
             known = printed.solve(T, given, signs)

@@ -4,7 +4,8 @@ velocities."""
 ORACLE = 1e-12
 """Poses and Jacobians compared with an independent double-precision library."""
 ORACLE_RATES = 1e-10
-"""Time derivatives of poses and Jacobians: longer sums of products, speeds of size 1."""
+"""Tolerance for time derivatives of poses and Jacobians: longer sums of products, with speeds of
+size 1."""
 EXACT_CODE = 1e-13
 """Generated code compared with 30-digit evaluation of its equations, for robots of a few metres."""
 DERIVATIVES = 1e-12
@@ -22,8 +23,8 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of lane 1 / sqrt(x); 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Branches of a function compared with 40-digit arithmetic. Near a zero root, rounding errors are
-amplified."""
+"""Branches of a function compared with 40-digit arithmetic. Near a root that is zero, rounding
+errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (metre, radian)."""
 LIMIT = 0.012

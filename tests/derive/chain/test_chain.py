@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """Returns the groups, with every angle expressed in q."""
+    """Returns the groups of parallel axes, with every angle expressed in q."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -105,7 +105,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Each row lists the groups of joints with parallel axes, as in the data sheets."""
+    """Each row lists the groups of joints with parallel axes, as in the data sheet of the arm."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -127,8 +127,8 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee is the product Rz Rx Rz Rx ... The rotation R_tool as documented in the module, at
-    30-digit precision."""
+    """R_0_ee is the product Rz Rx Rz Rx ... of rotations about z and x. The test computes the
+    rotation R_tool as documented in the module, at 30-digit precision."""
     checked = 0
     for name in NAMES:
         robot = read(ROBOTS / f"{name}.toml")
@@ -161,7 +161,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """Two tilts cancel across fixed URDF frames, and the chain recognizes their product."""
+    """The tilts of two fixed URDF frames cancel, and the chain recognizes their product."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(

@@ -1,8 +1,8 @@
 """Each parameter causes the displacement that its name states, compared with matrix products.
 
-Derivatives would agree with poses even if a parameter caused a different motion. In this test, the
-poses of random geometries far from the nominal geometry are products of NumPy matrices, built from
-the parameters' names.
+Derivatives would agree with poses even if a parameter caused a different motion than its name
+states. In this test, the poses of random geometries far from the nominal geometry are products of
+NumPy matrices, built from the parameters' names.
 """
 
 import numpy as np
@@ -106,7 +106,7 @@ def moved(at, joint, value, robot):
 
 
 def of_chain(robot, at, q):
-    """Returns the tool pose of a serial robot with the values `at`."""
+    """Returns the tool pose of a serial robot at the parameter values `at`."""
     T = corrected(at, "base") @ matrix(robot.base, robot)
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
     followed = {

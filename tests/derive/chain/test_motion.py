@@ -116,7 +116,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The oracle is the derivative of Freudenstein's half-angle formula in mpmath."""
+    """The oracle is the derivative of Freudenstein's half-angle formula, computed in mpmath."""
     h = solved(four_bar())
     loops = h.forward.loops
     (q,) = h.q

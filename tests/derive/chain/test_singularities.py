@@ -25,9 +25,10 @@ SEVERAL = ("iiwa14", "lynxmotion")
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""Singular value (m, rad) of a rank-deficient Jacobian; the roots are accurate to 1e-9."""
+"""Singular value (m, rad) below which a Jacobian is rank deficient; the roots are accurate to
+1e-9."""
 FULL = 1e-4
-"""Singular value (m, rad) that a random configuration always exceeds."""
+"""Singular value (m, rad) that the Jacobian at a random configuration always exceeds."""
 
 
 @cache
@@ -319,7 +320,8 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
 
 
 def test_conditions_of_arm_without_spherical_wrist_are_singular():
-    """Without the offset angle of A5 no wrist axes intersect; only the tool has the length d7."""
+    """Without the offset angle of joint A5, no wrist axes intersect; only the tool has the length
+    d7."""
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'
     assert turned in text

@@ -87,7 +87,7 @@ LOOP_ERRORS = {
 
 
 def found(path) -> dict[int, list[str]]:
-    """Returns the fields in which errors were found, keyed by line."""
+    """Returns the erroneous fields, keyed by line."""
     fields: dict[int, list[str]] = {}
     for finding in check(path):
         assert finding.severity == "error", finding

@@ -26,7 +26,8 @@ def fixed(convention, **given):
 
 
 # One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a slider tilted by a right angle at d. The tool of the mechanism is at e along the slider.
+# a, and a slider tilted by a right angle at d. The tool of the mechanism is at the distance e along
+# the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -267,7 +268,7 @@ d2 = 40
 
 
 def spatial(described, kind):
-    """Returns the mechanism from its file; its second joint is revolute or prismatic."""
+    """Returns the mechanism from its robot file; the second joint is revolute or prismatic."""
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
     numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")
@@ -331,7 +332,7 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """The second axis passes through (a1, 0, d1) in direction (0, -sin, cos)."""
+    """The second axis passes through the point (a1, 0, d1) in the direction (0, -sin, cos)."""
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])

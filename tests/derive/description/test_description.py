@@ -94,8 +94,8 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# The replaced line of the file, its replacement, the field in the error message, and words of the
-# message.
+# The replaced line of the file, its replacement, the field in the error message, and expected words
+# of the message.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),
@@ -336,7 +336,7 @@ def test_unit_check_rarely_divides_by_zero():
 
 
 MAX_CALLS_A_CHARACTER = 80
-"""Limit of calls per character: twice the maximum for the densest of these files."""
+"""Limit of function calls per character: twice the maximum over the densest of these files."""
 
 
 def test_long_files_are_refused_in_linear_time():

@@ -155,7 +155,7 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # The true value of a truncated or rounded angle is in a range of one and a half units in the
+    # The true value of a truncated or rounded angle lies in a range of one and a half units in the
     # last place. Fractions of a rounded pi are rare.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken

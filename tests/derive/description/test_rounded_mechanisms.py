@@ -43,7 +43,8 @@ AT = (0.3224862, 0.1265808, 0.0596154)
 
 
 def linear_delta(longer=0.0):
-    """Returns a linear delta with decimal values, whose first rod is longer (millimetre)."""
+    """Returns a linear delta with decimal values, whose first rod is longer by a specified length
+    (millimetre)."""
     text = DELTA
     for k, (x, y, yaw) in enumerate(TOWERS, 1):
         text += f'[[joints]]\nname = "s{k}"\nlink = "s{k}"\nparent = "0"\ntype = "prismatic"\n'

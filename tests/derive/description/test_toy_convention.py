@@ -1,8 +1,8 @@
 """A convention added by a test, unknown to the compiler.
 
-It has the elementary motions of a Denavit-Hartenberg link in a different sequence, Rx(alpha) Tx(a)
-Tz(d) Rz(theta), and different field names. A formula that is selected by the name of the convention
-would be wrong.
+The convention has the elementary motions of a Denavit-Hartenberg link in a different sequence,
+Rx(alpha) Tx(a) Tz(d) Rz(theta), and different field names. A formula that is selected by the name
+of the convention would be wrong.
 """
 
 import pytest

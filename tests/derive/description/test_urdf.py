@@ -135,7 +135,7 @@ def wrong(path, text, base=None, tip=None):
     ],
 )
 def test_invalid_urdf_raises_specific_error(old, new, words):
-    """The text is read in the process of the test; `read` needs a separate process for each
+    """The text is read in the process of the test; `read` would need a separate process for each
     file."""
     with pytest.raises(DescriptionError) as caught:
         read_text(TWO_LINKS.replace(old, new), format="urdf", file="two.urdf")

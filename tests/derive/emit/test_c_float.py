@@ -31,7 +31,7 @@ SINGLE = ctypes.POINTER(ctypes.c_float)
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """A folder with the exported code of each robot."""
+    """Returns a folder with the exported code of each robot."""
     folder = tmp_path_factory.mktemp("float")
     for name in NAMES:
         functions = sorted(set(FUNCTIONS) & set(chasles.load(name).functions))
@@ -41,7 +41,7 @@ def exported(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def built(exported):
-    """The libraries of the exported code, by robot."""
+    """Returns the libraries of the exported code, keyed by robot."""
     libraries = {}
     for name in NAMES:
         options = ["-O2", "-shared", "-fPIC", "-o", "robot.so"]
@@ -93,7 +93,7 @@ def expected(robot, info, inputs):
 
 
 def configurations(robot, count):
-    """Returns random configurations: near the reference of a robot with loops."""
+    """Returns random configurations, for a robot with loops near its reference."""
     rng = np.random.default_rng(7)
     if robot.reference:
         return np.array(robot.reference.q) + rng.uniform(-0.05, 0.05, (count, robot.n))
@@ -107,7 +107,7 @@ def apart(x, y):
 
 
 def regular_slots(robot, info, q, residual):
-    """Returns which slots are solutions away from singularities."""
+    """Returns which solution slots hold solutions away from singularities."""
     valid = residual <= 1e-9
     kept = [k for k in range(robot.n) if k not in info.role.fixed]
     J = robot.jacobian_mixed(q[valid])[..., kept]
@@ -164,7 +164,7 @@ def test_right_angle_poses_have_as_many_solutions(name, built):
     assert np.abs(reached - T).max() <= SOLVED
     distance = apart(q, exact[0]).max(axis=-1)
     assert distance[regular_slots(robot, info, *exact[:2])].max() <= 1e-4
-    if name == "ur5e":  # its solutions are isolated or chosen by the same rule
+    if name == "ur5e":  # the solutions of the arm are isolated or chosen by the same rule
         assert distance[solved].max() <= 1e-4
 
 

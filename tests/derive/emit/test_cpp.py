@@ -71,7 +71,7 @@ int main() {
 
 
 def run(*command, cwd=None, given=None, env=None):
-    """Runs a command, and shows its output if it fails."""
+    """Runs a command, and shows the output of a command that fails."""
     words = [str(word) for word in command]
     done = subprocess.run(words, cwd=cwd, input=given, env=env, capture_output=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr).decode(errors="replace")
@@ -80,7 +80,8 @@ def run(*command, cwd=None, given=None, env=None):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """A folder with the sources of each robot, an installed package, and a program per robot.
+    """Creates a folder with the sources of each robot, an installed package, and a program for each
+    robot.
 
     For ur5e, the test program uses the installed package; for other robots, it fetches the sources.
     """

@@ -76,7 +76,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Solves lift, boom and column so that a point reaches a position."""
+    """Solves the lift, boom and column joints so that a point reaches a position."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -225,7 +225,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """With a second lift, the arm has one joint too many.
+    """With a second lift, the arm has one joint more than the family allows.
 
     The family determines if the second lift may be fixed.
     """

@@ -65,7 +65,8 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Returns the solutions of each pose by damped least squares from many start configurations."""
+    """Returns the solutions of each pose, found by damped least squares from many start
+    configurations."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)

@@ -1,4 +1,5 @@
-"""Tolerant detection of parallel and intersecting axes, and targets without some joints."""
+"""Tolerant detection of parallel and intersecting axes, and inverse targets from which some joints
+are removed."""
 
 import numpy as np
 import pytest

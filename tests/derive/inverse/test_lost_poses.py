@@ -23,7 +23,8 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms whose first choice of fixed joints misses poses, with fixed joints that miss no pose."""
+"""Arms whose first choice of fixed joints misses poses, with other fixed joints that miss no
+pose."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 
@@ -98,7 +99,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the missed poses.
+    """Independent code counts the missed poses of the arm.
 
     For some poses, rounding decides whether the pose is missed.
     """

@@ -61,7 +61,8 @@ def solve6():
     function = lowered(terms, v, outputs)
 
     def solve(X):
-        """Returns angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4)."""
+        """Returns angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4) of subproblem
+        6."""
         Y = slots(function, X)
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(2)], -1)
         x = Y[..., [1, 0, 3, 2]]
@@ -77,7 +78,8 @@ def rows_of(X):
 
 
 def planted6(A, angles):
-    """Appends right-hand sides for which the specified angles are solutions."""
+    """Appends the right-hand sides of the equations for which the specified angles are
+    solutions."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 

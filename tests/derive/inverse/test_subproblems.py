@@ -45,7 +45,7 @@ def compiled(terms, inputs, outputs):
 
 
 def turned(k, angle, v):
-    """Returns R(k, angle) v, row by row."""
+    """Returns the rows R(k, angle) v, rotated about the axis k."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     along = k * np.sum(k * v, axis=1, keepdims=True)
     return along + c * (v - along) + s * np.cross(k, v)
@@ -177,7 +177,7 @@ def test_sp4_sign_selects_rotation_sense(solve4):
 
 
 def test_sp4_on_a_line_through_the_center_has_opposite_solutions():
-    """Such a line always meets the circle, so the solutions have no margin."""
+    """A line of this kind always meets the circle, so the solutions have no margin."""
     terms, p = Terms({}), sp.symbols("p1:4", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     found = sp4(terms, (one, zero, zero), (zero, zero, one), p, zero, SIGN)
@@ -264,7 +264,7 @@ def test_sp2_out_of_reach_has_negative_margin(solve2):
 
 
 def test_sp2_out_of_reach_is_finite_where_the_second_angle_is_arbitrary():
-    """The first angle is the nearest one, and turns v onto the second axis."""
+    """The first angle is the least-squares angle, and rotates v onto the second axis."""
     terms, (v,) = Terms({}), symbols("v")
     k, m, p = [tuple(map(sp.Rational, row)) for row in ("001", "100", ("2", "1/2", "0"))]
     first, second = sp2(terms, k, m, p, v, SIGN)
@@ -280,7 +280,7 @@ def test_sp2_guards_no_division_if_both_angles_always_exist():
     first, _ = sp2(terms, (zero, zero, one), (one, zero, zero), (zero, one, zero), v, SIGN)
     assert first.margin is None
     floors = [value for value in terms.definitions.values() if value.has(DIRECTION_FLOOR)]
-    assert len(floors) == 1  # of the first angle, which is arbitrary if v is parallel to z
+    assert len(floors) == 1  # the first angle is arbitrary if v is parallel to z
 
 
 def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
@@ -346,7 +346,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """The error of D2 is the rounding error of `whole`."""
+    """The error of D2 is the rounding error of the sum `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)
@@ -420,7 +420,8 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
 
 
 def test_direction_of_rounding_noise_is_zero_angle():
-    """The square of a vector of length 1e-17 is 0, and its direction is arbitrary."""
+    """The square of a vector of length 1e-17 underflows to 0, and the direction of the vector is
+    arbitrary."""
     terms, noise = Terms({}), sp.Rational(1, 10**17)
     turn = direction(terms, noise, -noise)
     assert [float(terms.value(x)) for x in (turn.c, turn.s)] == [1.0, 0.0]

@@ -16,7 +16,7 @@ POSES = 10
 
 
 def message(name):
-    """Returns the result for an arm as text, and whether the article of the arm is wrong."""
+    """Returns the result for an arm as text, and whether the article is wrong."""
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula

@@ -109,8 +109,8 @@ def test_printed_leg_elimination_equals_assembly_polynomial(name):
 
 
 def _check_position(platform, shown, numbers, vectors, residual, phi):
-    """Checks that w solves the linear pair, or the equations of the first two lines, at any
-    angle."""
+    """Checks that w solves the pair of linear equations, or the equations of the first two lines,
+    at any angle."""
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     (cross,) = found.solution.atoms(Cross)
     a, b = (vectors[tex[symbol]] for symbol in cross.args)

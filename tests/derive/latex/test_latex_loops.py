@@ -102,7 +102,8 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Evaluates the velocities of a step from linear equations between its unknowns."""
+        """Evaluates the velocities of a step by solving the linear equations between its
+        unknowns."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))

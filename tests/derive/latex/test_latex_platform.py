@@ -185,7 +185,7 @@ def test_printed_position_solves_rods_at_each_polynomial_root(name):
     length = numbers(printed(name).rods[0].length)
     (coefficients,) = called(name, "assembly_polynomial", q)
     a0, *rest = coefficients
-    # The coefficients of exp(i phi)^6 and of the lower powers, as printed.
+    # The coefficients of exp(i phi)^6 and of the lower powers equal the printed coefficients.
     half = [(a + 1j * b) / 2 for a, b in zip(rest[::2], rest[1::2], strict=True)]
     xi = np.roots([*np.conj(half[::-1]), a0, *half])
     angles = np.angle(xi[np.abs(np.abs(xi) - 1) < 1e-6])

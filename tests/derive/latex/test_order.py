@@ -88,7 +88,7 @@ def test_term_names_are_independent_of_request_order():
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)
-    # Every fourth of the 24 orders, so that each function comes first at least once.
+    # Selects every fourth of the 24 orders, so that each function comes first at least once.
     for order in [*permutations(asked)][3::4]:
         assert named(order) == expected
 

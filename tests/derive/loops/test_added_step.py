@@ -36,8 +36,8 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins whose arms have equal constant length: C = D/2 + k J D, with J the quarter
-    turn."""
+    """Three pins whose arms have equal constant length: The third pin of an arm on the vector D has
+    the position C = D/2 + k J D, with the constant k and J the quarter turn."""
 
     base: Arm
     arms: tuple[Arm, Arm]
@@ -69,7 +69,7 @@ class Isosceles(PlanarStep):
                 relation=relation,
                 turned=d.angle,
                 solved=(first, second),
-                # sin^2 of the angle between the arms, as for three pins.
+                # The margin is sin^2 of the angle between the arms, as for three pins.
                 margin=terms.let(inside * d.square**2 / v.square**2),
                 sign=sign,
                 base=d,

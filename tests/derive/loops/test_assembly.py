@@ -46,7 +46,8 @@ UP = ("x", sp.pi / 2)
 
 
 def oldham():
-    """A mechanism with two perpendicular sliders on a rotating block: one pin, two slides."""
+    """A mechanism with two perpendicular sliders on a rotating block; its unknown joints are one
+    pin and two prismatic joints."""
     return Mechanism(
         "oldham",
         (
@@ -96,7 +97,7 @@ def cylinder_and_rod():
 
 
 def backwards():
-    """A four-bar with reversed joints and a flipped axis."""
+    """A four-bar in which joints are reversed and an axis is flipped."""
     whole = four_bar()
     crank, elbow, rocker = whole.joints
     over = (*rocker.before, Rotation("x", sp.pi))
@@ -242,7 +243,8 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
-    """For a crank of length 1, the offset from the line is the sine of the solved angle."""
+    """For a crank of length 1, the offset of the crank pin from the line is the sine of the solved
+    angle."""
     derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):

@@ -29,7 +29,7 @@ CLOSED = 1e-11
 
 
 class Case:
-    """A mechanism, its loop equations, and these equations as functions of z and zd."""
+    """A mechanism, its loop equations, and functions that evaluate the equations at z and zd."""
 
     def __init__(self, mechanism):
         self.mechanism = mechanism
@@ -43,7 +43,7 @@ class Case:
         self.functions = {}
 
     def function(self, name):
-        """Returns a CasADi function by name, lowered at its first use."""
+        """Returns a CasADi function by name, converted at its first use."""
         if name not in self.functions:
             self.functions[name] = self._lowered(name, self._entries(name))
         return self.functions[name]
@@ -386,7 +386,7 @@ def across_closer(c, loop, z):
 
 
 def centre(screws):
-    """Returns the common point of revolute axes: v = p x omega for all."""
+    """Returns the common point p of revolute axes: v = p x omega for all axes."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
 

@@ -78,7 +78,8 @@ def hybrid(build):
 
 
 def steps():
-    """Returns every solution step of the mechanisms, with the solution that contains it."""
+    """Returns every solution step of the mechanisms together with the solution to which the step
+    belongs."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]

@@ -16,8 +16,8 @@ from tests.support.loops.continued import closed_configuration
 from tests.support.loops.mechanisms import BASE, at, body_poses, near, pin, slider
 
 KNOWN = {
-    # number of bodies, number of joints, lambda, Kutzbach count, count by loops, idle freedoms,
-    # true mobility
+    # columns: number of bodies, number of joints, lambda, Kutzbach count, count by loops, idle
+    # freedoms, true mobility
     "four_bar": (4, 4, 3, 1, 1, 0, 1),
     "slider_crank": (4, 4, 3, 1, 1, 0, 1),
     "five_bar": (5, 5, 3, 2, 2, 0, 2),

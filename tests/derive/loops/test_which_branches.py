@@ -110,7 +110,8 @@ def test_loops_that_do_not_move_the_tool_add_no_branch():
 
 
 def scissor_lift():
-    """Two pairs of crossed bars; a crank rotates the first bar, whose other foot slides."""
+    """Two pairs of crossed bars; a crank rotates the first bar, and the other foot of this bar
+    slides."""
     along_x = ("y", sp.pi / 2)
     joints = (
         pin("crank", BASE, "right"),

@@ -80,7 +80,7 @@ def plain_python(derivation, programs):
 
 EMITTER = Emitter("plain python", plain_python)
 RUN = ("c", "python")
-"""Languages whose code can be executed; the other languages take most of the derivation time."""
+"""Languages whose code the test executes; deriving the other languages takes most of the time."""
 
 
 @cache

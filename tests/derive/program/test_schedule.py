@@ -37,7 +37,7 @@ def depths(found: Program) -> list[int]:
 
 
 def kinds(found: Program) -> Counter:
-    """Returns statements without the names of variables."""
+    """Returns the statements of a program without the names of variables."""
     return Counter(
         (
             getattr(s, "operation", None) or (s.output, s.entry),

@@ -33,7 +33,7 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand: in the text, ``v1`` is a variable, ``x2`` an input, anything else a
+    """Parses an operand of a statement: ``v1`` is a variable, ``x2`` an input, and any other text a
     number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
@@ -68,12 +68,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements that are all results, except the first one."""
+    """Reduces statements that are all results except the first statement."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements if only the last one is a result."""
+    """Reduces statements of which only the last is a result."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -53,7 +53,7 @@ SIGNED = [
         rf"^static void {name}_(\w+)_branch\(", (GENERATED / name / f"{name}.c").read_text(), re.M
     )
 ]
-"""Functions with sign inputs, read from the C code because derivation of all robots is slow."""
+"""Functions with sign inputs, read from the C code, because deriving all robots would be slow."""
 SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
 """Arms with branches, a redundant arm, position tasks, and planar loops."""
 SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]

@@ -32,9 +32,9 @@ pytestmark = needs("gcc")
 PREFIX = "ur5e"
 """Name of the robot whose sources contain the functions."""
 FASTEST = COMPILER or "gcc"
-"""Clang if available, because it compiles batches four times faster than GCC."""
+"""The compiler is Clang if available, because Clang compiles batches four times faster than GCC."""
 ROWS = 9
-"""Inputs per function: a full vector of eight and a part of the next vector."""
+"""Number of inputs per function: a full vector of eight and a part of the next vector."""
 MANY = ("every_kind_8", "every_kind_16")
 """Functions whose batches take long to compile for the oldest processors.
 
@@ -65,7 +65,7 @@ def sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def many_sources(tmp_path_factory):
-    """The folder with the C sources of the functions with many branches."""
+    """Returns the folder with the C sources of the functions with many branches."""
     return {
         name: branched.write(tmp_path_factory.mktemp(name), [branched_function(name)])
         for name in MANY
@@ -74,13 +74,13 @@ def many_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def arm_sources(tmp_path_factory):
-    """The folder with the C sources of the arm."""
+    """Returns the folder with the C sources of the arm."""
     return branched.write(tmp_path_factory.mktemp("arm"), [branched_function("ik")])
 
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """The folder of a robot whose only functions with branches are inverses."""
+    """Returns the folder of a robot whose only functions with branches are inverses."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 
@@ -112,7 +112,8 @@ def pointer(array):
 
 
 def one(library, function, inputs):
-    """Returns the results of one pose, and checks that nothing is written beyond them."""
+    """Returns the results of one pose, and checks that the function writes nothing beyond its
+    outputs."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
     buffers = [np.array(x, float).ravel() for x in inputs]
     library[f"{PREFIX}_{function.name}"](*map(pointer, (*buffers, *results)))
@@ -179,7 +180,8 @@ def make_inputs(function, count, seed=1):
 
 
 def apart(got, expected):
-    """Returns the largest difference; angles that differ by a full turn count as equal."""
+    """Returns the largest difference of two results; angles that differ by a full turn count as
+    equal."""
     difference = np.abs(got - expected)
     return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
 
@@ -298,7 +300,7 @@ def test_wrong_label_count_is_rejected(loadable, tmp_path):
 
 
 LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
-"""Number of each instruction set in C, and the processor features that it needs."""
+"""Number of each instruction set in the C code, and the processor features that the set needs."""
 CALLS = """\
 #define CHASLES_ISA {}
 #include "chasles_lanes.h"

@@ -38,7 +38,7 @@ test_one_unit compiles the C of all robots with each compiler.
 
 
 SUPPORT = f"-I{GENERATED / 'support'}"
-"""The header folder that all robots share."""
+"""Header folder that all robots share."""
 
 
 def compiled(compiler, name, folder, suffix="", flags=()):
@@ -119,5 +119,6 @@ def test_minimal_c_program_computes_correct_position(tmp_path):
     subprocess.run([*command, "-o", "main"], cwd=tmp_path, check=True)
     done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True)
     x, y, z = map(float, done.stdout.split())
-    # Upper arm up, forearm forward, wrist down, with the lengths of the data sheet.
+    # Configuration with the upper arm up, the forearm forward and the wrist down, for lengths from
+    # the data sheet.
     assert (x, y, z) == pytest.approx((-0.3922, -0.2329, 0.1625 + 0.425 - 0.0997), abs=1e-6)

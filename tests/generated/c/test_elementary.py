@@ -130,7 +130,7 @@ FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
-    """A folder with the C code of all test cases."""
+    """Returns a folder with the C code of all test cases."""
     folder = tmp_path_factory.mktemp("elementary")
     derived = Derivation(ROBOT, SCOPE, (), tuple(FUNCTIONS))
     files = {
@@ -246,7 +246,8 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, sc
 
 
 def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
-    """The library contains code for all instruction sets. The call uses the narrowest vectors."""
+    """The library contains code for all instruction sets. The call uses the narrowest vectors of
+    the batch code."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
@@ -291,7 +292,8 @@ ANGLES = {
 
 @cache
 def exact_cosines_and_sines(kind):
-    """Returns two lists with at least thirty correct digits at the largest angle."""
+    """Returns lists of cosines and sines with at least thirty correct digits at the largest
+    angle."""
     angles = ANGLES[kind][0]
     with mpmath.workdps(50 + max(0, int(np.log10(np.abs(angles).max())))):
         angles = list(map(mpmath.mpf, angles.tolist()))
@@ -369,7 +371,7 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
     c, s = turn(library, far)
     assert_near(c, np.cos(far))
     assert_near(s, np.sin(far))
-    # A large angle or NaN is computed separately and does not affect adjacent lanes.
+    # The code computes a large angle or NaN separately, without an effect on adjacent lanes.
     alone = turn(library, np.ones(8))
     for bad in (1e6, np.inf, np.nan):
         for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):

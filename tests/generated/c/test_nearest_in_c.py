@@ -13,7 +13,7 @@ EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 
 
 def nearest_in_c(name, flags):
-    """Loads the C function with the results slot, q, residual and margin."""
+    """Loads the C function with the results solution slot, q, residual and margin."""
     robot = chasles.load(name)
     files = robot.manifest.sources()
     main = f'#include "{name}.c"\n{EXPORTED} int (*entry)() = {name}_ik_nearest;\n'

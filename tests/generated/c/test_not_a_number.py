@@ -47,7 +47,7 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
         if any(program.has(operation) for operation in CHOOSING):
             continue
         given, entries = arguments(robot, function, rng), inputs_behind(program)
-        # One row for each input entry, with NaN in this entry.
+        # Returns one row for each input entry, with NaN in this entry.
         rows = list(program.inputs)
         if not rows:
             continue

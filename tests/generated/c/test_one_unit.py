@@ -10,7 +10,7 @@ from tests.support.tools import path_of
 
 CHECK = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
 MINGW = "x86_64-w64-mingw32-gcc"
-"""The C compiler for Windows; the continuous integration does not install it."""
+"""C compiler for Windows; the continuous integration does not install this compiler."""
 C, CPP = ["-std=c99"], ["-std=c++11", "-x", "c++"]
 
 

@@ -39,8 +39,8 @@ def test_batch_equals_loop_over_single_poses(robot, data):
     result = robot.fk(q)
     assert result.shape == (*batch, 3, 4)
     assert result.dtype == np.float64
-    # Each entry of the result is a sum of terms. If the terms of an entry cancel, only their
-    # rounding errors remain.
+    # Each entry of the result is a sum of several terms. If the terms of an entry cancel, only
+    # their rounding errors remain.
     rounding = np.finfo(np.float64).eps * (1 + np.abs(q).max(initial=0))
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-13, atol=rounding)
 
@@ -449,7 +449,7 @@ def test_concurrent_calls_give_single_thread_results(robot):
 
 
 def refused(function, *inputs, **keywords):
-    """Makes a call that must fail."""
+    """Makes a call that must raise an error."""
     with pytest.raises(chasles.ChaslesError):
         function(*inputs, **keywords)
 

@@ -108,8 +108,8 @@ def test_labels_name_the_mirrored_part():
     labels = arm.labels["ik"]
     assert solutions.labels == labels
     assert len(labels) == len(set(labels)) == 8
-    # Labels that differ only in the elbow belong to solution slots that differ in the sign of that
-    # joint.
+    # Labels that differ only in the elbow belong to solution slots that differ in the sign of the
+    # elbow joint.
     pairs = [
         (k, labels.index(label.replace("elbow +", "elbow -")))
         for k, label in enumerate(labels)
@@ -145,7 +145,7 @@ def test_branches_of_loops_have_labels(name, function, method):
     labels = robot.labels[method]
     assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
     first = labels[0].split(", ")
-    # The last branch varies fastest: the second solution slot differs from the first only in that
+    # The last branch varies fastest: the first and the second solution slot differ only in the last
     # branch.
     second = labels[1].split(", ")
     assert [a == b for a, b in zip(first, second, strict=True)] == [True] * (len(first) - 1) + [
@@ -158,7 +158,8 @@ def test_branches_of_loops_have_labels(name, function, method):
 
 
 ALONE = {"swivel"}
-"""Functions of a single family of arms. The error for a missing function suggests no substitute."""
+"""Functions of a single family of arms. The error for this missing function suggests no
+substitute."""
 
 
 @pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])

@@ -174,7 +174,7 @@ def test_mixed_array_protocols_dispatch_to_ufunc(robot):
 def test_dask_process_scheduler_gives_equal_results():
     """Only the function's name and hash are pickled.
 
-    The worker process loads the robot by itself.
+    The worker process loads the robot from its installation.
     """
     arm = chasles.load("ur5e")
     q = np.random.default_rng(0).normal(size=(100, 6))

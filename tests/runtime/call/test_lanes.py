@@ -14,7 +14,8 @@ ROUNDING = 16
 accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
 because loop residuals are differences of lengths of that size."""
 LARGE = (4 << 20) // 8 + 1
-"""Doubles in a result that is large enough for streaming stores, which bypass the caches."""
+"""Number of doubles in a result that is large enough for streaming stores, which bypass the
+caches."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
 """Batch sizes around multiples of the number of lanes."""
 POSE_BY_POSE = {"modes"}
@@ -24,7 +25,7 @@ FEW = 8
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
 """One robot of each kind: cylinder triangles, spherical joints, and a platform on three legs."""
 NEAR = 0.02
-"""Distance (radian or metre) from the reference within which these robots' loops close."""
+"""Distance (radian or metre) from the reference within which the loops of these robots close."""
 NAMES = [*SERIAL, *LOOPS]
 ROBOTS = {name: chasles.load(name) for name in NAMES}
 
@@ -164,7 +165,7 @@ def test_huge_or_tiny_coordinates_do_not_affect_other_rows(name, item):
     function = find(name, item)
     plain = call(function, *make_inputs(function, 37))
     for scale in (1e5, 1e15, 1e300, 1e-310):
-        # Prismatic joints overflow at values that a revolute joint takes as many full turns.
+        # A prismatic joint overflows at values that a revolute joint treats as many full turns.
         inputs = make_inputs(function, 37, scale=scale)
         assert_close(call(function, *inputs), loop(function, *inputs))
         mixed = make_inputs(function, 37)
@@ -181,8 +182,8 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each non-finite value occurs in each argument, because the values shift relative to the
-        # arguments.
+        # Each non-finite value occurs in each argument, because the list of values is shifted
+        # relative to the arguments.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]

@@ -60,8 +60,8 @@ def test_missing_function_error_lists_available_functions(robot):
 
 
 def test_robot_and_functions_survive_pickling(robot, monkeypatch):
-    # The robot is compiled without the developer's flags. The unpickled robot is also compiled
-    # without these flags.
+    # The robot is compiled without the developer's compiler flags. The unpickled robot is also
+    # compiled without the developer's flags.
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     again = pickle.loads(pickle.dumps(robot))
     assert again == robot
@@ -320,7 +320,7 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
     files = list(root.rglob("*.py"))
     assert len(files) > 5
     for file in files:
-        # The test imports these packages and files explicitly, because they need extras.
+        # The test imports these packages and files explicitly, because they need optional packages.
         extras = (
             modules for room, modules in EXTRAS.items() if root / room in (file, *file.parents)
         )

@@ -51,8 +51,8 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A slightly smaller result reuses the memory block. A result of half the size does not reuse
-    # the block, to save memory.
+    # A slightly smaller result reuses the memory block of the freed result. A result of half the
+    # size does not reuse the memory block, to save memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
@@ -70,7 +70,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # The two results together take 32 MB, so each one is below the limit.
+    # The two results together take 32 MB, so each result is below the limit.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK

@@ -218,7 +218,7 @@ def test_threaded_errors_match_single_threaded_errors(robot, call):
 
 
 def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
-    """Such errors occur, for example, if memory for strided operands cannot be allocated."""
+    """Such errors occur, for example, if the memory for strided operands cannot be allocated."""
     running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):
@@ -267,7 +267,7 @@ def test_threaded_non_finite_inputs_propagate_without_warning(bad):
 
 
 def refused(function, *inputs, **keywords):
-    """Makes a call that must fail."""
+    """Makes a call that must raise an error."""
     with pytest.raises(chasles.InputError):
         function(*inputs, **keywords)
 
@@ -405,7 +405,7 @@ def test_concurrent_mixed_calls_give_correct_results():
 
 
 def test_concurrent_first_loads_compile_once(folder, cache):
-    """Several threads make the first call before the robot is compiled."""
+    """Several threads make the first call of a function before the robot is compiled."""
     q = np.random.default_rng(41).normal(size=(3000, 2))
     results = {}
 

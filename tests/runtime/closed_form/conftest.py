@@ -11,7 +11,7 @@ from tests.support.generators.geometric_errors import displaced
 
 @pytest.fixture(scope="session")
 def displaced_robot():
-    """The description of the arm."""
+    """Returns the description of the arm."""
     return displaced(read(description("irb120")), SIZE, SEED)
 
 

@@ -28,7 +28,7 @@ TRUE = 1e-8
 
 @pytest.fixture(scope="module")
 def case(displaced_robot, displaced_arm):
-    """A calibrated arm, and its forward kinematics computed by Pinocchio.
+    """Returns a calibrated arm, and its forward kinematics computed by Pinocchio.
 
     The campaign `displaced` tests all arms and error sizes; test_displaced tests fixed joints.
     """
@@ -36,7 +36,7 @@ def case(displaced_robot, displaced_arm):
 
 
 def inputs_of(arm, q):
-    """Return the poses and the redundancy parameters of configurations."""
+    """Returns the poses and the redundancy parameters of configurations."""
     return arm.fk(q), fixed_at(arm, q)
 
 

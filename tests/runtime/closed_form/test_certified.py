@@ -46,7 +46,7 @@ COMPLETE, INCOMPLETE = 1, 2
 
 @pytest.fixture(scope="module")
 def library(displaced_arm, tmp_path_factory):
-    """The functions of ``CERTIFIED`` for the arm."""
+    """Derives the functions in ``CERTIFIED`` for the arm."""
     folder, name = tmp_path_factory.mktemp("certified"), displaced_arm.name
     source, library = folder / "certified.c", folder / "certified.so"
     code = CERTIFIED.replace("NAME", name)
@@ -93,7 +93,7 @@ def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Tests whether an elimination order still certifies the solutions if one of them moves by
+    """Tests whether an elimination order still certifies the solutions if one solution moves by
     1e-3."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)

@@ -37,7 +37,7 @@ def arm(tmp_path_factory):
 
 
 def test_nearest_solution_takes_full_turns_of_joints(arm):
-    """A full turn of the roll is half a turn of both motors, forward and backward."""
+    """A full turn of the roll joint is half a turn of both motors, forward and backward."""
     q = np.random.default_rng(1).uniform(-2, 2, (300, 6))
     q[:, 4:] += 2 * np.pi * np.array([[1, -1]])
     T = arm.fk(q)

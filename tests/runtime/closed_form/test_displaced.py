@@ -23,10 +23,11 @@ POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
 """Configurations near the wrist singularity whose poses have over twelve solutions.
 
-They are selected from 60,000 samples.
+The configurations are selected from 60,000 samples.
 """
 RANDOM, MAX_LOST = 30_000, 5e-5
-"""Number of random configurations, and fraction that may be missed near singularities."""
+"""Number of random configurations, and fraction of these configurations that may be missed near
+singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
 """Range of the smallest singular value (metre or radian per radian) of the configurations in
 these tests."""
@@ -57,8 +58,8 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """The bound also holds near several singularities. A much larger residual thus proves that a
-    pose is out of reach.
+    """The bound on the residual also holds near several singularities. So a much larger residual
+    proves that a pose is out of reach.
     """
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)
@@ -112,7 +113,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
 
 
 def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
-    """Configurations are excluded if the remaining joints are singular.
+    """Configurations at which the remaining joints are singular are excluded.
 
     The arm has eight joints with round dimensions; its inverse missed poses for some fixed values.
     """

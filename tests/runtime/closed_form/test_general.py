@@ -18,13 +18,13 @@ from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
-"""A shipped robot as installed, and an arm derived here."""
+"""A shipped robot as installed, and an arm that this test derives."""
 NARROW = "-march=x86-64"
-"""Compiler flag for narrower vectors than installed robots use."""
+"""Compiler flag for narrower vectors than the vectors of installed robots."""
 CLOSED = 5e-14
 """Largest pose error (metre, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
-"""Radians below which two solutions are equal."""
+"""Angle in radians below which two solutions are equal."""
 
 
 @pytest.fixture(scope="module", params=NAMES)

@@ -1,4 +1,4 @@
-"""Pose paths on one branch, additional inputs of an inverse, and robots without an inverse."""
+"""Pose paths on one branch, additional inputs of an inverse, and robots that have no inverse."""
 
 import itertools
 
@@ -93,7 +93,7 @@ def test_path_ends_at_joint_limit(arm):
 
 def test_path_starts_within_joint_limits(arm):
     # The shoulder cannot reach the value of the seed, one turn away. The solution on the other
-    # branch is nearer.
+    # branch is nearer to the seed.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete
@@ -115,7 +115,7 @@ def test_path_ends_before_joint_jump(arm):
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
     # At a self-motion an inverse may return any solution. The solution of the inverse is far away,
-    # but Newton's method finds a nearby one.
+    # but Newton's method finds a nearby solution.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)
@@ -224,7 +224,8 @@ def test_invalid_inverse_entry_in_manifest_is_rejected(tmp_path, cache, inverse)
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
 def test_path_passes_wrist_singularity_without_jump(name):
-    # At the middle, axes 4 and 6 are aligned, and only the sum of their angles is determined.
+    # At the middle of the path, axes 4 and 6 are aligned, and only the sum of their angles is
+    # determined.
     arm = chasles.load(name)
     start = np.array([0.3, -0.8, 0.9, -0.4, 0.8, 0.2])
     q = start + np.linspace(0, 1, 401)[:, None] * [0.3, 0.2, -0.1, 0.3, -1.6, 0.4]
@@ -298,7 +299,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     start = robot.fk(q)
     T = np.broadcast_to(start, (300, 4, 4)).copy()
     T[:, :3, 3] += line([0, 0, 0], [-0.03, 0.04, 0.02], 300)
-    # The arm with five axes cannot keep the complete orientation along the path.
+    # An arm with five axes cannot keep the complete orientation along the path.
     assert robot.ik_path(T, q).ended_at == 1
     path = robot.ik_path(T, q, task="position_pitch")
     assert path.complete
@@ -306,7 +307,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
     assert path.max_step.max() < 0.01
-    # The input of ik_position_pitch gives the same path.
+    # A path of inputs of ik_position_pitch gives the same joint path.
     pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
     x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
     np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)

@@ -8,7 +8,7 @@ from chasles.closed_form.polish import _step, _twist, iterate, of_pose
 from tests.support.handwritten import scara
 
 LONGER = 0.003
-"""Metres by which the true upper arm is longer than the nominal upper arm."""
+"""Length in metres by which the true upper arm is longer than the nominal upper arm."""
 SIX = ["ur5e", "puma560"]
 
 
@@ -35,12 +35,12 @@ def errors(robot, q, T):
 
 
 def error(robot, q, T):
-    """Returns the larger of distance and angle."""
+    """Returns the larger of the distance and the angle between two poses."""
     return errors(robot, q, T).max(0)
 
 
 def polish(robot, T, q, fixed=()):
-    """Refines q toward pose T, and returns the coordinates and residuals."""
+    """Refines q toward the pose T, and returns the coordinates and residuals."""
     found = q.copy()
     return found, iterate(robot.fk_jacobian_mixed, of_pose, T, found, fixed)
 

@@ -10,7 +10,7 @@ from tests.support.oracles.newton_solutions import regular_solutions
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SAME = 1e-5
-"""Radians below which two configurations are equal."""
+"""Angle in radians below which two configurations are equal."""
 OFFSET_WRIST = """
 name = "offset_wrist"
 convention = "dh"
@@ -24,15 +24,15 @@ joints = [
   { name = "j6", d = 65, a = 0, alpha = 0 },
 ]
 """
-"""The file of an IRB 140 whose axis 5 misses axis 4 by 13.3 mm."""
+"""Robot file of an IRB 140 whose axis 5 misses axis 4 by 13.3 mm."""
 NEAR_WRIST = (
     np.pi * np.array([0, 1, 1, 0.5, 1, 0]),
     np.pi * np.array([1.5, 0, 1, 0.5, 1, 0]),
     np.pi * np.array([-0.5, 0.5, 1, -0.5, 1, 0]),
     np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
 )
-"""Configurations near the wrist singularity of this arm; the smallest singular value is 0.007 to
-0.009."""
+"""Configurations near the wrist singularity of this arm; the smallest singular value of the
+Jacobian is 0.007 to 0.009."""
 
 
 def wrapped(angles):
@@ -45,7 +45,7 @@ def is_found(arm, solutions, q):
 
 
 def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
-    """At pose 21 two refined solution slots may be only 7e-8 rad apart, with a residual of
+    """At pose 21, two refined solution slots may be only 7e-8 rad apart, with a residual of
     2e-10."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     solutions = arm.ik(arm.fk(q))
@@ -56,7 +56,7 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
 def test_exact_pose_with_few_digits_is_solved_exactly(tmp_path):
     """The pose is exact although its entries have few digits.
 
-    Slots converge to a distance of 1e-8 from the pose.
+    Solution slots converge to a distance of 1e-8 from the pose.
     """
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)

@@ -19,7 +19,7 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Error of the shoulder angle in radians, for poses above the height HIGH."""
+"""Error of the shoulder angle in radians at poses above the height HIGH."""
 HIGH = 0.2
 
 # Both singularities of the Panda nearly coincide.
@@ -36,7 +36,8 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """A SCARA arm with an inverse that is accurate only to half of its digits at high poses."""
+    """Returns a SCARA arm with an inverse that is accurate only to half of its digits at high
+    poses."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE
@@ -76,7 +77,7 @@ def test_refinement_solves_every_nearly_singular_pose(arm, q):
     check(arm, solutions, T)
     np.testing.assert_allclose(solutions.q[:, 0], arm.ik.ufunc(T)[0][:, 0], atol=1e-6)
     np.testing.assert_allclose(solutions.q[:, 0, 1], q[:, 1], atol=1e-12)
-    # The other solutions are unchanged, bit by bit.
+    # The other solutions are unchanged, bit by bit, after the refinement.
     for found, expected in zip(solutions, arm.ik(T[20:]), strict=False):
         np.testing.assert_array_equal(found[20:], expected)
     for index in (0, 30):
@@ -125,12 +126,12 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # The poses are slightly beyond the stretched arm. For poses closer to the reach, the
-    # result depends on rounding.
+    # The poses are slightly beyond the reach of the stretched arm. For poses closer to the boundary
+    # of the reach, the result depends on rounding.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
-    # The tilted tool cannot be reached by this arm.
+    # This arm cannot reach the tilted tool pose.
     T[9] = T[9] @ [
         [1, 0, 0, 0],
         [0, np.cos(1e-6), -1e-6, 0],

@@ -34,7 +34,7 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Minimum margin of every solution slot. Closer to the reach boundary, validity depends on
+"""Minimum margin of every solution slot. Closer to the boundary of the reach, validity depends on
 rounding."""
 SAME_POSE = 1e-14
 """Tolerance of the entries of a projected pose against the oracle."""
@@ -46,7 +46,8 @@ SOLVED = 1e-9
 ROUNDED_AS_FAR = 10
 """Largest residual for a rounded pose, relative to its distance from a rigid pose."""
 TILTED = 1e-5
-"""Tolerance of the nearest pose for arms with few joints: amplified single precision."""
+"""Tolerance for the nearest pose of arms with few joints: the amplified rounding of single
+precision."""
 
 
 ALIKE = 1e-4
@@ -61,7 +62,7 @@ def sampled(robot, count, rng):
 
 @functools.cache
 def arm_and_poses(name):
-    """An arm, and poses well within its workspace."""
+    """Returns an arm, and poses well within its workspace."""
     arm = chasles.load(name)
     rng = np.random.default_rng(sum(map(ord, name)))
     T = arm.fk(rng.uniform(-2.5, 2.5, (40 * POSES, arm.n)))
@@ -79,7 +80,7 @@ def polar(T):
 
 
 def noisy(T, size, rng):
-    """Adds errors of this size to every entry of the first three rows."""
+    """Adds errors of a specified size to every entry of the first three rows."""
     noise = np.zeros(T.shape)
     noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
     return T + noise
@@ -127,7 +128,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Number of right-angle poses (of 1000 near two singularities) that may be missed in float32."""
+"""Number of right-angle poses (of 1000 near two singularities) that may be missed in single
+precision."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])

@@ -1,7 +1,7 @@
 """Between two nearly equal solutions the error has a saddle, and the iteration continues past it.
 
-A UR5e with a nearly straight elbow has two such solutions. A random arm of the benchmarks has
-least-squares solutions on saddles at many right-angle poses.
+A UR5e with a nearly straight elbow has two nearly equal solutions. A random arm of the benchmarks
+has least-squares solutions on saddles at many right-angle poses.
 """
 
 from itertools import product
@@ -76,7 +76,8 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
-    """At the stretched arm, the error has a minimum outside the reach, and a saddle inside."""
+    """At the stretched arm, the error has a minimum outside the reach of the arm, and a saddle
+    inside."""
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
     inward = np.linalg.svd(J)[0][:, :, -1]

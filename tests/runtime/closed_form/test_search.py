@@ -1,7 +1,7 @@
 """If the closed form misses a right-angle pose, a search starts at least-squares solutions.
 
-The arm comes from the benchmarks. At some values of its fixed prismatic joint the other axes
-intersect, and the closed form misses poses for every choice of fixed joints.
+The arm comes from the benchmarks. At some values of the fixed prismatic joint, the axes of the
+other joints intersect, and the closed form misses poses for every choice of fixed joints.
 """
 
 import json
@@ -37,7 +37,7 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Right-angle configurations; the prismatic joint has the length of an offset."""
+    """Right-angle configurations in which the prismatic joint has the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
     q[:, 5] = -0.4
     return q
@@ -93,7 +93,7 @@ def test_search_keeps_unreachable_poses_unchanged(arm):
 
 
 def test_valid_flag_matches_pose_error(arm):
-    """Only some of these poses near the arm are reachable; each valid solution attains its pose."""
+    """Only some of these poses near the arm are reachable; each valid solution reaches its pose."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

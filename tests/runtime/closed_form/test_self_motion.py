@@ -38,7 +38,8 @@ FAR_FROM_STARTS = (
     1649,
     1810,
 )
-"""Numbers of poses that Newton's method misses from isolated solutions with a rotated tool."""
+"""Numbers of poses that Newton's method, started at isolated solutions with a rotated tool,
+misses."""
 
 
 def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):

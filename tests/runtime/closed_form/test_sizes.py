@@ -21,7 +21,7 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with four and six joints, some of them prismatic, and length factors.
+"""Arms with four and six joints, some of which are prismatic, and factors of their lengths.
 
 The factors include a micrometre-sized and a kilometre-sized arm.
 """
@@ -42,7 +42,8 @@ def family(request, tmp_path_factory):
 
 
 def poses(arm):
-    """Returns poses within reach, many poses beyond it, and some slightly beyond."""
+    """Returns poses within reach, many poses beyond the reach, and some poses slightly beyond the
+    reach."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-2, 2, (POSES, arm.n))
     T = arm.fk(q)
@@ -76,7 +77,7 @@ def test_ik_solutions_are_scale_invariant(family):
     assert 0.1 < wanted.valid.mean() < 1
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
-        # A pose at the limit of validity may be valid or invalid.
+        # A pose at the limit of validity may count as valid or invalid.
         border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(

@@ -28,7 +28,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (N, 4) within one turn, elbow to the left."""
+    """Coordinates (N, 4) within one turn, with the elbow to the left."""
     rng = np.random.default_rng(7)
     return rng.uniform([-3, 0.1, -0.5, -3], [3, 2.4, 0.5, 3], (N, 4))
 
@@ -302,8 +302,8 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad, so each branch has three values that differ by a turn; the
-    # lowest value is first.
+    # The shoulder has a range of 13 rad, so each branch has three shoulder values that differ by
+    # full turns; the lowest value is first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])

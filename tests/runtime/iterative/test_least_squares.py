@@ -33,7 +33,7 @@ DRAWN = {
 
 @pytest.fixture(scope="module", params=list(DRAWN))
 def drawn(request, tmp_path_factory):
-    """A robot whose loops cannot close, and its description.
+    """Returns a robot whose loops cannot close, and its description.
 
     The campaign `least_squares` tests other mechanisms and many errors.
     """
@@ -146,7 +146,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution():
-    """The least-squares option has no effect here: the closed form of the design is kept."""
+    """The least-squares option has no effect here: the robot has the closed form of the design."""
     hybrid = solved(replace(parallelogram(), closure="least squares"))
     assert not hybrid.forward.open
 

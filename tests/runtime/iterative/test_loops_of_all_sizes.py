@@ -15,7 +15,7 @@ from tests.support.compiling import compiled
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FACTORS = {"planar_3rrr": 256.0, "stewart_gough": 1 / 256}
-"""Powers of two, so that scaled lengths have no rounding errors."""
+"""Length factors are powers of two, so that scaled lengths have no rounding errors."""
 LENGTHS = {
     "planar_3rrr": re.compile(r"(?<=value = )[\d.]+"),
     "stewart_gough": re.compile(r"(?<=value = )[\d.]+|(?<=leg_\d = )\d+|(?<=\nz = )\d+|160"),
@@ -27,7 +27,7 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""Functions that the test compares, where the robot has them, and a call of each function."""
+"""Functions that the test compares if a robot has them, and a call of each function."""
 CONFIGURATIONS = 20
 SAME = 1e-12
 """Tolerance in radians, and relative to the size of the robot."""
@@ -44,7 +44,7 @@ def written(name, factor, folder):
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
-    """A shipped robot, the same robot in a different size, and the scale factor."""
+    """Returns a shipped robot, the same robot in a different size, and the scale factor."""
     name, factor = request.param
     return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
 

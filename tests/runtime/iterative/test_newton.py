@@ -100,7 +100,8 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Follows w to q by Newton's method in small steps; returns NaN where det c_u changes sign."""
+    """Follows w to the coordinates q by Newton's method in small steps; returns NaN where the
+    determinant of c_u, the derivative of the loop equations c, changes sign."""
     names = [v.name for v in robot.configuration_variables]
     own = [k for k, name in enumerate(names) if not name.startswith("psi")]
     moved = [c.name for c in robot.coordinates]
@@ -131,7 +132,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
     # Newton's method finds no solution beyond a singularity. Near a singularity, steps of this
-    # length may cross it.
+    # length may cross the singularity.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
@@ -208,7 +209,7 @@ def test_follow_from_seed_matches_direct_solution(robot):
 
 
 def unreachable(robot):
-    """Returns coordinates at which the first leg is too far away."""
+    """Returns coordinates at which the first leg cannot reach the platform."""
     return np.array(robot.reference.q) + 2.5 * np.eye(robot.n)[0]
 
 

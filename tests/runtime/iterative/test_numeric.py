@@ -23,13 +23,13 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""Tolerance as ROUNDING, for loops that both programs close by iteration (metre or radian)."""
+"""Tolerance like ROUNDING, for loops that both programs close by iteration (metre or radian)."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
 ROBOTS = (*SERIAL, *LOOPS, *PLATFORMS)
 ENDLESS = ("photo_robot",)
-"""Robots on a track without limits, which reach any distance."""
+"""Robots on a track without limits, so that they reach any distance."""
 PLACED = ("ur5e", "puma560", "panda", "jaco2", "lynxmotion", "well_manipulator")
 
 
@@ -182,7 +182,7 @@ def test_rng_determines_start_configurations(ur5e):
     assert (np.abs(one.q - other.q).max(axis=1) > 0.1).any()
     generators = [np.random.default_rng(5) for _ in range(2)]
     assert same(*(ur5e.ik_numeric(T, rng=generator) for generator in generators))
-    # The second call with the same generator uses other start configurations.
+    # The second call with the same random generator uses other start configurations.
     again = [ur5e.ik_numeric(T, rng=generators[0]), ur5e.ik_numeric(T, rng=generators[1])]
     assert same(*again)
     assert not same(again[0], ur5e.ik_numeric(T, rng=np.random.default_rng(5)))
@@ -194,7 +194,7 @@ def test_nearby_seed_converges_to_nearby_solution(robot):
     step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
     found = robot.ik_numeric(robot.fk(q), q + step)
     assert found.valid.all()
-    # Only a few poses near singularities need a restart. Without a self-motion the solution is the
+    # Only a few poses near singularities need a restart. Without a self-motion, the solution is the
     # original configuration.
     assert (found.restarts == 0).mean() >= 0.95
     moved = np.abs(found.q - q).max(axis=1)

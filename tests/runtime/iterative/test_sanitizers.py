@@ -36,7 +36,7 @@ pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
 """A robot that compiles fast, with vector code, branches and both joint types; a redundant arm."""
 SHAPES = ("acceleration_mixed", "ik")
-"""Functions with several inputs and one result, and with branches and several results.
+"""Functions with several inputs and one result, and functions with branches and several results.
 
 The campaign ``memory`` runs all functions.
 """
@@ -78,7 +78,7 @@ def require(folder, sanitizer):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """A program with code for all instruction sets, keyed by robot and flags."""
+    """Compiles a program with code for all instruction sets, keyed by robot and flags."""
 
     @cache
     def of(name, *flags, compiler=GCC):
@@ -102,7 +102,7 @@ def test_generated_code_stays_in_bounds_without_undefined_behaviour(chosen, buil
 
 @pytest.mark.parametrize("chosen", SETS)
 def test_vector_code_touches_only_its_rows(chosen, built):
-    """Data lie between protected pages, because sanitizers miss masked and streaming stores."""
+    """The data lie between protected pages, because sanitizers miss masked and streaming stores."""
     require_features(SETS[chosen])
     program, functions = built(SMALL, "-O1", compiler=COMPILER or GCC)
     assert run(program, "pages", sets=SETS[chosen]) == 2 * functions * CASES

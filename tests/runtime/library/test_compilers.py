@@ -10,12 +10,14 @@ from tests.support.tools import path_of
 
 N = 16
 SAME = 1e-12
-"""Tolerance of forward kinematics, relative to the largest entry: compilers fuse and reorder."""
+"""Tolerance of forward kinematics relative to the largest entry, because compilers fuse and reorder
+operations."""
 SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
 
 SOLUTIONS_OF_GEN3 = 456
-"""Solutions of 64 poses of the Kinova Gen3, found by code of gcc with vectors and without."""
+"""Number of solutions of 64 poses of the Kinova Gen3 that gcc code finds with vectors and without
+vectors."""
 
 
 def configurations(robot, rng, n=N):
@@ -26,7 +28,8 @@ def configurations(robot, rng, n=N):
 
 
 def inverse(robot, q):
-    """Solves the poses of configurations, with the redundancy fixed at its values."""
+    """Solves the poses of configurations, with the redundancy parameters fixed at the values in the
+    configurations."""
     role = robot.manifest.with_role("inverse", "pose").role
     fixed = {robot.coordinates[k].name: q[:, k] for k in role.fixed}
     if any(item.name == "swivel" for item in robot.redundancy):

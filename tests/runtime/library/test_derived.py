@@ -53,7 +53,7 @@ print(chasles.find_folder(sys.argv[1]))
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """An empty cache, and a compiler and flags for fast compilation."""
+    """Prepares an empty cache, and a compiler and flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if COMPILER:
         monkeypatch.setenv("CC", COMPILER)
@@ -238,7 +238,7 @@ def test_links_and_name_are_selected_by_load(tmp_path):
     assert chasles.load(path).n == 2
     short = chasles.load(path, tip="lid", name="mine")
     assert (short.n, short.name) == (1, "mine")
-    # An inverse for fixed joints is derived from the same chain.
+    # An inverse for fixed joints is derived from the chain of the loaded robot.
     origin = (path, ("--tip", "lid", "--name", "mine"))
     assert described.description_of(short.folder) == origin
     assert chasles.load(path, group="short").n == 1
@@ -367,7 +367,8 @@ def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkey
 
 @pytest.fixture
 def bare(tmp_path, monkeypatch):
-    """An environment with only chasles and NumPy, and a compiler that the test may change."""
+    """Creates an environment with only chasles and NumPy, and a compiler that the test may
+    change."""
     folder = tmp_path / "bare"
     venv.create(folder, symlinks=True, with_pip=False)
     package = tmp_path / "site" / "chasles"

@@ -32,7 +32,7 @@ KILLS = 8
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """An empty cache, and a compiler and flags for fast compilation."""
+    """Prepares an empty cache, and a compiler and flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if COMPILER:
         monkeypatch.setenv("CC", COMPILER)

@@ -1,4 +1,4 @@
-"""`ik(T, fixed={...})`: inverses for fixed joints, derived on first use."""
+"""`ik(T, fixed={...})` with inverses for fixed joints, which are derived on first use."""
 
 import inspect
 import subprocess
@@ -62,7 +62,7 @@ def stages(well):
     T[down, 0, 3] = 1.237
     depth = np.interp(t, [27, 37, 39, 49], [1020, -1146, -1146, -1146 - 2166])
     T[down, 2, 3] = depth[down] * MM
-    # The paper does not state how joint 2 moves after 39 s; here it lowers the arm.
+    # The paper does not state how joint 2 moves after 39 s; in this test, joint 2 lowers the arm.
     theta2 = np.interp(t, [39, 49], [88.79, 30]) * DEG
     return t, T, theta[:, 0], theta2
 
@@ -104,8 +104,8 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # At this length the loop does not close: a batch contains NaN, and a single call raises an
-    # error.
+    # At this cylinder length the loop does not close: a batch contains NaN, and a single call
+    # raises an error.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -151,7 +151,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     again = panda.ik(T[0], fixed={"joint4": q[0, 3]})
     np.testing.assert_array_equal(out[0], again.q)
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
-    # The nearest solution keeps the fixed value to the last bit.
+    # The nearest solution has the fixed value to the last bit.
     nearest = panda.ik_nearest(T, q + 1e-3, fixed={"joint4": q[:, 3]}, limits=None)
     assert nearest.valid.all()
     assert (nearest.q[:, 3] == q[:, 3]).all()
@@ -159,7 +159,8 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
 
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
-    """SciPy finds roots of the pose error from random values, with the fixed joint removed."""
+    """SciPy finds roots of the pose error from random start values, with the fixed joint
+    removed."""
     from scipy.optimize import root
 
     rng = np.random.default_rng(2)
@@ -206,7 +207,7 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
 
 
 # The axes of j1 and j3 are parallel at j2 = 0. The second arm then has two solutions for its only
-# slot.
+# solution slot.
 PARALLEL_AT_ZERO = {
     830591000001: [[-np.pi / 2, 0, -np.pi / 2, -0.3, 0, np.pi], [np.pi / 2, 0, 0, 0.5, np.pi, 0]],
     4471000019: [[np.pi, 0, 0.5, 0], [-np.pi / 2, 0, -0.1, -np.pi / 2]],

@@ -1,4 +1,4 @@
-"""A portable library is called at the level of this processor."""
+"""A portable library is called at the processor level of this machine."""
 
 import platform
 import subprocess
@@ -29,14 +29,14 @@ pytestmark = [
 
 
 def level() -> int:
-    """Returns the level of this processor, as Linux states it."""
+    """Returns the processor level of this machine, as Linux states it."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     flags = set(next(line for line in lines if line.startswith("flags")).split())
     return 4 if flags >= V4 else 3 if flags >= V3 else 1
 
 
 def has_function(library, name) -> bool:
-    """Tests whether a library has a function; this one has no inputs, which is refused later."""
+    """Tests whether a library has a function; a call without inputs is refused later."""
     texts = dict.fromkeys(("label", "doc"), name)
     rest = ("signature", "guard", "solutions", "rescue", "fk", "general")
     values = {"operations": {}, "reduced": (len, ()), "poses": 0, "unit": 1.0, "parameters": ()}

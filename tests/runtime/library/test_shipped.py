@@ -16,8 +16,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""The quantity that the first input of each function represents. The first inputs of all other
-functions are tasks."""
+"""Vector that the first input of each function represents. The first inputs of all other functions
+are tasks."""
 
 
 @pytest.fixture(params=NAMES)

@@ -19,9 +19,9 @@ POSES, SAME = 3, 1e-8
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """A robot, its oracle, and closed configurations (N, n_z) near the reference.
+    """Returns a robot, its oracle, and closed configurations (N, n_z) near the reference.
 
-    The campaign `legs` draws other platforms.
+    The campaign `legs` tests other platforms.
     """
     mechanism = agile_eye()
     robot = compiled(mechanism, tmp_path_factory.mktemp("agile_eye"), FUNCTIONS, ["c"])

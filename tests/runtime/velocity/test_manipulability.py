@@ -18,7 +18,8 @@ def ur5e():
 
 
 def test_planar_arm_manipulability_matches_textbook_formula():
-    """w = a1 a2 |sin q2| is largest at an elbow angle of 90 degrees (Yoshikawa 1985, section 4)."""
+    """For link lengths a1, a2 and elbow angle q2, the measure w = a1 a2 |sin q2| is largest at an
+    elbow angle of 90 degrees (Yoshikawa 1985, section 4)."""
     scara = chasles.load("scara")
     q = inside(scara, 200)
     a1, a2 = (np.linalg.norm(x) for x in planar_links(scara))
@@ -67,7 +68,7 @@ def test_manipulability_gradient_matches_differences(name, components):
     q = inside(robot, 200)
     found = robot.manipulability_gradient(q, components=components)
     measure = robot.manipulability(q, components=components)
-    # High-order differences, at configurations away from kinks.
+    # The derivatives are high-order differences at configurations away from kinks of the measure.
     away = measure.min_singular_value > 0.05
     h = 1e-3 * np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, 0.1)
     for k in range(robot.n):
@@ -95,7 +96,7 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
         moved = np.einsum("Nij,Nj->Ni", J[:, ROWS[components]], qd)
         along = np.einsum("Nij,Ni->Nj", found.axes, moved) / found.lengths
         assert (np.linalg.norm(along, axis=-1) <= 1 + 1e-9).all()
-        # The axes and lengths reproduce J J^T.
+        # The axes and lengths of the ellipsoid reproduce J J^T.
         squared = J[:, ROWS[components]] @ J[:, ROWS[components]].mT
         back = (found.axes * found.lengths[:, None] ** 2) @ found.axes.mT
         np.testing.assert_allclose(back, squared, rtol=0, atol=1e-13)
@@ -141,7 +142,7 @@ def test_characteristic_length_is_rms_distance_from_axes(ur5e):
     J = ur5e.jacobian_mixed(q)
     expected = np.sqrt((J[:, :3] ** 2).sum(1).mean())
     assert abs(ur5e.characteristic_length / expected - 1) < 0.01
-    # A gantry has no rotation, so all its singular values are close to 1.
+    # A gantry does not rotate its tool, so all its singular values are close to 1.
     gantry = chasles.load("bricklaying_gantry")
     values = gantry.manipulability(inside(gantry, 10)).singular_values
     assert 0.8 < values.min() < values.max() < 1.3

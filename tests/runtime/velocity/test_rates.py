@@ -47,7 +47,8 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
     np.testing.assert_allclose(found.twist[away], V[away], rtol=0, atol=1e-11)
     lost = robot.functions[f"jacobian_{representation}"](q)
     _, _, unit = pure(robot, q)
-    # Joint rates of norm 1 in the singular direction produce a twist of norm sigma.
+    # Joint rates of norm 1 in the singular direction produce a twist whose norm is the singular
+    # value sigma.
     back = np.linalg.lstsq(
         lost[0] * unit, found.singular_direction[0] * found.min_singular_value[0], rcond=None
     )[0]
@@ -70,8 +71,8 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
     expected = np.einsum("Nji,Nj->Ni", vt, along)
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
-    # All other directions are attained up to rounding; the singular direction is damped and
-    # reported.
+    # The solver attains the twist in all other directions up to rounding; the singular direction is
+    # damped and reported.
     missed = (found.twist - V) * row
     direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
@@ -219,8 +220,8 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Random joint rates at 250 Hz move joints to their limits. All bounds hold at every time
-    step."""
+    """Random joint rates at 250 Hz move joints to their limits. All limits are satisfied at every
+    time step."""
     rng = np.random.default_rng(10)
     dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
@@ -290,17 +291,19 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
-    # From a tenth of the speed in the same direction, one joint limits the increase in speed.
+    # From a tenth of the speed in the same direction, the acceleration limit of one joint limits
+    # the increase in speed.
     found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
-    # From the opposite direction, all joints brake at their acceleration limits.
+    # If the robot first moves in the opposite direction, all joints brake at their acceleration
+    # limits.
     found = ur5e.joint_rates(q, -V, qd_previous=wanted, **limits)
     assert found.scale < 1e-9
     braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
     np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
-    # From a slightly different direction, only the limiting joint deviates, and the speed hardly
-    # drops.
+    # If the robot first moves in a slightly different direction, only the limiting joint deviates,
+    # and the speed hardly drops.
     aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
     found = ur5e.joint_rates(q, V, qd_previous=aside, **limits)
     assert found.limited.tolist() == [False] * 5 + [True]

@@ -17,7 +17,8 @@ def robot(tmp_path_factory):
 
 
 def lines(pose, q):
-    """Returns the rod lines (n, r x n) from geometry alone."""
+    """Returns the lines (n, r x n) of the rods from geometry alone, with direction n and point
+    r."""
     r = planar.pins(pose) - np.asarray(pose)[..., None, :2]
     n = (planar.pins(pose) - planar.ends(q)) / ROD
     return np.concatenate([n, (r[..., :1] * n[..., 1:] - r[..., 1:] * n[..., :1])], -1)
@@ -31,7 +32,7 @@ def test_singularity_measures_match_their_definitions(robot):
     assert len(q) > 50
     found = robot.singularity(pose, q, characteristic_length=0.2)
     J_x = lines(pose, q)
-    # The crank ends satisfy J_x x' = J_q q', row by row.
+    # The velocities of platform x' and cranks q' satisfy J_x x' = J_q q', row by row.
     arms = planar.CRANK * np.stack([-np.sin(q), np.cos(q)], -1)
     J_q = (arms * J_x[..., :2]).sum(-1)
     np.testing.assert_allclose(found.type_1, np.abs(J_q).min(-1) / 0.2, atol=1e-12)

@@ -88,8 +88,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     assert_sound(arm, track, 1e-3, RATE)
     assert track.min_singular_value < 1e-6
     assert abs(track.min_singular_value_index - STEPS // 2) <= 1
-    # Beyond the singularity the joint positions are recovered, although they are undetermined at
-    # it.
+    # Beyond the singularity, the solver recovers the joint positions, although they are
+    # undetermined at the singularity.
     np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
     away = track.singular_value > AWAY
     assert 0.8 < away.mean() < 1
@@ -103,8 +103,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # The path passes the singularity in the singular direction. The closer it passes, the faster
-    # the wrist must rotate by half a turn.
+    # The path passes the singularity in the singular direction. The closer the path passes the
+    # singularity, the faster the wrist must rotate by half a turn.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -118,7 +118,7 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
-    # At the singularity the wrist can rotate in both directions. Tracking selects one direction
+    # At the singularity the wrist can rotate in both directions. The solver selects one direction
     # when it leaves the singularity.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
@@ -142,7 +142,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # The path has poses that some branch cannot reach.
+            continue  # The path has poses that the arm cannot reach on some branch.
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -187,8 +187,8 @@ def test_track_step_solves_bounded_least_squares(arm):
 
 
 def test_joints_stop_at_their_limits(arm):
-    # The path requires an elbow angle beyond its limit; the arm follows as far as it can and
-    # returns.
+    # The path requires an elbow angle beyond its limit; the arm follows the path as far as it can
+    # and then returns to the path.
     s = np.concatenate([np.linspace(0, 1, 501), np.linspace(1, 0, 501)])
     q = REGULAR + [0, 0, 1.3, 0, 0, 0] + s[:, None] * [0.1, 0.2, 0.6, 0, 0, 0]
     assert q[:, 2].max() > arm.upper[2]
@@ -225,7 +225,7 @@ def test_track_converges_from_offset_start(arm):
     assert_sound(arm, track, 0.01)
     np.testing.assert_allclose(track.q[-1], REGULAR, atol=1e-12)
     slow = arm.track(poses, REGULAR + 0.4, 0.01, gain=2.0)
-    # The error decreases by the factor 1 - gain dt per step.
+    # In each time step dt, the error decreases by the factor 1 - gain dt.
     np.testing.assert_allclose(slow.error[101] / slow.error[100], 0.98, atol=1e-3)
 
 

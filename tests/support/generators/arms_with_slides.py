@@ -38,8 +38,8 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 
     Args:
         kinds: The joint types.
-        seed: 1 gives axes along the base axes and round lengths. Larger seeds give revolute axes in
-            any direction; odd seeds give round lengths.
+        seed: seed 1 generates axes along the base axes and round lengths. Larger seeds generate
+            revolute axes in any direction; odd seeds generate round lengths.
         meeting: Whether adjacent revolute axes intersect; prismatic axes are along the base axes.
     """
     draw = random.Random(f"{kinds}{seed}")
@@ -54,7 +54,8 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 def planar(kinds: str, seed: int) -> SerialRobot:
     """Returns an arm with parallel revolute axes (R).
 
-    T denotes a prismatic joint normal to the revolute axes, and L a joint parallel to them.
+    In the text of the structure, T denotes a prismatic joint normal to the revolute axes, and L a
+    prismatic joint parallel to them.
     """
     draw = random.Random(seed)
     directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]

@@ -1,4 +1,4 @@
-"""As-built robots with loops: small random errors of lengths in the loops."""
+"""As-built robots with loops: small random length errors in the loops."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -19,9 +19,9 @@ def as_built(
     """Returns a mechanism with random length errors of some joints and rods.
 
     Args:
-        mechanism: The design of the robot.
+        mechanism: The design, without errors.
         members: Names of the joints and rods with errors.
-        error: Maximum error of a pin coordinate or rod length (metre).
+        error: Maximum error of a pin coordinate or of a rod length (metre).
         rng: Random generator of the errors.
     """
 
@@ -58,18 +58,19 @@ BOARD_INSTALLER = frozenset(
 
 
 UPRIGHT = Rotation("x", sp.pi / 2)
-"""Rotates z to -y, the axis of the arm of the board installer."""
+"""Rotation from z to -y, the axis of the arm of the board installer."""
 
 
 LONGER = sp.Rational(2, 10_000)
-"""Single length error (metre)."""
+"""Size of a single length error (metre)."""
 TILT = Rotation("x", sp.pi / 1800)
-"""Single axis error (0.1 degrees)."""
+"""Size of a single axis error (0.1 degrees)."""
 Value = Callable[[sp.Expr], sp.Expr]
 
 
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """Yields a mechanism with each single error (and its name), and finally with all errors.
+    """Yields a mechanism with each single error and the name of the error, and finally the
+    mechanism with all errors.
 
     Each nonzero placement length or rod length is 0.2 mm longer, and each joint axis is rotated by
     0.1 degrees.
@@ -96,13 +97,14 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
 
 
 def _longer(off: dict[int, sp.Rational]) -> Value:
-    """Adds errors to lengths; each key is the index of a length among all lengths."""
+    """Adds errors to lengths; each key of the errors is the index of a length among all lengths."""
     met = iter(range(10_000))
     return lambda value: value + off.get(next(met), 0)
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism with transformed placement and rod lengths; each is transformed once."""
+    """Returns a mechanism with transformed placement and rod lengths; each length is transformed
+    once."""
     return replace(
         mechanism,
         joints=tuple(
@@ -188,7 +190,8 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns a mechanism with displaced joints and closures, whose loops close in least squares.
+    """Returns a mechanism with displaced joints and closures, whose loops close in the
+    least-squares sense.
 
     Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
     """
@@ -201,7 +204,8 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def displaced(rng: np.random.Generator) -> Placement:
-    """Returns a shift of 0.1 to 0.5 mm along, and a rotation of 0.1 to 2 mrad about, each axis."""
+    """Returns a shift of 0.1 to 0.5 mm along each axis, and a rotation of 0.1 to 2 mrad about each
+    axis."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))

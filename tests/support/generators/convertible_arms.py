@@ -15,7 +15,8 @@ HELICAL, REVERSED, COUPLED = 0.15, 0.2, 0.3
 
 
 def convertible_arm(seed: int) -> SerialRobot:
-    """Returns the arm for a seed; two of three arms have errors from 1 um and 1 urad to 0.1."""
+    """Returns the arm for a seed; two of three arms have errors of a random size between 1e-6 and
+    0.1 (metre, radian)."""
     draw = Random(seed)
     arm = random_arm(seed)
     if draw.random() < 2 / 3:

@@ -16,7 +16,7 @@ STRUCTURES = (
     *("R=R", "R+R", "R+R=R", "R=R=R", "P+R=R", "R=R=PxR", "R+R=R=R", "R+R=R=R+R"),
     *("R+R=R/RxrxR", "R+R=R=R+R+R", "R+P=R/RxrxR", "R/R=R/RxrxR", "RxrxR+RxrxRxR"),
 )
-"""Structures with a closed-form inverse, half of all arms."""
+"""Structures that have a closed-form inverse; half of all arms have one of these structures."""
 DENSITY = 0.4
 """Fraction of nonzero entries outside the diagonal."""
 MAX_JOINTS, MAX_CONDITION = 7, 200.0
@@ -24,12 +24,13 @@ MAX_JOINTS, MAX_CONDITION = 7, 200.0
 
 @dataclass(frozen=True)
 class CoupledArm:
-    """An arm with motors, the same arm without, and theta = C q + c.
+    """An arm with motors, the same arm without motors, and the map theta = C q + c from motors q to
+    joints theta.
 
     Attributes:
         robot: The coupled arm.
-        plain: The arm whose coordinates are the joints.
-        C: The ratios (n, n).
+        plain: The same arm with the joints as coordinates.
+        C: The ratios C (n, n) of the couplings.
         c: The offsets (n,).
     """
 
@@ -55,7 +56,7 @@ def coupled_arm(seed: int) -> CoupledArm:
 
 
 def with_motors(plain: SerialRobot, C: sp.Matrix, offsets: list[sp.Expr]) -> CoupledArm:
-    """Returns an arm whose motors move its joints by a matrix."""
+    """Returns an arm whose motors move its joints by a matrix of ratios."""
     n = len(plain.moving)
     names = [f"m{k}" for k in range(1, n + 1)]
     couplings = tuple(

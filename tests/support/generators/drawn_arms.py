@@ -39,7 +39,8 @@ SETS = 4
 SLIDES = 0.2
 """Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Range of the fraction of zero lengths per arm. Zero lengths make a closed form more likely."""
+"""Range from which the fraction of zero lengths of an arm is selected. Zero lengths make a closed
+form more likely."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
@@ -158,7 +159,8 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Returns the results after the refinement of unsolved poses, as in a loaded robot."""
+        """Returns the results after the refinement of unsolved poses, as a loaded robot computes
+        them."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role
@@ -188,7 +190,7 @@ class Derived(Case):
 
     @property
     def still(self) -> tuple[int, ...]:
-        """Joints that the inverse keeps at 0."""
+        """Joints that the inverse sets to 0."""
         q = self.inverses.functions[self.function].outputs[0]
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 
@@ -218,7 +220,7 @@ def _terms(robot: SerialRobot) -> Terms:
 
 def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
     """Returns one case per closed-form inverse of a serial robot. An arm that is only close to a
-    closed-form family has no case, because its nominal inverse is refined in compiled C.
+    closed-form family is no case, because its nominal inverse is refined in compiled C.
 
     Args:
         robot: The robot.

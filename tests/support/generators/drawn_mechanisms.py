@@ -1,8 +1,8 @@
 """Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimetres, optionally scaled by 1000 or 1/1000. The reference is a closed
-configuration found by ``tests/support/oracles/multi_start.py``, rounded to three digits. Each seed
-determines one mechanism.
+Lengths are whole millimetres, for some mechanisms scaled by 1000 or 1/1000. The reference is a
+closed configuration found by ``tests/support/oracles/multi_start.py``, rounded to three digits.
+Each seed determines one mechanism.
 """
 
 import random
@@ -21,9 +21,9 @@ BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
 """Scale factors; most mechanisms are a few decimetres long."""
 ATTEMPTS = 200
-"""Maximum number of random length sets until the loops close at the reference."""
+"""Maximum number of random length sets that are tried until the loops close at the reference."""
 DIGITS = 3
-"""Number of digits of the reference values, as in a hand-written file."""
+"""Number of digits of the reference values, as in a handwritten file."""
 Point = tuple[sp.Expr, sp.Expr]
 ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 
@@ -45,7 +45,7 @@ class Sketch:
     tools: list[str] = field(default_factory=list)
 
     def length(self, low: int, high: int) -> sp.Expr:
-        """Returns a random length in whole millimetres, in metre."""
+        """Returns a random length in metre that is a whole number of millimetres."""
         return sp.Rational(self.draw.randint(low, high), 1000)
 
     def point(self, reach: int = 300) -> Point:
@@ -100,7 +100,7 @@ def _frame(body: str, at: Point, z: sp.Expr = sp.S.Zero) -> Frame:
 
 
 def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str]]:
-    """Adds a crank and a dyad; returns their bodies."""
+    """Adds a crank and a dyad (two links on pins) to the mechanism; returns their bodies."""
     crank = s.pin(f"{name}_crank", on, s.point(150) if on != BASE else ORIGIN)
     s.actuated.append(f"{name}_crank")
     far = (s.length(80, 300), sp.S.Zero)
@@ -124,7 +124,7 @@ def five_bar(s: Sketch) -> None:
 
 
 def watt(s: Sketch) -> None:
-    """A four-bar and a dyad between two adjacent links."""
+    """A four-bar and a dyad (two links on pins) between two adjacent links."""
     crank, links = _four_bar(s)
     pairs = [(crank, links[0])]
     if len(links) > 1:
@@ -133,14 +133,14 @@ def watt(s: Sketch) -> None:
 
 
 def stephenson(s: Sketch) -> None:
-    """A four-bar and a dyad between two opposite links."""
+    """A four-bar and a dyad (two links on pins) between two opposite links."""
     crank, links = _four_bar(s)
     pairs = [(links[0], BASE)]
     if len(links) > 1:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # If the mechanism is actuated at its other end, it has no dyads.
+        # A mechanism that is actuated at its other end has no dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 
@@ -151,7 +151,7 @@ def _second_dyad(s: Sketch, pair: tuple[str, str], links: list[str]) -> None:
 
 
 def slider_crank(s: Sketch) -> None:
-    """A crank, connecting rod and slider, driven at either end."""
+    """A crank, a connecting rod and a slider; the crank or the slider is driven."""
     crank = s.pin("crank", BASE, ORIGIN)
     end = (s.length(80, 200), sp.S.Zero)
     angle = sp.pi * sp.Rational(s.draw.choice((0, 0, 15, 30, 90, -45)), 180)
@@ -220,7 +220,7 @@ def parallelograms(s: Sketch) -> None:
 
 
 def palletizer(s: Sketch) -> None:
-    """An arm with its elbow driven by a base crank through a parallelogram."""
+    """An arm whose elbow is driven by a base crank through a parallelogram."""
     arm, crank = s.length(200, 400), s.length(60, 150)
     lower = s.pin("lower", BASE, ORIGIN)
     foot = s.pin("foot", BASE, ORIGIN)
@@ -239,7 +239,7 @@ def series(s: Sketch) -> None:
 
 
 def nested(s: Sketch) -> None:
-    """A four-bar with a cylinder-driven crank, and an optional dyad."""
+    """A four-bar with a cylinder-driven crank, and an optional dyad (two links on pins)."""
     crank, links = _four_bar(s)
     s.actuated = []
     s.rod("ram", BASE, s.point(250), crank, s.point(150))
@@ -268,7 +268,8 @@ def _rssr(s: Sketch, name: str, on: str) -> str:
 
 
 def rssr(s: Sketch) -> None:
-    """Two cranks about skew axes and a rod with ball joints; sometimes two in series."""
+    """Two cranks about skew axes and a rod with ball joints, sometimes two of these loops in
+    series."""
     rocker = _rssr(s, "a", BASE)
     if s.draw.random() < 0.25:
         rocker = _rssr(s, "b", rocker)

@@ -31,7 +31,8 @@ ERROR = 5e-4
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
 """Tool offset from the axis of the last joint, so that this joint moves the tool."""
 CLEAR = 0.02
-"""Distance from dead points (radian, or relative to the size) that length errors may bridge."""
+"""Distance from dead points (radian, or relative to the size) that exceeds the effect of length
+errors."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
 """Scale of the lengths. Arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
@@ -123,7 +124,8 @@ def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
 def built_arm(seed: int) -> Mechanism:
     """Returns the as-built arm for a seed, with its design as the nominal mechanism.
 
-    The reference is not near a dead point, because errors may prevent the loops from closing there.
+    The reference is not near a dead point, because length errors may prevent the loops from closing
+    there.
     """
     for attempt in range(ATTEMPTS):
         design = drawn_arm(seed + ATTEMPTS_APART * attempt)
@@ -139,7 +141,8 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns an as-built arm: errors of all lengths, and axis errors of joints outside loops.
+    """Returns an as-built arm: all lengths have errors, and the axes of joints outside loops have
+    errors.
 
     Args:
         design: The arm.

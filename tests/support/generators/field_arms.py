@@ -25,7 +25,7 @@ from tests.support.oracles.screws import Screws, screws_of
 
 CALIBRATION = Path(__file__).parents[1] / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
-"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
+"""Cosine of the pitch below which roll and yaw are rotations about the same axis."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class FieldArm:
 
     @cached_property
     def screws(self) -> Screws:
-        """Axes and home pose in the base frame [m]."""
+        """Joint axes and home pose in the base frame [m]."""
         frame, axes, points = np.eye(4), [], []
         for T, axis, back in zip(self.before, self.axes, self.after, strict=True):
             frame = frame @ T
@@ -100,7 +100,7 @@ class FieldCase(Case):
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
-        """Whether a configuration determines the value of an inverse input."""
+        """Whether a configuration determines the value of an input of the inverse."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
 

@@ -100,14 +100,15 @@ def _change(container: Any, key: Any, dice: random.Random) -> None:
 
 
 def mutated_json_text(text: bytes, dice: random.Random) -> bytes:
-    """Returns JSON text with mutated values, and rarely with brackets beyond any depth."""
+    """Returns JSON text with mutated values, and rarely with brackets that are nested beyond any
+    depth limit."""
     if dice.random() < 0.001:
         return b"[" * NESTED
     return json.dumps(mutated_json(json.loads(text), dice)).encode()
 
 
 def mutated_archive(content: bytes, dice: random.Random) -> bytes:
-    """Returns a NumPy archive with mutated arrays, facts or members."""
+    """Returns a NumPy archive in which arrays, facts or members are mutated."""
     with np.load(io.BytesIO(content)) as arrays:
         found = {name: arrays[name] for name in arrays.files}
     if "facts" in found and dice.random() < 0.5:

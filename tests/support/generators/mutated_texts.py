@@ -104,7 +104,7 @@ NUMBERS_CHANGED: tuple[Wound, ...] = (
     _replaced(NUMBER, lambda number, _: f"-{number}"),
     _replaced(NUMBER, lambda _, dice: dice.choice(ODD_NUMBERS)),
 )
-"""Mutations whose result is often a valid robot."""
+"""Mutations that often result in a valid robot."""
 WOUNDS: tuple[Wound, ...] = (
     *(_on_tokens(change) for change in (_deleted, _doubled, _swapped)),
     *(_on_lines(change) for change in (_deleted, _doubled, _swapped, _cut)),

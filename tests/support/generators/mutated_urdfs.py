@@ -19,7 +19,7 @@ Texts = tuple[str, str, str]
 ZEROS: Texts = ("0", "0", "0")
 FEWEST_DIGITS, MAX_DIGITS = 3, 6
 SMALLEST_NOISE, LARGEST_NOISE = -16, -9
-"""Decimal exponents of the noise added to numbers (metre, radian, or 1)."""
+"""Decimal exponents of the noise that a mutation adds to numbers (metre, radian, or 1)."""
 ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
 MAX_TURNED, MAX_INSERTED = 3, 3
 
@@ -37,7 +37,7 @@ class UrdfJoint:
 
     @property
     def origin(self) -> np.ndarray:
-        """Joint frame (4, 4) in the preceding link."""
+        """Joint frame (4, 4) relative to the preceding link."""
         T = np.eye(4)
         T[:3, :3] = rotation(*map(float, self.rpy))
         T[:3, 3] = [float(x) for x in self.xyz]
@@ -87,7 +87,7 @@ class Mutant:
 
 
 def arm_of_urdf(name: str, text: str) -> Mutant:
-    """Parses the chain of a URDF that contains only one chain, with numbers as written."""
+    """Parses the chain of a URDF that contains only one chain, and keeps the numbers as written."""
     joints = []
     for element in ElementTree.fromstring(text).findall("joint"):
         found = {
@@ -159,7 +159,7 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Inserts fixed joints, which have no displacement or the translation of a joint."""
+    """Inserts fixed joints, which have no displacement or take over the translation of a joint."""
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MAX_INSERTED)):
         k = dice.randrange(len(joints))

@@ -1,8 +1,8 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
-A leg has three joints. One is actuated, and one (the closure) is not part of the joint tree: the
-base carries the joints before the closure, the platform the joints after it. Legs with two passive
-prismatic joints are excluded, because they constrain only the platform angle.
+A leg has three joints. One joint is actuated, and one joint (the closure) is not part of the joint
+tree: the base carries the joints before the closure, the platform the joints after it. Legs with
+two passive prismatic joints are excluded, because they constrain only the platform angle.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 Place = tuple[float, float, float]
-"""The x, y (metre) and angle of a frame relative to the preceding frame."""
+"""Position x, y (metre) and angle of a frame relative to the preceding frame."""
 HEAD = """
 name = "{name}"
 convention = "urdf"
@@ -65,8 +65,10 @@ class DrawnLeg:
         kinds: Joint types (R or P) of a leg from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
-        front: Frames from the base: the frame before each joint, up to the closure joint.
-        back: Frames from the platform: the frame before each joint, back to the closure joint.
+        front: Frames from the base to the closure: the frame before each joint, up to the closure
+            joint.
+        back: Frames from the platform to the closure: the frame before each joint, back to the
+            closure joint.
         values: Values of the joints near the reference (radian or metre).
     """
 
@@ -79,7 +81,7 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """Index of the passive joint in the joint tree."""
+        """Index of the passive joint of the leg in the joint tree."""
         return JOINTS - self.actuated - self.closed
 
     @property
@@ -124,7 +126,7 @@ class DrawnPlatform:
             q: (3,) actuated coordinates, or (3, n) of each row.
 
         Returns:
-            (n, 6) two closure errors per leg, and (n, 3) values that are positive if the frames of
+            (n, 6) two closure errors per leg, and (n, 3) values that are positive if both frames of
             a prismatic closure point in the same direction.
         """
         gaps, facing = [], []
@@ -221,7 +223,8 @@ def _moved(kind: str, value: np.ndarray) -> np.ndarray:
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:
-    """Returns the inverse of poses. Complex poses are transposed without conjugation."""
+    """Returns the inverse of poses. Poses with complex entries are transposed without
+    conjugation."""
     found = np.zeros_like(T)
     found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
     found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]

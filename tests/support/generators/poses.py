@@ -1,8 +1,8 @@
 """Robots, tasks and coordinate sets for tests of inverses; every target is reachable.
 
-The sets contain random coordinates and coordinates whose poses are difficult for solvers: multiples
-of right angles, singularities, and points close to them. Singularities of any robot are found by
-bisection of a Jacobian determinant along a joint.
+The sets contain random coordinates, and coordinates whose poses are difficult for solvers:
+multiples of right angles, singularities, and points close to these. Singularities of any robot are
+found by bisection of a Jacobian determinant along a joint.
 """
 
 from collections.abc import Iterator
@@ -18,11 +18,11 @@ from tests.support.oracles.tasks import TASKS, Task
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 SINGULAR = 1e-12
-"""Maximum value of the smallest singular value at a singularity [m or 1]."""
+"""Maximum of the smallest singular value at a singularity [m or 1]."""
 SAMPLES = 48
 BISECTIONS = 60
 STROKE = 1.0
-"""Assumed range of an unlimited prismatic joint in each direction [m]."""
+"""Assumed range of an unlimited prismatic joint in either direction [m]."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Singularity:
     """A type of singularity: a Jacobian determinant becomes zero at some values of one joint.
 
     Attributes:
-        joint: Index of the joint.
-        rows: Rows of the task's Jacobian; all rows if empty.
-        columns: Columns of the task's Jacobian; if empty, the solved joints.
+        joint: Index of the joint that moves to the singularity.
+        rows: Rows of the task's Jacobian that become dependent; all rows if empty.
+        columns: Columns of the task's Jacobian that become dependent; the solved joints if empty.
     """
 
     joint: int
@@ -42,13 +42,13 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot and a tested inverse.
+    """A robot and an inverse to test.
 
     Attributes:
         name: The robot's name.
         function: The name of the inverse.
         singular: The singularities, keyed by type.
-        free: Joints not determined by the task.
+        free: Joints that the task does not determine.
         most: Maximum number of solutions per target.
     """
 
@@ -93,7 +93,7 @@ class Case:
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Returns the further inputs of the inverse for which q (..., n) is a solution."""
+        """Returns the additional inputs of the inverse for which q (..., n) is a solution."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -105,9 +105,9 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """Returns the index of a coordinate, given its name or a symbol such as q7.
+        """Returns the index of a coordinate from its name or from a symbol such as q7.
 
-        None for a main-chain joint that is moved by loops.
+        The index is None for a main-chain joint that loops move.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -149,7 +149,7 @@ class Case:
 
     @property
     def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sampling bounds (n,), (n,) of the coordinates."""
+        """Lower and upper sampling bounds (n,), (n,) of the coordinates."""
         whole = np.where(self.turns, np.pi, STROKE)
         limited = ~self.turns | bool(self.robot.loops)
         lower, upper = self.robot.lower, self.robot.upper

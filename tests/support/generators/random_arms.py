@@ -31,8 +31,8 @@ def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -
     """Returns an arm with one joint per link.
 
     Args:
-        seed: Seed of the lengths (0.05 to 0.5 m) and angles.
-        links: One of ``LINKS`` per joint: the relation to the next axis.
+        seed: Seed of the link lengths (0.05 to 0.5 m) and the angles.
+        links: One entry of ``LINKS`` per joint: the relation of its axis to the next axis.
         slides: Indices of the prismatic joints; the other joints are revolute.
     """
     rng = np.random.default_rng(seed)

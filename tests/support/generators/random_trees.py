@@ -80,7 +80,7 @@ class RandomTree:
 
 
 class PinocchioTree:
-    """The poses of all links with Pinocchio's reader."""
+    """Poses of all links, computed with Pinocchio's reader."""
 
     def __init__(self, urdf: str) -> None:
         import pinocchio as pin
@@ -89,7 +89,7 @@ class PinocchioTree:
         self.data = self.model.createData()
 
     def random(self, rng: np.random.Generator) -> dict[str, float]:
-        """Returns random values of all joints by name."""
+        """Returns random values of all joints, keyed by name."""
         return {name: rng.uniform(-2, 2) for name in self.model.names[1:]}
 
     def poses(self, values: dict[str, float]) -> dict[str, np.ndarray]:
@@ -105,7 +105,8 @@ class PinocchioTree:
 
 
 def pose_gap(tree: RandomTree, path, base: str, tip: str, seed: int, poses: int = 2) -> float:
-    """Returns the largest difference of all link poses of a chain from Pinocchio (m and 1)."""
+    """Returns the largest difference between the link poses of a chain and Pinocchio's link poses
+    (m and 1)."""
     from chasles.derive import derive, read
     from chasles.derive.terms.casadi_graph import lower
 

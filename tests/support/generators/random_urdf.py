@@ -53,7 +53,7 @@ def random_urdf(dice):
 
 
 def compare(path: Path, seed: int) -> dict[str, int]:
-    """Compares the link poses of a random robot with Pinocchio's.
+    """Compares the link poses of a random robot with Pinocchio's link poses.
 
     Args:
         path: The file to write.
@@ -95,7 +95,8 @@ def compare(path: Path, seed: int) -> dict[str, int]:
 
 
 def followed(text, values):
-    """Returns the value of every joint, including nested mimic joints, from the file itself."""
+    """Returns the value of every joint, including nested mimic joints, computed from the file
+    itself."""
     leaders = {
         joint.get("name"): joint.find("mimic")
         for joint in ElementTree.fromstring(text).findall("joint")
@@ -111,7 +112,8 @@ def followed(text, values):
 
 
 def pinocchio_coordinates(model, values):
-    """Returns all joint coordinates of the model; continuous joints as cosine and sine."""
+    """Returns all joint coordinates for the Pinocchio model, which represents continuous joints by
+    cosine and sine."""
     full = np.zeros(model.nq)
     for name, joint in zip(model.names, model.joints, strict=True):
         if name in values:

@@ -15,16 +15,16 @@ from chasles.derive.model.mechanism import Frame, Mechanism
 from chasles.derive.model.placements import Placement, from_xyz_rpy
 
 GIMBAL = 1e-9
-"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
+"""Cosine of the pitch below which roll and yaw are rotations about the same axis."""
 
 
 def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:
-    """Returns a mechanism with lengths (metre) and angles (radian) rounded to decimals.
+    """Returns a mechanism whose lengths (metre) and angles (radian) are rounded to decimals.
 
     Args:
         mechanism: The robot in exact numbers.
         places: Number of decimal places.
-        turn: Rotation of the robot before rounding.
+        turn: Rotation of the whole robot before rounding.
     """
     values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}
 

@@ -25,7 +25,7 @@ SIGMA = 2e-5, 5e-5
 ERROR = 5e-4
 """Maximum error of a parameter [m, rad]."""
 ANOTHER = 0.02
-"""Link error of a different robot [m]."""
+"""Error of a link length on a different robot [m]."""
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
@@ -49,7 +49,7 @@ class Simulated:
         measurements: The measurements.
         vary: Identified parameters.
         parameter_std: Standard deviations of the parameters, or None if they are unknown.
-        noise: Factor that scales the device's noise: 0 or 1.
+        noise: Factor that scales the noise of the device: 0 or 1.
         p: The true geometry.
     """
 
@@ -78,7 +78,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
         another: Whether a link has the error `ANOTHER`, as on a different robot.
     """
     rng = np.random.default_rng(seed)
-    # Robots with one or two coordinates reach a surface only at points or along a curve.
+    # Robots with one or two coordinates touch a surface only at points or along a curve.
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
     vary, parameter_std = _model(robot, rng)

@@ -2,9 +2,13 @@
 
 A text describes the axes and the relations between adjacent axes, from the base to the last axis:
 
-    R a revolute joint r revolute, meets both adjacent axes in one point P a prismatic joint p
-    prismatic, without a later rotation = parallel x intersecting + intersecting at right angles /
-    skew L skew at right angles
+    R    a revolute joint
+    r    a revolute joint whose axis intersects both adjacent axes in one point
+    P    a prismatic joint
+    p    a prismatic joint that no rotation follows
+    =    parallel axes
+    x +  intersecting axes; + at right angles
+    / L  skew axes; L at right angles
 
 A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values that
 the text does not determine are random. Test poses are computed from the screws with NumPy,
@@ -124,7 +128,7 @@ class Function:
         self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
-        """Returns solution slots, or the values of a single output."""
+        """Returns solution slots, or the values if the function has a single output."""
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
         columns = [
@@ -168,7 +172,8 @@ def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
-    """Returns a random chain with a specified structure; each seed has other lengths and angles."""
+    """Returns a random chain with a specified structure; each seed selects other lengths and
+    angles."""
     robot = read_text(described(rows_of(chain, right=right, seed=seed)))
     assert isinstance(robot, SerialRobot)
     return robot
@@ -176,10 +181,10 @@ def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
 
 @dataclass(frozen=True)
 class Arm(Case):
-    """A random chain as a benchmark case; its name is the structure.
+    """A random chain as a benchmark case; the name of the case is the structure.
 
     Attributes:
-        right: Whether skew axes are at right angles.
+        right: Whether the angles between skew axes are right angles.
     """
 
     right: bool = False

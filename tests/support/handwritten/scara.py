@@ -1,7 +1,7 @@
 """Handwritten SCARA arm in the contract format, with a two-branch inverse.
 
-Solution slot 0 has the elbow to the left (positive), slot 1 to the right. `ik_position` has the
-tool angle as a second input.
+Solution slot 0 has the elbow to the left (positive), solution slot 1 to the right. `ik_position`
+has the tool angle as a second input.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ COORDINATES = [
 
 
 def fk(q, a1=A1):
-    """Returns the tool pose; q (..., 4) -> (..., 4, 4)."""
+    """Returns the tool pose for joint values; q (..., 4) -> (..., 4, 4)."""
     q = np.asarray(q, dtype=float)
     T = np.zeros((*q.shape[:-1], 4, 4))
     a, phi = q[..., 0] + q[..., 1], q[..., 0] + q[..., 1] + q[..., 3]
@@ -139,7 +139,8 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Writes the arm to a folder. The inverse always uses the length A1, not the true length."""
+    """Writes the arm to a folder. The inverse always uses the nominal length A1 instead of the true
+    length."""
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

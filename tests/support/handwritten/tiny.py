@@ -18,7 +18,7 @@ void tiny_wide(const double W[1600], double V[1600]);
 #endif
 """
 
-# Like generated C, every kernel writes an output before reading all inputs.
+# Like generated C, every kernel writes some output before it reads all inputs.
 SOURCE = """\
 #include "tiny.h"
 #include <math.h>
@@ -50,12 +50,12 @@ void tiny_wide(const double W[1600], double V[1600])
 
 
 def fk(q):
-    """Returns the values of tiny_fk for one pose."""
+    """Returns the values of the function tiny_fk for one pose."""
     return (np.sin(q[0]) + np.arange(12) * q[1]).reshape(3, 4)
 
 
 def blend(q, a):
-    """Returns the values of tiny_blend for one pose."""
+    """Returns the values of the function tiny_blend for one pose."""
     return a[:, :2] @ q + a[:, 2]
 
 

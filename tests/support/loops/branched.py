@@ -30,12 +30,13 @@ def pose(name="T"):
 
 
 def guarded(value, size):
-    """Returns value / size, or 0 for a zero size."""
+    """Returns the quotient value / size, or 0 for a zero size."""
     return sp.Piecewise((value / size, size > sp.Rational(1, 10**9)), (0, True))
 
 
 def root(square):
-    """Returns the square root, or 0 for a negative argument (rounding or out of reach)."""
+    """Returns the square root of a number, or 0 for a negative number (rounding or out of
+    reach)."""
     return sp.sqrt(sp.Max(0, square))
 
 
@@ -145,7 +146,7 @@ def files(functions, robot):
 
 
 def programs_of(functions, prefix):
-    """Returns the programs of functions that share no terms."""
+    """Returns the programs of functions, without terms that several functions share."""
     made = [programs([function], prefix) for function in functions]
     return Programs(
         {name: program for each in made for name, program in each.whole.items()},

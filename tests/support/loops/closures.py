@@ -15,14 +15,15 @@ from tests.support.derivations import description
 TINY = 1e-30
 """Complex step for derivatives with full accuracy."""
 ROUNDING = 1e-13
-"""After a Newton step below this size, only rounding errors remain [rad or m]."""
+"""Size of a Newton step below which only rounding errors remain [rad or m]."""
 
 
 class Model:
     """A numeric mechanism.
 
-    A configuration z (N, n_z) starts with all moving joints in the order of the description. Then
-    follow the struts: the coordinate of a cylinder, and the swing angle of a strut on pins.
+    A configuration z (N, n_z) starts with all moving joints in the order of the description. The
+    struts follow after the joints: the coordinate of a cylinder, and the swing angle of a strut on
+    pins.
     """
 
     def __init__(self, mechanism):
@@ -149,7 +150,7 @@ class Model:
         return d - along * length[:, None]
 
     def _swing_axes(self, strut):
-        """Returns the zero direction and the 90-degree direction of a swing angle.
+        """Returns the zero direction of a swing angle, and its direction at 90 degrees.
 
         The zero direction is the first axis of the start body (x, y or z) that lies in the plane.
         The 90-degree direction is to the left of the zero direction, about the first axis of the

@@ -47,7 +47,7 @@ def _continued(loops, w, goal):
 
 
 def _check_branch(loops, moved, asked):
-    """Rejects passive joints that move much farther than the actuated ones."""
+    """The function rejects passive joints that move much farther than the actuated joints."""
     scales = np.where(loops.is_length, loops.size, 1.0)
     if np.abs(moved / scales).max() > 2 * np.abs(asked / scales).max() + SAMPLED_RANGE:
         raise DescriptionError("the loops change their branch on the way")

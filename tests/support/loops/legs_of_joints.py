@@ -48,7 +48,7 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """Returns a leg: text, name of the driven joint, and reference values.
+    """Returns a leg of a platform: text, name of the driven joint, and reference values.
 
     Planar legs lie in the x-z plane of their foot; joints of spatial legs have random positions. A
     leg of the kind "C" is a cylinder between two ball joints.
@@ -179,7 +179,8 @@ axis = {axis}
 
 
 def driven_by_a_leg():
-    """Returns a 3-RPS whose main chain is one leg, with its ball joint as three joints."""
+    """Returns a 3-RPS platform whose main chain is one leg, in which three joints represent the
+    ball joint."""
     text = DRIVEN_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]
     for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0])):

@@ -20,7 +20,7 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose actuator loops can also reach a dead point."""
+"""Robots whose loops, solved for the actuators, can also reach a dead point."""
 CLOSED = 1e-12
 HELD = 0.02
 """Minimum singular value of the loop Jacobian for comparisons with Newton's method."""

@@ -166,8 +166,8 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """Mechanism with a bar on equal cranks. Two cranks determine the motion of the bar; every
-    further crank is redundant."""
+    """A mechanism with a bar on several equal cranks. Two cranks determine the motion of the bar;
+    every additional crank is redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -255,7 +255,7 @@ def rssr():
 
 
 def rsur():
-    """Two cranks about skew axes; a rod with a ball joint and an oblique universal joint."""
+    """Two cranks about skew axes, and a rod with a ball joint and an oblique universal joint."""
     return Mechanism(
         "rsur",
         (
@@ -272,7 +272,8 @@ def rsur():
 
 
 def bennett(kind="pin"):
-    """Bennett linkage: four skew pins with one degree of freedom, although Kutzbach counts -2."""
+    """Bennett linkage: four skew pins with one degree of freedom, although Kutzbach's formula gives
+    -2."""
     a, b, alpha = 1, 2, sp.pi / 6
     beta = sp.asin(sp.sin(alpha) * b / a)
     turn = lambda angle: ("x", angle)  # noqa: E731

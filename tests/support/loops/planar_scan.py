@@ -6,8 +6,8 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random crank angles. Half of the crank angles belong to reachable poses, on random
-    branches."""
+    """Returns random crank angles. Half of the returned crank angles belong to reachable poses, on
+    random branches."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -21,7 +21,8 @@ def errors(q, modes, rod):
 
 
 def residuals(q, phi, rod):
-    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and their height^2.
+    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and the squared
+    height of these intersections.
 
     The computation is purely geometric: the platform origin lies on three circles.
     """

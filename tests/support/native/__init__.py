@@ -31,11 +31,11 @@ NDEBUG is set for other libraries, because assertions of Eigen take as long as t
 
 @dataclass(frozen=True)
 class Source:
-    """The source of a shared library.
+    """The source text of a shared library.
 
     Attributes:
         name: Name of the library.
-        files: The text of each file; the first file is compiled.
+        files: The text of each file, keyed by name; the first file is compiled.
         flags: Additional flags: include folders, definitions.
     """
 
@@ -60,7 +60,7 @@ class Source:
 
 
 def compiler_version(command: Sequence[str]) -> str:
-    """The first line of a compiler's ``--version``, or '' without a compiler."""
+    """Returns the first line of a compiler's ``--version`` output, or '' without a compiler."""
     if shutil.which(command[0]) is None:
         return ""
     done = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=False)
@@ -70,8 +70,8 @@ def compiler_version(command: Sequence[str]) -> str:
 def compiled(source: Source) -> Path:
     """Returns the path of the library; compiles it if necessary.
 
-    Each source is compiled once: concurrent processes wait. The library is moved to its path
-    atomically.
+    Each source is compiled once: concurrent processes wait for the compilation. The library is
+    moved to its path atomically.
     """
     path = source.path
     if path.exists():

@@ -1,8 +1,8 @@
 """Configuration with the minimum sum of squared closure errors, by exact CasADi derivatives.
 
-The oracle uses only the description: frames, closures and lengths. SciPy ``least_squares`` starts
-at a nearby configuration. Newton's method on the gradient then refines the solution, because the
-sum itself is too flat near its minimum.
+The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
+starts at a nearby configuration. Newton's method on the gradient then refines the solution, because
+the sum itself is too flat near its minimum.
 """
 
 from collections.abc import Sequence

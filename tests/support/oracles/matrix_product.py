@@ -20,14 +20,15 @@ SAME = 1e-7
 
 @dataclass(frozen=True)
 class ProductErrors:
-    """Figures of a coupled arm.
+    """Error figures of a coupled arm.
 
     Attributes:
         pose: Largest pose error.
         jacobian: Largest error of Jacobians, relative to the largest entry.
-        rate: Largest error of derivatives of the Jacobian, twists and accelerations, likewise.
+        rate: Largest error of derivatives of the Jacobian, twists and accelerations, relative to
+            the largest entry.
         maps: Largest error of ``chain`` and ``actuators``.
-        lost: Number of solutions of the arm without couplings that the coupled arm lacks.
+        lost: Number of solutions that the arm without couplings has and the coupled arm lacks.
         solutions: Number of solutions of the arm without couplings.
     """
 
@@ -76,7 +77,8 @@ def _lost(
     rng: np.random.Generator,
     poses: int,
 ) -> tuple[int, int]:
-    """Returns the numbers of lost solutions and of all solutions of the plain arm."""
+    """Returns the number of lost solutions, and the number of all solutions of the arm without
+    couplings."""
     lost = solutions = 0
     extra = [argument.size for argument in its["ik"].inputs[1:]]
     for _ in range(poses):

@@ -1,8 +1,9 @@
 """Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
-The oracle uses only the description: frames, closures and lengths. A pin or ball joint connects two
-points, a rod keeps two points at a constant distance, and a cylinder of unknown length adds no
-equation. Loops without shared unknown joints are solved separately, and their modes are combined.
+The oracle uses only the frames, closures and lengths of the description. A pin or ball joint makes
+two points coincide, a rod keeps two points at a constant distance, and a cylinder of unknown length
+adds no equation. Loops without shared unknown joints are solved separately, and their modes are
+combined.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,8 +17,8 @@ from chasles.derive.model.placements import Placement, Translation
 from chasles.derive.model.robot import Joint
 
 STARTS = 48
-"""Number of start configurations in one round of the search. The last round is the first without a
-new mode."""
+"""Number of start configurations in one round of the search. The last search round is the first
+round without a new mode."""
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
@@ -33,7 +34,7 @@ class Loop:
     """A numeric closure or strut, with the joints on both sides of its loop."""
 
     def __init__(self, numbers: "Multistart", closer: Closure | Strut) -> None:
-        """Finds the joints on only one of the two paths to the base."""
+        """Finds the joints that are on only one of the two paths to the base."""
         ways = [numbers.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
         while ways[0] and ways[1] and ways[0][0] is ways[1][0]:
             ways = [way[1:] for way in ways]
@@ -179,7 +180,7 @@ class Multistart:
             names: Names of the joints and cylinders with known values.
 
         Returns:
-            All modes per row: values of every joint and cylinder, keyed by name.
+            All modes for each row: values of every joint and cylinder, keyed by name.
         """
         count = len(known)
         given = {name: known[:, k] for k, name in enumerate(names)}
@@ -220,7 +221,7 @@ class Multistart:
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
-        """Tests whether the loops without unknown joints are closed."""
+        """Tests whether the loops that contain no unknown joints are closed."""
         at = {name: np.array([value]) for name, value in fixed.items()}
         known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
         return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)

@@ -2,9 +2,9 @@
 
 Let J be the derivative of all measured values with respect to the variables, at the true values and
 in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
-estimator with this covariance has the error K dx at validation configurations. The matrix K is the
-derivative of the validation errors, and dx is sampled from C. Outlier rows are counted as valid
-rows, so the true bound is higher.
+estimator with the covariance C has the error K dx at validation configurations. The matrix K is the
+derivative of the validation errors with respect to the variables, and the error dx of the variables
+is sampled from C. Outlier rows are counted as valid rows, so the true bound is higher.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
@@ -26,11 +26,11 @@ def least_error(
 ) -> tuple[float, float]:
     """Returns the validation error [m] of an estimator that reaches the bound.
 
-    The error is the mean of ``|K dx|``. As a function of standard normal numbers g, with
-    ``dx = A g`` and ``A A^T = C``, its Lipschitz constant L is at most the largest singular value
-    of ``K A`` divided by the square root of the point count. A Lipschitz function of normal numbers
-    exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance`` (Borell;
-    Tsirelson, Ibragimov and Sudakov).
+    The error is the mean length of the vectors ``K dx``. As a function of standard normal numbers
+    g, with ``dx = A g`` and ``A A^T = C``, its Lipschitz constant L is at most the largest singular
+    value of ``K A`` divided by the square root of the point count. A Lipschitz function of normal
+    numbers exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance``
+    (Borell; Tsirelson, Ibragimov and Sudakov).
 
     Args:
         robot: The robot, with parametric functions.
@@ -40,7 +40,7 @@ def least_error(
         chance: Probability that the error exceeds the second returned value.
 
     Returns:
-        The mean error, and a bound that the error exceeds at most with this probability.
+        The mean error, and a bound that the error exceeds with at most the probability ``chance``.
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, validation = (

@@ -9,17 +9,18 @@ import numpy as np
 import chasles
 
 COMPARED = ("ur5e", "puma560", "panda")
-"""Robots that the Robotics Toolbox also solves."""
+"""Robots that the Robotics Toolbox solves as well."""
 ALONE = (
     *("iiwa14", "photo_robot", "lynxmotion", "jaco2"),
     *("well_manipulator", "board_installer", "stewart_gough"),
 )
 """Robots that no other library can solve."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
-"""Weights for five joints: position and direction of the tool's z axis, any rotation about it."""
+"""Weights for tasks of five joints: position and direction of the tool's z axis, with any rotation
+about this axis."""
 WEIGHTS = {"lynxmotion": DIRECTION}
-"""The position determines the yaw of an arm on a turntable. The target also includes the pitch of
-the tool."""
+"""The position determines the yaw of an arm on a turntable. The target of this arm also includes
+the pitch of the tool."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
 """Difference between single and batch computation of the same pose [m or rad]."""
@@ -74,12 +75,12 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
-    # A small rotation displaces two axes by its angle. If only one axis is compared, its
-    # displacement counts once.
+    # A small rotation displaces two axes of the tool by the rotation angle. If only one axis is
+    # compared, the displacement of this axis counts once.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 
 def missed(task: NumericTask) -> int:
-    """Counts poses without a valid solution of chasles within the limits."""
+    """Counts poses for which chasles finds no valid solution within the limits."""
     error = errors(task, [task.solve(pose) for pose in task.T])
     return int(np.count_nonzero(~(error <= TOLERANCE + ROUNDING)))

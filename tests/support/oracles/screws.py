@@ -1,7 +1,7 @@
 """Screws of a robot's main chain, and poses by the product of exponentials.
 
-Both use only the description, so that the inverse is not verified with forward kinematics from the
-same generated code.
+Both computations use only the description, so that the inverse is not verified with forward
+kinematics from the same generated code.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,8 @@ class Screws:
         return self.axes.any(axis=1)
 
     def fk(self, theta: np.ndarray) -> np.ndarray:
-        """Poses (..., 4, 4) of the tip at joint values (..., n): exp(S1 t1) ... exp(Sn tn) M.
+        """Poses (..., 4, 4) of the tip at joint values t (..., n): exp(S1 t1) ... exp(Sn tn) M,
+        with screws S and home pose M.
 
         Source: Brockett, Robotic manipulators and the product of exponentials formula, 1983.
         """

@@ -1,4 +1,4 @@
-"""Which poses of a path a redundant robot reaches within limits, decided on a dense grid."""
+"""Counts the poses of a path that a redundant robot reaches within limits, on a dense grid."""
 
 import itertools
 
@@ -7,14 +7,15 @@ from scipy.spatial import cKDTree
 
 
 def reached_poses(robot, T, limits, cells, step=0.25):
-    """Returns the number of poses, from the first one, that some continuous motion reaches.
+    """Returns the number of poses, counted from the first pose, that some continuous motion
+    reaches.
 
-    A configuration continues every configuration of the previous pose at a distance of at most
-    ``step`` in each coordinate. The motion starts anywhere.
+    A configuration continues a configuration of the previous pose if no coordinate differs by more
+    than ``step``. The motion starts at any configuration of the first pose.
 
     Args:
         robot: A redundant robot, with limits for all revolute joints.
-        T: (m, 4, 4) the poses.
+        T: (m, 4, 4) poses of the path.
         limits: (n, 2) lower and upper limits.
         cells: Grid points per redundancy parameter.
         step: Maximum displacement of a coordinate between poses [rad or m].

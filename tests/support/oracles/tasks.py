@@ -12,7 +12,8 @@ class Task:
 
     Attributes:
         target: Function from poses (..., 4, 4) to targets.
-        error: Function from poses and targets to the larger of distance [m] and angle [rad] (...).
+        error: Function from poses and targets to the error (...): the larger of distance [m] and
+            angle [rad].
         residual: Function from poses and targets to residuals (..., rows) in the rows of the
             Jacobian.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
@@ -26,7 +27,7 @@ class Task:
 
 
 def turned(R: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """The angle (...) of the rotation from one rotation matrix (..., 3, 3) to another."""
+    """Returns the angle (...) of the rotation from one rotation matrix (..., 3, 3) to another."""
     between = np.swapaxes(R, -1, -2) @ wanted
     twice = between - np.swapaxes(between, -1, -2)
     sine = np.linalg.norm(twice[..., (2, 0, 1), (1, 2, 0)], axis=-1)
@@ -38,7 +39,7 @@ def _far(T: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def _pitch(T: np.ndarray) -> np.ndarray:
-    """Elevation of the tool's axis above the plane z = 0."""
+    """Returns the elevation of the tool's axis above the plane z = 0."""
     return np.arctan2(T[..., 2, 2], np.hypot(T[..., 0, 2], T[..., 1, 2]))
 
 
@@ -52,7 +53,7 @@ def _heading(T: np.ndarray) -> np.ndarray:
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
-    """An angle reduced to -pi..pi by whole turns."""
+    """Returns an angle reduced to -pi..pi by whole turns."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
@@ -68,7 +69,7 @@ def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def _tilt(T: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """The remaining rotation of the tool's axis, about the tool's x and y axes."""
+    """Returns the remaining rotation of the tool's axis, about the tool's x and y axes."""
     turn = np.cross(T[..., :3, 2], direction)
     return np.einsum("...ji,...j->...i", T[..., :3, :2], turn)
 
@@ -78,7 +79,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """The angular velocities of the tool about its x and y axes, which tilt its z axis."""
+    """Returns the angular velocities of the tool about its x and y axes, which tilt its z axis."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

@@ -38,7 +38,7 @@ class Verdict:
             solutions.
         wrong: Number of targets with an incorrect claimed solution.
         lost: Number of targets whose regular generating coordinates are not among the solutions, or
-            None for singular sets.
+            None for sets of singular coordinates.
         worst: Largest residual of a correct claimed solution [m or rad].
     """
 
@@ -69,7 +69,7 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """Residuals (m, k) of answers to the targets at q (m, n); infinite without an answer."""
+    """Residuals (m, k) of answers to the targets at q (m, n); infinite if there is no answer."""
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):
@@ -142,7 +142,8 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns task Jacobian and residual, with rows for additional inputs that depend on q."""
+    """Returns the Jacobian and the residual of a task, with rows for additional inputs that depend
+    on q."""
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):

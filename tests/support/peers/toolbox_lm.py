@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-An arm is a sequence of constant transforms to each axis, joint motions about or along z, and a
-constant transform to the tool. No shorter sequence of elements describes the arm.
+The robot of the toolbox is a sequence of constant transforms to each axis, joint motions about or
+along z, and a constant transform to the tool. No shorter sequence of elements describes the arm.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from tests.support.oracles.screws import Screws, inverted
 
 NAME = "Robotics Toolbox ik_LM"
 TOLERANCE = 1e-13
-"""Limit of half the squared error: 4.5e-7 metre or radian."""
+"""Limit of half the squared pose error: 4.5e-7 metre or radian."""
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:

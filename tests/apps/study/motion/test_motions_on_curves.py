@@ -217,8 +217,7 @@ def test_rates_near_singularity_match_curve_differences():
 
 
 class Peak:
-    """Returns a one-joint motion with a narrow velocity peak at a specified time between
-    samples."""
+    """A one-joint motion with a narrow velocity peak at a specified time between samples."""
 
     def __init__(self, at, width=0.01):
         self.time_scaling, self.middle, self.width = (

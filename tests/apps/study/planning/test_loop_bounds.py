@@ -118,7 +118,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
 
 
 class Changed:
-    """Returns a robot with some functions replaced."""
+    """A robot with some functions replaced."""
 
     def __init__(self, robot, **changed):
         self.real = robot

@@ -2,7 +2,7 @@
 written.
 
 ``@MARK@`` is a file that no command may create, ``@OUT@`` a folder with files that contain
-``CANARY``, ``@PIPE@`` a named pipe without a writer, and ``@URL@`` an address. Archives are
+``CANARY``, ``@PIPE@`` a named pipe without a writer, and ``@URL@`` a network address. Archives are
 compressed, so their commands would create ``@MARK@`` itself in the current folder.
 """
 
@@ -23,7 +23,8 @@ from tests.support.counting import stopped_after
 FOLDER = Path(__file__).parent / "crafted"
 CANARY = "73917391"
 MAX_CALLS = 5_000_000
-"""A reader that needs more calls counts as hanging; descriptions in XML have separate limits."""
+"""A reader that needs more calls than this limit counts as hanging; descriptions in XML have
+separate limits."""
 OUTSIDE = {
     "secret.txt": CANARY,
     "secret.yaml": f"key: {CANARY}",
@@ -39,7 +40,7 @@ def calibration(file):
 
 @pytest.fixture(scope="module", autouse=True)
 def imported():
-    """Imports the readers once, not in each process that reads a file."""
+    """Imports the readers once instead of in each process that reads a file."""
     for package in ("mujoco", "xacro", "yaml"):
         pytest.importorskip(package)
 
@@ -75,7 +76,7 @@ def content(name, words):
 
 
 def outcome(file):
-    """Returns the texts that a read shows, and whether the file is refused."""
+    """Returns the texts that a reader shows, and whether the reader refuses the file."""
     reader = READERS.get(file.suffix, read)
     try:
         if file.suffix in SUFFIXES:

@@ -162,7 +162,7 @@ def test_three_connects_between_two_bodies_are_rejected(path):
 
 
 def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
-    """A second `connect` constraint on the same body makes the ball joint invalid."""
+    """A second `connect` constraint on the same body makes the ball joint of this body invalid."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )

@@ -40,7 +40,8 @@ DRIVER = {
     "alpha": "0.000211987863869334, -0.0072553625957652995, -0.013483226769541364, "
     "0.0013495820227329425, -0.001263136163679901, 0",
 }
-"""The arm of a test in Universal Robots' ROS driver, ur_calibration/test/calibration_test.cpp."""
+"""Calibrated arm in a test of Universal Robots' ROS driver,
+ur_calibration/test/calibration_test.cpp."""
 FACTORY = """\
 kinematics:
   shoulder: {x: 0, y: 0, z: 0.08920113858084797, roll: 0, pitch: 0, yaw: 1.5413963267648517e-05}

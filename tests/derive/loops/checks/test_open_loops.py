@@ -2,7 +2,7 @@
 
 Each shipped robot with loops is corrupted in typical ways. If the message proposes a range for a
 length or coordinate, the loops must close in the middle of the range. The oracle does not use the
-compiler's equations.
+equations of the compiler.
 """
 
 import math
@@ -221,8 +221,8 @@ gas_strut = 20
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values, the strut is 1.8 mm too short to close the loop. The strut is vertical,
-    # far from the zero of its swing angle.
+    # At zero joint values, the strut is 1.8 mm too short to close the loop. At the reference, the
+    # strut is vertical, which is far from the zero of its swing angle.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -328,7 +328,7 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
         assert f"{len(robot.actuated)} actuated coordinate" in text
         assert words in text
         passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-        # In the oracle, unconnected cylinders have no degree of freedom.
+        # In the oracle, cylinders without a connection to the mechanism have no degree of freedom.
         if words == "can still move" and not passive_cylinder:
             J = model.jacobian(model.q, model.u)
             free = len(model.unknown) - np.linalg.matrix_rank(J, tol=1e-6)
@@ -438,8 +438,8 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The gap directions are (1, -2), because the lever arm of the rod is twice the lever arm of the
-    # third crank.
+    # The direction of the closure gap is (1, -2), because the lever arm of the rod is twice the
+    # lever arm of the third crank.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = solved(with_a_third_crank("least squares")).mechanism.notes

@@ -99,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """The poses are bitwise equal even if other rounding errors change the path order."""
+    """The results are bitwise equal even if other rounding errors change the order of the paths."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)

@@ -46,8 +46,8 @@ def closed_configurations(mechanism, seed):
 
 
 def inverse_at(ik, model, z):
-    """Returns actuators (k, N, n) and residuals (k, N) of all ``ik`` solution slots, and actuators
-    of z."""
+    """Returns actuator values (k, N, n) and residuals (k, N) of all ``ik`` solution slots, and the
+    actuator values in z."""
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []
     for signs in product((1.0, -1.0), repeat=len(ik.signs)):
@@ -85,7 +85,8 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two crank angles solve the length equation, but the loop does not close at one of them."""
+    """Two crank angles solve the length equation, but the loop does not close at one of the two
+    angles."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(

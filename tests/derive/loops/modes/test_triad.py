@@ -34,7 +34,8 @@ def expanded(terms, expressions):
 
 
 def eliminated(points, c, s):
-    """Returns the elimination of the platform's position from three circles, about A_i - R b_i.
+    """Returns the elimination of the platform's position from three circles with the centers A_i -
+    R b_i, for base points A_i and platform points b_i.
 
     The first equation is subtracted from the other equations, which are then solved by Cramer's
     rule.
@@ -71,8 +72,8 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi),
-    # this square has no z^4 term.
+    # The square |k_3 u_2 - k_2 u_3|^2 in the elimination has factors of degree 2. As a polynomial
+    # in z = exp(i phi), this square has no z^4 term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -155,6 +156,6 @@ def test_polynomial_has_double_root_where_rods_stay_parallel(compiled):
     a = triad_polynomial(terms, Triad(POINTS, PINS, rods))
     place = dict(zip(NAMES, (v for pin in PINS for v in pin), strict=True))
     found = harmonics(expanded(terms, a), C, S).subs(place)
-    # At the angle 0 the platform's pins coincide with the first ends of the rods.
+    # At the platform angle 0, the pins of the platform coincide with the first ends of the rods.
     assert found.subs({C: 1, S: 0}) == 0
     assert sp.diff(found, S).subs({C: 1, S: 0}) == 0
