@@ -16,7 +16,7 @@ if sys.platform != "win32":
 
 Result = TypeVar("Result")
 STATUS = Path("/proc/self/statm")
-"""The first entry of this file is the process size in pages (Linux)."""
+"""The first number in this file is the process size in pages (Linux)."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Limits:
 
     Attributes:
         seconds: Wall-clock time.
-        memory: Bytes in addition to the memory of this process. Ignored on Windows.
+        memory: Number of bytes in addition to the memory of this process. Ignored on Windows.
     """
 
     seconds: float = 60.0
@@ -41,7 +41,7 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
 
     On Linux, the process is a fork. The fork avoids locks that other threads may hold; if a library
     waits for such a lock, the time limit ends the process. On other systems, a new interpreter
-    starts, which takes a second longer; ``work`` must be picklable.
+    starts, which takes one second longer; ``work`` must be picklable.
 
     Args:
         work: Computes plain data.
@@ -49,7 +49,7 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
 
     Raises:
         IsolatedWorkError: The work exceeded a limit or crashed. Errors that the work itself raises
-            are not changed.
+            are passed on unchanged.
     """
     run = _forked if sys.platform == "linux" else _started
     try:

@@ -14,7 +14,7 @@ REPEATED = 1.0
 
 
 class OutOfTime(DerivationError):
-    """The timer signal, not an ``Exception``, so that libraries do not catch it."""
+    """A derivation exceeded its time limit; the message names the interrupted function."""
 
 
 class _Alarm(BaseException):

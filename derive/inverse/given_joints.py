@@ -1,14 +1,15 @@
-"""Removes joints with fixed values from a chain, which leaves a shorter chain and a new target.
+"""Removes joints with fixed values from a chain: the result is a shorter chain and a new target.
 
 A redundant arm is solved for fixed values of its surplus joints. A fixed joint at either end of the
 chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the end.
-Let E be the motion of fixed joint k, P the motion of the joints before it and Q the motion of the
+Let E be the motion of a fixed joint, P the motion of the joints before it and Q the motion of the
 joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes after it without rotating them. So only prismatic joints are
-selected automatically inside the chain; the user may also fix a revolute joint there.
+A prismatic joint shifts the axes after it without rotating them. Therefore, only prismatic joints
+are selected automatically inside the chain; the user may also fix a revolute joint inside the
+chain.
 """
 
 from collections.abc import Mapping
@@ -35,8 +36,8 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
         count: Number of joints to fix.
 
     Returns:
-        Joint indices of each set in ascending order. In a chain longer than ``LONG``, only end
-        joints can be fixed.
+        Joint indices of each set in ascending order. In a chain longer than ``LONG``, only joints
+        at the ends can be fixed.
     """
     joints = range(len(lines.axes))
     ways = set()
@@ -95,7 +96,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """Returns the axis after a fixed rotation; its numeric values use one generic angle."""
+    """Returns the axis after a fixed rotation; its numeric values use a generic angle."""
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
@@ -110,6 +111,6 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """Returns the axis after a fixed translation; its numeric origin uses one generic value."""
+    """Returns the axis after a fixed translation; its numeric origin uses a generic value."""
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

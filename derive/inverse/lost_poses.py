@@ -1,9 +1,9 @@
 """Counts the poses that an inverse misses, on a sample of right-angle configurations.
 
-If a joint rotates all following bodies about its own axis, its angle is arbitrary, and the solution
-step selects one value. If the other joints reach the pose only for certain values, the closed form
-may miss the solution. This happens at right angles, in arms with round dimensions, and if a fixed
-prismatic joint makes axes intersect.
+If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
+selects one value. If the other joints reach the pose only for certain values of this angle, the
+closed form may miss the solution. Such misses occur at right angles, in arms with round dimensions,
+and if a fixed prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,8 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""Sample size; detects an arm that misses one pose in 1,200 with a probability of 96 %."""
+"""Sample size; this number detects an arm that misses one pose in 1,200 with a probability of 96
+%."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[TaskComponent, ...] = ("pose",)
 
@@ -43,8 +44,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task of the arm, whose further inputs are values of fixed
-            joints.
+        inverse: The inverse of one task of the arm; its further inputs are values of fixed joints.
 
     Returns:
         The count, from 0 to ``SAMPLES``.
@@ -77,7 +77,7 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 
 
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
-    """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle joints.
+    """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle revolute joints.
 
     A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. Such a
     position may cancel an offset and make axes intersect.

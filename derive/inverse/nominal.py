@@ -1,7 +1,8 @@
 """Nominal arm of a calibrated arm: the axes are moved slightly to an exact structure.
 
-In a measured arm, no two axes are exactly parallel or intersecting. Its inverse starts from the
-solutions of the nominal arm, and Newton's method refines each solution for the measured arm.
+In a measured arm, no two axes are exactly parallel, and no two axes intersect exactly. Its inverse
+starts from the solutions of the nominal arm, and Newton's method refines each solution for the
+measured arm.
 """
 
 from collections.abc import Iterable, Sequence
@@ -71,7 +72,7 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
 
 
 def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
-    """Rotates the first of two axes to a right angle with the second; exact axes do not change."""
+    """Rotates the first of two axes to be perpendicular to the second; ignores exact axes."""
     if not indices:
         return
     first, second = (directions[k] for k in indices)
@@ -139,5 +140,5 @@ def _angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def _right_angle_tolerance() -> mpmath.mpf:
-    """Returns the maximum deviation (radian) of an angle that is replaced by a right angle."""
+    """Returns the maximum deviation from a right angle (radian) at which an angle is snapped."""
     return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

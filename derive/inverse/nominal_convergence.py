@@ -2,7 +2,8 @@
 
 The test samples random configurations of the true arm and solves their poses with the nominal
 inverse. Newton's method on the true arm refines every branch, as ``chasles_polish.h`` does. If the
-true axes are close enough to the nominal axes, some branch converges to the sampled configuration.
+true axes are close enough to the nominal axes, one of the branches converges to the sampled
+configuration.
 """
 
 from collections.abc import Iterator
@@ -71,7 +72,7 @@ class Sampled:
 
     @property
     def move(self) -> float:
-        """Median joint move (radian) from a nominal solution to its refined solution.
+        """Median joint displacement (radian) from a nominal solution to its refined solution.
 
         The value is 0 if Newton's method does not converge from any nominal solution.
         """
@@ -93,7 +94,7 @@ class Sampled:
     def separations(self) -> tuple[float, ...]:
         """Typical separation of the nominal solutions in each solved joint.
 
-        Median over the poses of the smallest difference (radian) between two solutions; 0 if no
+        Median, over all poses, of the smallest difference (radian) between two solutions; 0 if no
         pose has two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
@@ -157,7 +158,7 @@ def _polished(
 ) -> tuple[FloatArray, FloatArray]:
     """Returns configurations (N, n) after Newton's method, and pose errors (N,).
 
-    The errors are in radian, or distances divided by the arm length.
+    The pose errors are in radian, or distances divided by the arm length.
     """
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)
     q = np.nan_to_num(q)

@@ -34,7 +34,8 @@ FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (metre), coarsest first: exact relations on a coarse grid are rarely accidental."""
+"""Grid spacings (metre), coarsest first: exact relations between lengths on a coarse grid are
+rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
@@ -51,7 +52,7 @@ class Nominal:
 
     Attributes:
         mechanism: The description, with numbers in place of the rounded parameters.
-        moved: Largest change of a length or of a member position (metre).
+        moved: Largest change of a length or of the position of a member (metre).
         turned: Largest change of an axis direction (radian).
     """
 
@@ -61,9 +62,9 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yields the design of the robot, or mechanisms with rounded dimensions, coarsest first.
+    """Yields the design of the robot, or mechanisms with rounded dimensions, coarsest grid first.
 
-    Grids that round the length of a rod to 0 are skipped.
+    A grid is skipped if the length of a rod would be rounded to 0.
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)
@@ -164,7 +165,7 @@ class _Rounding:
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Returns the rounded number; irrational numbers are kept unchanged."""
+        """Returns the rounded number; irrational numbers do not change."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -209,7 +210,7 @@ def convergence_of(
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
         length: Characteristic length (metre) that converts distances to angles.
-        given: Indices of the chain's fixed joints, whose values are inputs after the pose.
+        given: Indices of the fixed joints in the chain, whose values are inputs after the pose.
         closure: Closure equations of loops without a closed form, or None if all loops have a
             closed form.
         is_position: Whether the task is a position, so that orientation errors are ignored.
@@ -231,7 +232,7 @@ def convergence_of(
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
         # Loop solutions are continued from the reference configuration; if a joint rotates in the
-        # other direction, the loops may block.
+        # opposite direction, the loops may block.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # If the design has few degrees of freedom, it cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)

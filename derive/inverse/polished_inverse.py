@@ -19,7 +19,8 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate operation count per branch: three or four Newton steps."""
 FURTHER = 4
-"""Number of extra solution slots without a general solver; some 8-branch arms had 10 solutions."""
+"""Number of extra solution slots without a general solver; some arms with 8 branches had 10
+solutions."""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6
@@ -52,13 +53,13 @@ def polished_inverse(
     """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
-        classification: The structure, with the deviation of the axes from it.
+        classification: The structure, with the deviation of the axes from this structure.
         nominal: The task ``ik`` of the nominal arm.
         general: Tables of the general solver, which finds the solutions of uncertain branches. If
             the solver is well conditioned, it runs at every pose of arms with fixed joints (their
             singularities are more complex) and of arms that differ considerably from their nominal
             arm.
-        move: Median joint move (radian) from a nominal solution to its refined solution.
+        move: Median joint displacement (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
@@ -108,8 +109,8 @@ def refined_inverse(
 ) -> WrittenFunction:
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
-    The first slots belong to the nominal branches. Extra solution slots contain further solutions
-    that the true robot may have near singularities; unused slots are NaN.
+    The first solution slots belong to the nominal branches. Extra solution slots contain further
+    solutions that the true robot may have near singularities; unused slots contain NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

@@ -63,7 +63,7 @@ from .tool_axis import by_tool_axis
 MAX_FREE = 6
 """Maximum number of joints that a tool pose determines."""
 MAX_TRIED = 5
-"""Maximum number of structures tried until the inverse of one structure misses no pose."""
+"""Maximum number of structures that are tried until the inverse of one structure misses no pose."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,14 @@ class Inverses:
     """All inverse functions of a robot.
 
     Attributes:
-        classification: The structure of the axes, or the reason why no structure was found.
+        classification: The structure of the axes, or the reason why no structure applies.
         solved: The solved tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
         general: The inverse of a general arm, if the axes fit no known family.
         polished: The inverse of an arm that is close to a known family; ``solved`` then contains
             the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that start from the nominal arm.
-        chain: The chain with free joints that was solved, for a coupled robot.
+        chain: The solved chain with free joints, for a coupled robot.
     """
 
     classification: Classification
@@ -176,8 +176,8 @@ def _by_structure(
 def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
     """Returns the tasks of partial poses that a structure solves.
 
-    A structure that is read from the tool has only the position task, which reads the chain from
-    the base; with fixed joints, it has none.
+    A structure that is numbered from the tool has only the position task, which numbers the chain
+    from the base; with fixed joints, it has no such task.
     """
     tasks = [] if found.given else found.family.tasks
     usable = [task for task in tasks if found.is_whole or task is POSITION_TASK]
@@ -203,9 +203,9 @@ def _losing_least(
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
-    """Marks tasks that miss right-angle poses, so that their C code searches for more.
+    """Marks tasks that miss right-angle poses, so that their C code searches for further solutions.
 
-    Tasks with a swivel angle are not marked: a search would not keep the angle constant.
+    Tasks with a swivel angle are not marked, because a search would change the swivel angle.
     """
     if found.others:
         return found
@@ -270,8 +270,8 @@ def _by_couplings(
 ) -> Inverses | None:
     """Derives the inverse of a coupled robot from a chain whose joints are free.
 
-    The free chain has no joint that others can absorb. Its solutions include all solutions of the
-    robot; the coordinates follow from them linearly.
+    The free chain has no joint that other joints can absorb. Its solutions include all solutions of
+    the robot; the coordinates are a linear function of these solutions.
     """
     if not robot.couplings:
         return None
@@ -298,7 +298,7 @@ def _by_self_motion(
 ) -> Inverses | None:
     """Derives the inverse of an arm with a permanent self-motion, with one of its joints fixed.
 
-    The fixed joint is the joint nearest to the tool that leaves a solvable arm.
+    The fixed joint is the joint nearest to the tool for which the rest of the arm is solvable.
     """
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
@@ -343,13 +343,13 @@ def _by_free_followers(
 
     Args:
         robot: The description.
-        chain: The chain with free joints, more than there are coordinates.
+        chain: The chain with free joints, which has more joints than there are coordinates.
         terms: Table of named terms.
         families: The families to try, in order.
 
     Returns:
-        None if a joint follows a fraction of another (whole turns are then ambiguous), or if the
-        pose does not determine all free joints.
+        None if a joint follows a fraction of another joint (full turns are then ambiguous), or if
+        the pose does not determine all free joints.
     """
     if not chain.keeps_turns:
         return None

@@ -66,7 +66,7 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""LaTeX fragments of a serial robot with couplings, in place of those of its chain."""
+"""LaTeX fragments of a serial robot with couplings, instead of the fragments of its chain."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -75,7 +75,8 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures of a serial robot by the preceding LaTeX fragment: name and heading of each picture."""
+"""Pictures of a serial robot, keyed by the preceding LaTeX fragment: name and heading of each
+picture."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -115,7 +116,8 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading of each LaTeX fragment, and the function that writes it, for loops or geared motors."""
+"""Heading of each LaTeX fragment, and the function that writes it, for robots with loops or geared
+motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
 """Name of the last LaTeX fragment, which lists the cited works."""
@@ -130,7 +132,8 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article of a robot and its LaTeX fragments, by path.
 
-    LaTeX is printed from the equations; the programs of the other languages are not needed.
+    The article prints LaTeX from the equations, so the programs of the other languages are not
+    needed.
     """
     return _files(derivation, fragments(derivation))
 
@@ -160,7 +163,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         derivation: A robot with its functions.
 
     Returns:
-        File name and text of each: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
+        File name and text of each fragment: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
         ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
         ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
         ``parametric.tex`` if there are parametric functions. A robot with loops also has
@@ -296,7 +299,8 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps the end of a section on the page of the next section: no page contains only references."""
+"""Keeps the end of a section on the page of the next section, so that no page contains only
+references."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

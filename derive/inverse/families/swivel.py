@@ -12,8 +12,8 @@ With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direc
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
 This reference direction is smooth unless the wrist is straight below the shoulder, where a
-floor-mounted arm has its base. For such a wrist position, the angle is measured from an arbitrary
-direction.
+floor-mounted arm has its base. For a wrist straight below the shoulder, the angle is measured from
+an arbitrary direction.
 
 Maximum number of solutions: 8 per swivel angle.
 
@@ -158,7 +158,8 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
     """Returns the shoulder-wrist direction and the two reference directions of the swivel angle."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # Straight below the shoulder, w - t is 0 and is replaced by the direction of axis 1.
+    # If the wrist is straight below the shoulder, w - t is 0 and is replaced by the direction of
+    # axis 1.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
@@ -167,10 +168,10 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Returns shoulder-wrist line, arm-plane normal and side direction, with joints 1 to 3 at 0.
+    """Returns shoulder-wrist line, arm-plane normal and side direction with joints 1 to 3 at 0.
 
-    If the arm bends in a plane normal to the elbow axis, the side direction is normal to that axis,
-    also for a stretched arm. For any other arm, the side direction points towards the elbow.
+    If the arm bends in a plane normal to the elbow axis, the side direction is normal to the elbow
+    axis, even for a stretched arm. For any other arm, the side direction points towards the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -192,7 +193,8 @@ def _elbow(lines: Lines) -> Vector:
     return lines.meeting(3, 2)
 
 
-# Axis 1 defines the reference of the swivel angle, so the axes cannot be numbered from the tool.
+# Axis 1 defines the reference direction of the swivel angle, so the axes cannot be numbered from
+# the tool.
 SWIVEL = Family(
     "spherical shoulder and spherical wrist",
     (7,),

@@ -34,8 +34,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     centre = lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move their common point, and joints 2 to 4 move it perpendicular to
-    #    h_2: its component along h_2 depends on joint 1 alone.
+    # 1. Joints 5 and 6 do not move the intersection of their axes, and joints 2 to 4 move this
+    # point perpendicular to h_2: its component along h_2 depends on joint 1 alone.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
     U, q1 = turn_to_plane(
@@ -47,8 +47,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
 
-    # 2. Joint 6 does not rotate its own axis. 3. Each solution of step 2 has one matching angle
-    # sum.
+    # 2. Joint 6 does not rotate its axis. 3. Each solution of step 2 has one matching angle sum.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)

@@ -1,9 +1,10 @@
 """Four revolute joints: a base, two parallel axes and a wrist with a non-parallel axis.
 
 Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
-the sum q2 + q3, and q4. Two joint coordinates remain for the position. For a pose out of reach, the
-solution steps return a nearby pose, and the residual is its distance. Maximum number of solutions:
-2 for a pose, 4 for a position.
+the sum q2 + q3, and q4. Two joint coordinates remain to reach the position. For an unreachable
+pose, the solution steps return a nearby pose, and the residual is the distance between the two
+poses. Maximum number of
+solutions: 2 for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -42,7 +43,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     along = target.turned(terms, a4.h)
     # 1. The parallel joints change neither the height of the wrist along their axes nor its tilt.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel joints rotate the wrist axis; joint 4 does not rotate its own axis.
+    # 2. The parallel joints rotate the wrist axis; joint 4 does not rotate its axis.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],
@@ -67,7 +68,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether joint 4 leaves the tool origin at its position."""
+    """Whether joint 4 does not move the tool origin."""
     hand, home = lines.axes[-1], home_of(robot, lines.terms)
     lever = numbers(lines.terms, home[:3, 3]) - hand.origin
     off = float(np.linalg.norm(np.cross(hand.direction, lever)))

@@ -1,8 +1,8 @@
 """Four joints: three joints of any kind that position a point, and a revolute joint after them.
 
-Joint 4 does not move the points of its own axis, so the target determines where the first three
-joints must put such a point. The rest of the rotation determines joint 4. The residual includes the
-other conditions of the pose. Maximum number of solutions: 4.
+Joint 4 does not move the points of its axis, so the target determines the position to which the
+first three joints must move one of these points. The remaining rotation determines joint 4. The
+residual includes the other conditions of the pose. Maximum number of solutions: 4.
 """
 
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     before = [(axis, work.turns[axis.joint]) for axis in arm.axes if axis.turns]
     e = any_across(terms, a4.h)
     last_turn(work, a4, e, target.turned(terms, e), before)
-    # 5. The pose has more conditions than these steps use.
+    # 5. The pose has more conditions than these solution steps use.
     step_on_all(work, lines, target)
 
 
@@ -62,7 +62,7 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# Read from the tool, arms at right angles lose poses.
+# If the axes were numbered from the tool, arms with right angles would lose poses.
 TURNING_HAND = Family(
     "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
 )

@@ -1,9 +1,9 @@
 """A rotating base, three parallel revolute axes and an optional fifth tool joint.
 
-Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to them, as is axis 5 if there is a fifth
-joint. Four joints give the tool four degrees of freedom: its position and its pitch in the arm
-plane. A fifth joint rotates the tool about an axis in the arm plane. For a pose out of reach, the
-solution steps return a nearby pose, and the residual is its distance.
+Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to these axes, and so is axis 5 if there is a
+fifth joint. Four joints give the tool four degrees of freedom: its position and its pitch in the
+arm plane. A fifth joint rotates the tool about an axis in the arm plane. For an unreachable pose,
+the solution steps return a nearby pose, and the residual is the distance between the two poses.
 
 Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch because the
 tool may point outward or inward.

@@ -76,7 +76,8 @@ OWN = JOINTS - 1
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
 """Candidate axes in the tool frame: direction, and point relative to the arm length."""
 APART = (np.pi,) * OWN + (0.0,)
-"""Assumed separations of the solutions (radian); the separation in the added joint is zero."""
+"""Assumed separations of the solutions in each joint (radian); the separation in the added joint is
+zero."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Returns the inverse of an arm with at least five joints, or None if it has none.
+    """Returns the inverse of an arm with at least five joints, or None if there is no inverse.
 
     Args:
         robot: The description.
@@ -139,7 +140,7 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
-    """Whether the fixed joints leave six solvable joints."""
+    """Whether six solvable joints remain after the joints are fixed."""
     return is_fit(robot, given) and len(robot.moving) <= MAX_JOINTS
 
 
@@ -151,7 +152,7 @@ def _joints(robot: SerialRobot) -> str:
 
 
 def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | None:
-    """Returns the inverse of five free joints, which are solved as six joints."""
+    """Returns the inverse for five free joints, which are solved as six joints."""
     arm = with_tool_joint(numbers(robot), slides_of(robot), given)
     if arm is None:
         return None
@@ -171,7 +172,7 @@ class GeneralTables:
 
     Attributes:
         arm: The numbers of the arm for the general solver, or None if the solver does not apply.
-        separation: How well the best elimination order separates the solutions; see
+        separation: Separation of the solutions by the best elimination order; see
             :attr:`.Choice.separation`.
     """
 
@@ -275,7 +276,7 @@ def with_tool_joint(
     The added joint rotates the tool. Every solution of the five joints is a solution of the six
     joints with angle 6 at 0; solutions with a nonzero angle 6 are discarded. The added axis is skew
     to the other axes, so that the six joints fit no known family. The added axis is far enough from
-    the tool origin to move the origin.
+    the tool origin for a rotation about it to move the origin.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.
@@ -289,7 +290,7 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # All solutions of a pose have the same angle 6, so joint 6 cannot distinguish them.
+        # All solutions of a pose have the same angle 6, so angle 6 cannot distinguish them.
         kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
@@ -311,7 +312,7 @@ def solver_function(
     """Returns the function ``ik``: every solution of a pose, in sixteen slots.
 
     Solutions come first, sorted by the suppressed joint. Without a solution, the solution slots
-    contain the nearest result; unused slots otherwise contain an invalid configuration. The margin
+    contain the nearest result; otherwise, unused slots contain an invalid configuration. The margin
     of a solution is |det J| divided by the product of the column norms of J, with lengths relative
     to the arm length. The margin is 0 if J is singular and two solutions coincide, and at most 1.
     The margin of an invalid slot is its negative residual.

@@ -4,7 +4,7 @@ For a point p on a line with unit direction l, the equations of Raghavan and Rot
 
     x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
 
-for two expressions of the same line. With a 1 appended to x, a motion p -> R p + d, l -> R l
+for two expressions of the line l through p. With a 1 appended to x, a motion p -> R p + d, l -> R l
 multiplies x by a matrix that depends only on R and d. Every quantity is linear in the cosine and
 sine of each revolute joint and quadratic in the displacement of each prismatic joint. With the
 vector h = R^T d, the quantities become:
@@ -33,12 +33,12 @@ Array = NDArray[Any]
 """Array of floats or of symbolic expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of line quantities, excluding the appended 1."""
+"""Number of line quantities, without the appended 1."""
 SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """Returns the quantities (15,) of a point and a unit direction, including the appended 1."""
+    """Returns the quantities (15,) of a point and a unit direction, with the appended 1."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)

@@ -1,28 +1,29 @@
 """Equations of Raghavan and Roth for general six-joint arms, and their elimination orders.
 
 The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
-placement from the tool back to the base contains the target pose. Then
+placement C_6 from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
 An elimination order numbers the joints from any joint in either direction. It consists of a pair
 (1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move
-its own axis, so the equations of this axis do not contain joint 6:
+its axis, so the equations of this axis do not contain joint 6:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
 Both sides are written as fourteen line quantities (:mod:`.line_quantities`), which are linear in
 the cosine and sine of each joint:
 
-    A y = B(theta_3) x,   y the eight products of joints 1 and 2, x the nine of joints 4 and 5,
+    A y = B(theta_3) x, where y contains the eight products of joints 1 and 2, and x the nine
+    products of joints 4 and 5,
 
-where A (14, 8) depends only on the pose and B only on theta_3. Six linear combinations of the
-equations eliminate y. The generated C finds the angles theta_3 at which these six equations have a
-solution. Accuracy depends on the suppressed joint (:mod:`.split_choice`).
+and the matrix A (14, 8) depends only on the pose and B only on theta_3. Six linear combinations of
+the equations eliminate y. The generated C finds the angles theta_3 at which these six equations
+have a solution. Accuracy depends on the suppressed joint (:mod:`.split_choice`).
 
-A prismatic joint with displacement d has Tz(d) in place of Rz(theta), and 1, d, d^2 in place of 1,
-cosine, sine. Prismatic joints may be in the pair, or be the joint among 4 and 5 without a half
-angle. The other three joints must be revolute.
+A prismatic joint with displacement d has Tz(d) instead of Rz(theta), and 1, d, d^2 instead of 1,
+cosine, sine. A prismatic joint may be joint 1 or 2, or the joint among 4 and 5 without a half
+angle. The other three joints of the order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -170,7 +171,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 
     Args:
         found: The numeric equations (..., 14, 9) and (..., 3, 14, 9).
-        halved: Index of the joint with the half angle: 0 or 1.
+        halved: Index of the joint with the half angle: 0 for joint 4, 1 for joint 5.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()
@@ -184,7 +185,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """Returns the pose (4, 4) for the joint values about or along the joints' z axes.
+    """Returns the pose (4, 4) for the joint values about or along the z axes of the joints.
 
     Args:
         constants: The constant placements before, between and after the joints.

@@ -17,7 +17,8 @@ from .split_choice import length
 
 NEWTON = 30
 TURNS = 12
-"""Number of trial origins of the suppressed angle; the origin with the best condition is used."""
+"""Number of trial origins of the suppressed angle; the origin with the smallest condition number is
+used."""
 
 
 def real_solutions(
@@ -80,7 +81,7 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """Returns the largest joint difference; angle differences are at most half a turn."""
+        """Returns the largest joint difference; differences of angles are at most half a turn."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:

@@ -2,10 +2,11 @@
 
 If consecutive axes intersect or are parallel, many elimination orders are unsuitable: det M is zero
     for every
-suppressed angle, or several solutions have the same suppressed angle. So all elimination orders are
-rated at many random configurations. An elimination order is suitable at a configuration if det M is
-a trigonometric polynomial of degree 8 in the suppressed angle. In addition, the second smallest
-singular value of M at the solution and the smallest singular value of A must be far from zero.
+suppressed angle, or several solutions have the same suppressed angle. Therefore, all elimination
+orders are rated at many random configurations. An elimination order is suitable at a configuration
+if det M is a trigonometric polynomial of degree 8 in the suppressed angle. In addition, the second
+smallest singular value of M at the solution and the smallest singular value of A must not be close
+to zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,10 +43,12 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of configurations with fixed joints, and additional configurations per right angle."""
+"""Number of configurations with fixed joints, and number of additional configurations per right
+angle."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders that are kept; if one fails at a pose, the next order is tried. A
-fourth order is kept only if it is suitable at configurations at which the other three are not."""
+"""Number of elimination orders that are used; if one fails at a pose, the next order is tried. A
+fourth order is used only if it is suitable at configurations at which the other three orders are
+not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
@@ -60,7 +63,7 @@ class Rating:
         separations: Second smallest singular value of M divided by the largest, for each
             configuration, or NaN if the degree of det M is not 8.
         pairs: Smallest singular value of A divided by the largest, for each configuration. The
-            angles of the pair of joints are solved with the matrix A.
+            matrix A determines the angles of joints 1 and 2.
     """
 
     split: Split
@@ -117,7 +120,7 @@ class Choice:
 
     @property
     def separation(self) -> float:
-        """How well the best elimination order separates the solutions; see :attr:`Rating.key`."""
+        """Separation of the solutions by the best elimination order; see :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
@@ -129,8 +132,8 @@ class Choice:
 def choose(robot: SerialRobot) -> Choice | None:
     """Returns the elimination orders of an arm, or None without a suitable order.
 
-    Some arms need their prismatic joint as a free joint, because the other six joints alone are
-    nearly singular. In this case, any joint may be the fixed joint.
+    Some arms need a free prismatic joint, because the other six joints alone are nearly singular.
+    In this case, any joint may be the fixed joint.
 
     Args:
         robot: The description.
@@ -149,8 +152,8 @@ def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
-    # Among equal results, the joint nearest to the tool is fixed, because an operator can set it
-    # easily.
+    # Among equally good results, the joint nearest to the tool is fixed, because an operator can
+    # set this joint easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
@@ -160,7 +163,7 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
 
 
 def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Returns the sets of joints that may be fixed so that six joints are free.
+    """Returns the sets of joints that can be fixed so that six joints are free.
 
     Prismatic joints and the revolute joints next to the base (as in a torso) are fixed first; the
     last fixed joint may be any other joint. With fewer than six revolute joints, some prismatic
@@ -237,7 +240,7 @@ def _ratings(
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
         # If four or more axes pass through two points, A is singular for every elimination order. A
-        # is also singular for two parallel prismatic joints in the pair, but such an arm lacks a
+        # is also singular if joints 1 and 2 are parallel prismatic joints, but such an arm lacks a
         # degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
@@ -315,9 +318,9 @@ def length(constants: Sequence[Array]) -> float:
 def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
-    A is singular if the pair of joints belongs to three parallel axes: each solution of the other
-    joints then has two solutions of the pair. If both joints of the pair are prismatic, the
-    equations contain no products of the squared displacements.
+    A is singular if joints 1 and 2 belong to three parallel axes: each solution of the other joints
+    then has two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, the equations
+    contain no products of the squared displacements.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))

@@ -1,9 +1,9 @@
 """Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
 
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
-closed form, loop by loop. Each loop has two branches, which correspond to the two folded positions
-of its links. If the loops reduce the degrees of freedom of the main chain, as in a delta robot with
-a rotated platform, the loop equations decide whether the pose is reachable.
+closed form, loop by loop. Each loop has two branches, one for each of the two folded positions of
+its links. If the loops reduce the degrees of freedom of the main chain, as in a delta robot with a
+rotated platform, the loop equations decide whether the pose is reachable.
 """
 
 from functools import partial
@@ -84,7 +84,7 @@ def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozense
         return unused
     if len(h.theta) > len(h.q):
         # For random poses of the chain, the loops can rarely be closed, but the branch signs still
-        # change the results.
+        # change the computed coordinates.
         return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
     return unused | same | {k for k in without if work.signs[k] in work.sides}

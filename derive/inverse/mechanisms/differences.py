@@ -2,8 +2,8 @@
 
 Both robots are compared at the same actuated coordinates, with their loops closed. A joint is
 represented by a line, a ball joint by a point, a prismatic joint by a direction. Each body is
-aligned with its counterpart to first order. So the result depends neither on the body frames nor on
-the position of a frame along its joint axis.
+aligned with its counterpart to first order. Therefore, the result depends neither on the body
+frames nor on the position of a frame along its joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -41,7 +41,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
     Args:
         built: The robot as built.
-        design: The numeric design, with the same joints and struts.
+        design: The numeric model of the design, with the same joints and struts.
     """
     mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [
@@ -114,7 +114,7 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the distance (metre) of the farthest feature from the mean, or 1."""
+    """Returns the distance (metre) from the mean to the farthest feature, or 1."""
     points = np.array([f.point for of in configuration.values() for f in _about(_centre(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
@@ -148,7 +148,7 @@ def _rows(
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # A line may be reversed; the axes of a pose may not.
+            # The direction of a line may be reversed, but not an axis of a pose.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 
@@ -156,7 +156,7 @@ def _rows(
 def _zeros(
     bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """Yields zero-offset differences of actuated joints; The value True marks a length."""
+    """Yields the zero-offset differences of actuated joints; the value True marks a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:

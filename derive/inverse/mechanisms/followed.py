@@ -14,8 +14,9 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of path points, Newton steps per point, and Newton steps at the end. If some coordinates
-need more steps, for example near a singularity, their result counts as not converged."""
+"""Number of path points, of Newton steps per point, and of Newton steps at the end. If some
+coordinates need more Newton steps, for example near a singularity, their result counts as not
+converged."""
 
 
 class Followed:

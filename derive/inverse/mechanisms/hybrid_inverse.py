@@ -1,8 +1,9 @@
 """Inverse kinematics of a robot with loops: first the main chain, then the actuators.
 
-If the main chain belongs to a known family, the joints are computed from the pose, and the
-actuators from the joints. If the loops prevent part of the chain from rotating, virtual prismatic
-joints replace this part. The actuators of this part are computed from the prismatic displacements.
+If the main chain belongs to a known family, its joints are computed from the pose, and the
+actuators from these joints. If the loops prevent a part of the chain from rotating, virtual
+prismatic joints replace this part. The actuators of this part are computed from the prismatic
+displacements.
 """
 
 from collections.abc import Mapping, Sequence
@@ -131,7 +132,7 @@ def _giving_turns(
 ) -> Classification | None:
     """Returns a structure with inner revolute joints fixed; tries the last joints first.
 
-    For example, four parallel axes on a column (long-arm excavators) have no other joint to fix.
+    For example, long-arm excavators (four parallel axes on a column) have no other joint to fix.
     """
     lines, count = classification.lines, len(hybrid.robot.moving)
     surplus = count - rank.of_chain(lines)
@@ -154,7 +155,7 @@ def _by_nominal(
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
         except DescriptionError:
-            # The loops of this nominal mechanism cannot be closed at the reference configuration.
+            # The loops of the nominal mechanism cannot be closed at the reference configuration.
             if hybrid.mechanism.nominal is not None:
                 raise
             continue
@@ -229,7 +230,7 @@ def _of_nominal(
 
 
 def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
-    """Whether each fixed joint depends only on its own actuated coordinate."""
+    """Whether each fixed joint depends on a single separate actuated coordinate."""
     given = {hybrid.theta[k] for k in found.given}
     fixed = (_actuator(hybrid, k) for k in solved.function.role.fixed)
     return all(_arguments(hybrid, entry) <= given for entry in fixed)
@@ -239,7 +240,7 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
     """Returns one actuator as a function of the main-chain joints.
 
     Raises:
-        DescriptionError: This actuator has no closed form.
+        DescriptionError: The actuator has no closed form.
     """
     coordinate = hybrid.mechanism.coordinates[k]
     if coordinate.moves in hybrid.backward.open:
@@ -253,8 +254,8 @@ def _by_chain(
 ) -> Solved:
     """Solves the joints of the main chain, then the actuators.
 
-    For a robot as built, its own loops give the actuators if these loops have a closed form. The
-    built loops may be beyond a dead point of the design, for example in a folded parallelogram.
+    For a robot as built, the loops as built give the actuators if these loops have a closed form.
+    The built loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
     pose = _on_chain(hybrid, lines, found, Work(hybrid.terms))
     settled = settled_choices(hybrid, pose, found.given)
@@ -273,7 +274,8 @@ def _on_chain(
 ) -> Solved:
     """Solves the chain and the actuators without the redundant branch signs.
 
-    Newton's method keeps the coordinates of fixed joints, so their values as built are used.
+    Newton's method does not change the coordinates of fixed joints, so these coordinates have their
+    values as built.
     """
     terms = hybrid.terms
     arguments, joints = _joints_of(hybrid, lines, found, work)
@@ -371,8 +373,7 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # The virtual prismatic joints do not determine whether the loops that they replace can be
-    # closed.
+    # The virtual prismatic joints do not determine whether the replaced loops can be closed.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
@@ -394,7 +395,7 @@ def _solved(
     given: Sequence[int] = (),
     closing: Sequence[sp.Expr] = (),
 ) -> Solved:
-    """Assembles the solved task with its function."""
+    """Combines the solved task with its function."""
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
     function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)

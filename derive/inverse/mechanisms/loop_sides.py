@@ -31,15 +31,15 @@ SAMPLES, MAX_DRAWN = 200, 4000
 """Number of test configurations, and of random trials to find them; crank-and-rod loops can be
 closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the number of closed
-configurations that is enough. The ranges are tried in turn: loops through three booms far from the
-base can be closed only if the sampling range is small."""
+"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
+of closed configurations. The ranges are tried in turn: loops through three booms far from the base
+can be closed only if the sampling range is small."""
 MAX_CHOICES = 9
 """Maximum number of branch signs (512 slots); further loops keep the reference branch."""
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Solves all joints from the main chain, with one sign per loop branch.
+    """Solves all joints from the main chain, with one branch sign per loop.
 
     Args:
         hybrid: The robot.
@@ -142,12 +142,12 @@ def idle_choices(
     Args:
         hybrid: The robot.
         function: The inverse of the robot with all branch signs.
-        inputs: Inputs of the inverse; the first are poses (16, N).
-        within: Maximum residual of a solution; rounding error by default.
+        inputs: Inputs of the inverse; the first input contains the poses (16, N).
+        within: Maximum residual of a solution; by default the rounding error.
 
     Returns:
         Indices of the branch signs with equal coordinates for both values, and of the branch signs
-        whose value -1 has no solution.
+        for which the value -1 has no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -210,9 +210,9 @@ def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
 def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
-    Random coordinates lie within the limits. Without limits, angles span a full turn and lengths
-    the fraction ``part`` of the mechanism size. If the fraction is small, a rocker may not pass its
-    dead points.
+    Random coordinates lie within the limits. Without limits, angles span a full turn, and lengths
+    span the fraction ``part`` of the mechanism size. If this fraction is small, a rocker does not
+    pass its dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

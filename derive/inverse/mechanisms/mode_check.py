@@ -2,8 +2,9 @@
 
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
 these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
-So ``ik`` evaluates ``fk`` at every solution slot of ``ik_legs``. A solution slot is a solution if
-``fk`` returns the target pose; otherwise it belongs to a different assembly mode.
+Therefore, ``ik`` evaluates ``fk`` for the coordinates in every solution slot of ``ik_legs``. A
+solution slot contains a solution if ``fk`` returns the target pose; otherwise, its coordinates
+belong to a different assembly mode.
 """
 
 from collections.abc import Mapping

@@ -1,9 +1,9 @@
 """Replaces the translating part of a chain by virtual prismatic joints; solves their actuators.
 
-The rods of a built delta are not quite parallel, so its platform rotates slightly. Three
-coordinates therefore determine the orientation as well as the position. The nominal robot is solved
-for the position and ignores the orientation; Newton's method then reaches the pose, or only the
-position.
+The rods of a delta robot as built are not exactly parallel, so its platform rotates slightly.
+Therefore, the three coordinates determine the orientation as well as the position. The inverse of
+the nominal robot solves for the position and ignores the orientation; Newton's method then reaches
+the pose, or only the position.
 """
 
 from collections.abc import Sequence
@@ -156,7 +156,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Returns a basis of the prismatic directions, and their components in this basis."""
+    """Returns a basis of the directions of prismatic joints, and their components in this basis."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -179,7 +179,8 @@ def actuators_of(
     equation for the crank.
 
     Args:
-        work: Record of the solution with the prismatic displacements; receives the solution step.
+        work: Record of the solution with the prismatic displacements; the solution step is added to
+            it.
         moved: The shortened chain.
         q: The actuated coordinates.
 

@@ -1,15 +1,16 @@
 """Angle of aligned axes from the position.
 
 If the last of three revolute axes is parallel to the first, the orientation determines only the sum
-or difference of their angles. A chain of three or four joints has to meet the position, too. With
-the image ``v`` of a point on the last axis, the first angle and the displacement d of a prismatic
-joint solve
+or difference of their two angles. A chain of three or four joints must also reach the position.
+With the image ``v`` of a point on the last axis, the first angle and the displacement d of a
+prismatic joint solve
 
-    R_1 (w + d u) = v       for a prismatic joint between the first and the last axis, or
-    R_1 w = v - d u         for another one,
+    R_1 (w + d u) = v       if the prismatic joint is between the first and the last axis, or
+    R_1 w = v - d u         otherwise,
 
-where w leads from the first axis to the point, and u is the direction of the prismatic joint. The
-two sides have equal lengths: a quadratic equation for d. Subproblem 1 then gives the angle.
+where w is the vector from the first axis to the point, and u is the direction of the prismatic
+joint. Equal lengths of the two sides give a quadratic equation for d. Subproblem 1 then gives the
+first angle.
 """
 
 from collections.abc import Sequence
@@ -34,7 +35,7 @@ def first_angle(
     Args:
         terms: Table of named terms.
         axes: The axes of the chain: three revolute joints and at most one prismatic joint.
-        target: The required displacement of the chain.
+        target: The displacement that the chain must produce.
         middle: Rotation of the second revolute joint.
         sign: 1 or -1, selects one of two solutions.
     """
@@ -58,16 +59,16 @@ def first_angle(
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
-    """Returns the point of a line that is as long as another vector.
+    """Returns the point of a line whose position vector is as long as another vector.
 
-    If the sum of a root has cancellation, the product of the roots gives it.
+    If a root is a difference with cancellation, the product of the roots gives this root.
 
     Args:
         terms: Table of named terms.
         start: A point of the line.
         u: The unit direction of the line.
         other: The other vector.
-        sign: 1 for the root farther along the line, -1 for the other.
+        sign: 1 for the root farther along the line, -1 for the other root.
     """
     let = terms.let
     half = dot(terms, start, u)

@@ -20,7 +20,7 @@ def with_elbow_in_reach(
     centre: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Returns the sum of angles 2 to 4; if it is arbitrary, the sum with the best elbow.
+    """Returns the sum of angles 2 to 4; if it is arbitrary, the sum with the best elbow angle.
 
     The best elbow angle is the angle nearest to 90 degrees.
 

@@ -1,10 +1,11 @@
 """Gauss-Newton step for a pose with more equations than the chain has joints.
 
-Each closed-form step uses some of the six pose equations. Near a double solution of such an
-equation, the angle of its joint is accurate only to 1e-8, although the other equations determine
-the angle to full double precision. A Gauss-Newton step on all equations restores full accuracy:
+Each closed-form solution step uses only some of the six pose equations. Near a double solution of
+such an equation, the angle of its joint is accurate only to 1e-8, although the other equations
+determine the angle to full double precision. A Gauss-Newton step on all equations restores full
+accuracy:
 
-    (J^T J + mu) dq = J^T e
+    (J^T J + mu) dq = J^T e, with a damping factor mu,
 
 where e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
 to the arm length.
@@ -45,7 +46,7 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     Args:
         work: Record of the solution with the solved joints.
         lines: The chain, numbered from the base.
-        target: The required displacement of the chain.
+        target: The displacement that the chain must produce.
     """
     if any(axis.stays for axis in lines.axes):
         step_on_all(work, lines, target)
@@ -59,7 +60,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
     Args:
         work: Record of the solution with the solved joints.
         lines: The chain, numbered from the base.
-        target: The required displacement of the chain.
+        target: The displacement that the chain must produce.
     """
     terms = work.terms
     axes = [axis for axis in lines.axes if not axis.stays]
@@ -73,7 +74,8 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # After the step, the angles of parallel joints no longer add up to the stored sums.
+    # After the Gauss-Newton step, the angles of parallel joints no longer add up to the stored
+    # sums.
     work.sums.clear()
 
 
@@ -118,7 +120,7 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The rotation vector is also 0 for a rotation error of half a turn.
+    # The rotation vector is also 0 if the rotation error is half a turn.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)

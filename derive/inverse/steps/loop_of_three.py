@@ -1,4 +1,4 @@
-"""Three angles from one closed vector loop (subproblem 5), recorded as separate steps."""
+"""Three angles from one closed vector loop (subproblem 5), recorded as separate solution steps."""
 
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
@@ -22,7 +22,7 @@ def loop_of_three(
     Args:
         work: Records the steps.
         axes: The axes of the three joints.
-        reason: Reason why the loop equation contains only these angles.
+        reason: Reason why the loop equation contains only the three angles.
         first: p0, k1 and p1.
         second: k2 and p2.
         third: k3 and p3.

@@ -1,8 +1,8 @@
 """Three revolute and prismatic joints that position a point.
 
 A rotation changes neither the component of a point along its axis nor the distance from the axis.
-So a plane or a sphere determines one prismatic joint, and the other joints are computed from this
-joint.
+Therefore, a plane or a sphere determines one prismatic joint, and the other joints are computed
+from this joint.
 """
 
 import numpy as np
@@ -40,8 +40,8 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
-    # 1. The lift joint compensates the height change by the other prismatic joint; together they
-    # move the point at the target height, perpendicular to axis 1.
+    # 1. The lift joint compensates the height change of the other prismatic joint; together, the
+    # two joints move the point perpendicular to axis 1 at the target height.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     way = combination(terms, (_ONE, ratio), (other.h, lift.h))
@@ -60,9 +60,9 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
     ways = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target determines one prismatic joint, and its distance from the axis
-    # determines the other. The height determines the prismatic joint that keeps the distance from
-    # the axis, or the only joint that changes the height.
+    # The height of the target determines one prismatic joint, and the distance of the target from
+    # the axis determines the other joint. The height determines the prismatic joint that does not
+    # change the distance from the axis, or the only joint that changes the height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         ways if first_by_height else ways[::-1]
@@ -108,7 +108,7 @@ def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
             work.sign(),
         ),
     )
-    # 2. The prismatic joint. 3. The revolute joint.
+    # 2. The distance of the point from axis 1 gives the prismatic joint. 3. The revolute joint.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)

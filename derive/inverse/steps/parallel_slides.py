@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
-A lift moves along the axes; a telescope moves perpendicular to two axes. The sum of the two
-revolute angles is known. So the telescope changes one side of a triangle whose other two sides are
-known.
+A lift moves along the revolute axes; a telescope moves perpendicular to two of these axes. The sum
+of the two revolute angles is known. Therefore, the telescope changes one side of a triangle whose
+other two sides are known.
 """
 
 import sympy as sp
@@ -41,7 +41,7 @@ def telescope(
     """Solves the telescope and the first of the two revolute joints.
 
     Args:
-        work: Records both solution steps.
+        work: Records the two solution steps.
         axes: The two revolute axes and the telescope, in the order of the chain.
         hand: A point moved by all three joints, in the home pose.
         position: The target position of the point relative to the first revolute axis; the
@@ -57,8 +57,8 @@ def telescope(
     way = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes extends the side between them. Any other telescope changes
-    # the elbow-wrist distance that both revolute joints must reach.
+    # A telescope between the two axes extends the triangle side between these axes. Any other
+    # telescope changes the distance from elbow to wrist that both revolute joints must reach.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, way) if is_between else (way, upper)
     length = work.slide(

@@ -1,7 +1,7 @@
-"""Steps for an arm in a plane on a rotating base: first the plane, then the arm.
+"""Solution steps for an arm in a plane on a rotating base: first the plane, then the arm.
 
 The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
-joints position the tool and set its pitch in the plane. A fifth joint rotates the tool about an
+joints position the tool and set its pitch in this plane. A fifth joint rotates the tool about an
 axis in the arm plane.
 """
 
@@ -21,9 +21,9 @@ from .triangle import remaining, triangle
 from .work import Work
 
 ARM = 4
-"""Number of joints including the base and the arm, without the fifth joint."""
+"""Number of joints of the base and the arm together, without the fifth joint."""
 DIGITS = 20
-"""Number of digits to which the arm length is rounded; it is used only as a scale."""
+"""Number of digits to which the arm length is rounded; the length is used only as a scale."""
 
 
 def turn_to_plane(
@@ -40,8 +40,8 @@ def turn_to_plane(
         reason: Explains why no other joint moves the point along the second axis.
 
     Returns:
-        The target position, rotated back by joint 1 and relative to the second axis; and the
-        rotation by joint 1.
+        The target position relative to the second axis, rotated back by joint 1, and the rotation
+        by joint 1.
     """
     terms = work.terms
     V = subtracted(terms, position, first.p)
@@ -66,7 +66,7 @@ def turn_to_direction(
     """Like :func:`turn_to_plane`, but a tool-fixed direction also determines joint 1.
 
     The next joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
-    These joints keep the angle between the direction and the axes.
+    These joints do not change the angle between the direction and the parallel axes.
 
     Args:
         work: Records the step.
@@ -83,7 +83,7 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, V is a small difference of two positions that are as large as the arm length.
+    # Near the axis, V is a small difference of two positions whose magnitude is the arm length.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -161,7 +161,7 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Rotates the arm plane to a position; returns this position and the rotation."""
+    """Rotates the arm plane to a position; returns the position in this plane and the rotation."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)

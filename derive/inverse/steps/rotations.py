@@ -23,7 +23,7 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
         work: Record of the solution with the joints before the wrist; receives the steps.
         lines: The chain.
         first: Index of the first joint of the wrist.
-        target: The required displacement of the chain.
+        target: The displacement that the chain must produce.
     """
     axes = lines.axes[first : first + 3]
     three_turns(
@@ -48,8 +48,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: Returns a direction after the rotation R.
-        aligned: Returns the first angle where axis 6 is parallel to axis 4, for the angle of joint
-            5 and a sign; without it, the angle is then 0.
+        aligned: Returns the first angle if axis 6 is parallel to axis 4, for the angle of joint 5
+            and a sign; without this function, the first angle is 0.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -64,7 +64,8 @@ def three_turns(
         image = wanted(a6.h)
         across = perpendicular(terms, a4.h, image)
         are_aligned = dot(terms, across, across) < ALIGNED_AXES**2
-        # Subproblem 2 has a double solution there, accurate to 1e-8 only.
+        # For parallel axes 4 and 6, subproblem 2 has a double solution, which is accurate to 1e-8
+        # only.
         middle = sp1(terms, a5.h, a6.h, image).turn
         first = aligned(middle, sign)
         q4 = replace(q4, turn=chosen(terms, are_aligned, first, q4.turn))

@@ -1,8 +1,8 @@
 """Prismatic joints in any order between revolute joints that the orientation determines.
 
-The orientation determines up to three revolute joints, whose neighbors are not parallel. The
-position is then linear in up to three displacements, along directions that the revolute joints
-turn. Maximum number of solutions: 1, or 2 with three revolute joints.
+The orientation determines up to three revolute joints, of which no two consecutive joints are
+parallel. The position is then linear in up to three displacements, along directions that the
+revolute joints rotate. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,11 +32,12 @@ _MAX = 3
 """Maximum number of revolute joints, and of prismatic joints."""
 _FREEDOMS = 6
 _PARALLEL = sp.Float("1e-14", 20)
-"""Two slides are parallel below this sine, the rounding error of their directions."""
+"""Sine below which two prismatic joints count as parallel: the rounding error of their
+directions."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
-    """Returns the conditions on the axes."""
+    """Returns the conditions on the axes of the chain."""
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     few = len(turning) <= _MAX and 1 <= len(lines.axes) - len(turning) <= _MAX
     count = Requirement("up to three joints turn, and up to three slide", 0.0 if few else np.inf)
@@ -76,7 +77,7 @@ def _turns(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
-    """Solves the prismatic joints from the displacement that the revolute joints leave."""
+    """Solves the prismatic joints from the displacement that remains after the revolute joints."""
     terms, carried = work.terms, target.home
     sliding: list[Axis] = []
     for axis in reversed(axes):
@@ -91,7 +92,8 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
     way = work.name_vector(("W", "V"), meaning, subtracted(terms, target.position, carried))
     for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
         rate, rest = dot(terms, normal, axis.h), dot(terms, normal, way)
-        # Where the slides are parallel, the displacement is 0 and the next slide moves the tool.
+        # If the prismatic joints are parallel, the displacement is 0 and the next prismatic joint
+        # moves the tool.
         length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
         work.slide(axis, "a line meets a plane", reason, found)
@@ -100,7 +102,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
 
 
 def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:
-    """Yields for each slide a unit vector along which the later slides do not move the tool."""
+    """Yields, per prismatic joint, a unit vector along which later ones do not move the tool."""
     terms = work.terms
     match sliding:
         case [_, second, third]:
@@ -124,6 +126,6 @@ def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def _unit(terms: Terms, v: Vector) -> Vector:
-    """Returns a vector divided by its length; the null vector stays."""
+    """Returns a vector divided by its length; the null vector does not change."""
     inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
     return combination(terms, (inverse,), (v,))

@@ -38,8 +38,8 @@ class Target:
     def point(self, terms: Terms, point: Vector) -> Vector:
         """Returns the image of a body-fixed point.
 
-        Only the vector from ``home`` is rotated. So a wrist center near the tool keeps its accuracy
-        far from the base.
+        The rotation applies only to the vector from ``home`` to the point. Therefore, a wrist
+        center near the tool is accurate even far from the base.
         """
         return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 

@@ -1,7 +1,8 @@
 """Three joints that position a point, such as the arm before a spherical wrist.
 
-``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved with an invariant: the component of a
-point along parallel axes, its distance from the intersection of axes, or both.
+``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W``, with joint screws S_k, point C and target W, is
+solved with an invariant: the component of a point along parallel axes, its distance from the
+intersection of axes, or both quantities.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,7 +46,7 @@ class Case:
         kinds: One letter per joint: r (revolute) or p (prismatic).
         title: Description of the axis arrangement.
         max_solutions: The maximum number of solutions.
-        requires: Returns the conditions on the axes.
+        requires: Returns the conditions on the axes of the chain.
         solve: Solves the three joints.
     """
 
@@ -119,7 +120,8 @@ def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
 def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 keep the distance from the intersection of their axes.
+    # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
+    # axes.
     V = subtracted(terms, W, C)
     upper, fore = subtracted(terms, a3.p, C), subtracted(terms, centre, a3.p)
     across2 = squared_across(terms, a3.h, V, (upper, fore))
@@ -134,7 +136,7 @@ def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
 
 
 def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> None:
-    """Solves ``R_1 R_2 p = v``."""
+    """Solves ``R_1 R_2 p = v`` for two rotations."""
     first, second = sp2(work.terms, a1.h, a2.h, p, v, work.sign())
     work.step(
         [a1],
@@ -149,8 +151,8 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
 def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 keep the distance of the center from the intersection of their axes. Joint 1
-    # moves this intersection, so |R_1^T V - c| is known.
+    # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
+    # axes. Joint 1 moves this intersection, so the distance |R_1^T V - c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, centre, C)
     minus_h = negative(a1.h)
@@ -186,7 +188,8 @@ def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 keep the distance from the intersection of their axes.
+    # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
+    # axes.
     V, reach = subtracted(terms, W, C), subtracted(terms, centre, C)
     r2 = dot(terms, V, V)
     length = work.slide(
@@ -219,7 +222,7 @@ def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> N
     # 1. Neither joint 2 nor the perpendicular prismatic joint moves the center along axis 2.
     reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
     U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
-    # 2. Joint 2 keeps the distance of the center from its axis.
+    # 2. Joint 2 does not change the distance of the center from its axis.
     A = perpendicular(terms, a2.h, U)
     reach = perpendicular(terms, a2.h, subtracted(terms, centre, a2.p))
     length = work.slide(
@@ -249,7 +252,7 @@ def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
         carried: Description of the point for the article.
     """
     terms = work.terms
-    if len(axes) == 2:  # noqa: PLR2004 - the other slide determines the plane
+    if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
         two_slides(work, axes[0], axes[1], way)
         return
     for k, axis in enumerate(axes):
@@ -289,7 +292,8 @@ def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) ->
 def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 keep the distance of the center from the intersection of their axes.
+    # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
+    # axes.
     reach, V = subtracted(terms, centre, C), subtracted(terms, W, C)
     minus_h = negative(a1.h)
     length = work.slide(

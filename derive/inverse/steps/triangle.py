@@ -15,7 +15,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     """Solves two joints from the sides of the triangle: first the elbow, then the shoulder.
 
     Args:
-        work: Records both solution steps.
+        work: Records the two solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
         hand: A point moved by both joints, in the home pose.

@@ -1,8 +1,8 @@
 """Two joints that position a point.
 
-Two joints cannot reach every position. For an unreachable position, the steps return joint values
-that reach a nearby position. The second joint has to satisfy two equations; the better conditioned
-equation determines it.
+Two joints cannot reach every position. For an unreachable position, the solution steps return joint
+values that reach a nearby position. The second joint must satisfy two equations; the better
+conditioned of these equations determines it.
 """
 
 import sympy as sp
@@ -43,7 +43,7 @@ def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: V
 def second_turn(
     work: Work, first: Axis, second: Axis, offset: Vector, reach: Vector, wanted: Vector
 ) -> None:
-    """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations.
+    """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations R_1 and R_2.
 
     The first rotation changes neither the length of a vector nor its component along the axis.
     """
@@ -97,7 +97,8 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
     """Solves the prismatic joint from the height or the distance relative to a revolute axis.
 
-    The revolute joint rotates ``point`` into ``other``; both are relative to its axis.
+    The revolute joint rotates ``point`` into ``other``; the coordinates of both points are relative
+    to its axis.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:

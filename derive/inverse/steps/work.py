@@ -22,11 +22,10 @@ class InverseStep:
     Attributes:
         joints: Names of the joints whose angle sum the step solves.
         method: The subproblem, for example "subproblem 4".
-        reason: Justification of the step: the joints that its equation does not contain, and the
-            reason.
+        reason: Reason for the step: the joints that its equation does not contain, and why.
         found: The solved angle or length, with its equation.
-        degenerate: Describes the poses at which the value is arbitrary, and the value that is
-            selected there.
+        degenerate: Describes the poses at which the value is arbitrary, and the selected value at
+            these poses.
     """
 
     joints: tuple[str, ...]
@@ -44,7 +43,7 @@ class NamedVector:
         letters: LaTeX letters in order of preference; letters that denote robot parameters are
             avoided.
         meaning: Description of the vector.
-        vector: The components (metre for a position), in base axes.
+        vector: The components in base axes (in metres for a position).
         after: Number of preceding solution steps on which the vector depends.
     """
 
@@ -132,7 +131,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a step; with a single axis, the angle is the joint angle."""
+        """Records a step; for a single axis, the angle is the joint angle."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
@@ -165,12 +164,12 @@ class Work:
         self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
-        """Returns the margins of all steps that may have no real solution."""
+        """Returns the margins of all solution steps that may have no real solution."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
 
 
 def _settled(found: Found) -> Found:
-    """Returns the result of a step, without sign and margin if one sign is enough."""
+    """Returns the result of a step, without sign and margin if the solution is unique."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

@@ -1,10 +1,10 @@
 """Arm angles that the position of the wrist center does not determine.
 
 A joint does not move a wrist center on its axis, so its angle is arbitrary. A wrist with
-perpendicular consecutive axes reaches every orientation, and any angle works. Other wrists reach
-only some orientations: the angle between axes 4 and 6 has limits. For such wrists, the selected arm
-angle brings the angle between axes 4 and 6 to the middle of its range, or as close to the middle as
-possible.
+perpendicular consecutive axes reaches every orientation, so any arm angle is valid. Other wrists
+reach only some orientations: the angle between axes 4 and 6 has limits. For such wrists, the
+selected arm angle brings the angle between axes 4 and 6 to the middle of its range, or as close to
+the middle as possible.
 """
 
 import sympy as sp
@@ -30,7 +30,7 @@ def with_wrist_in_reach(
         lines: The six-joint chain; the last three joints are the wrist.
         centre: The wrist center in the home pose.
         position: The target position of the wrist center.
-        target: The required displacement of the chain.
+        target: The displacement that the chain must produce.
     """
     a1, a2, a3, a4, a5, a6 = lines.axes
     terms = work.terms
@@ -80,7 +80,7 @@ def is_straight(one: Axis, other: Axis) -> bool:
 def _turned(
     terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
 ) -> Vector:
-    """Rotates a direction by joints from last to first; with ``back``, by the inverses."""
+    """Rotates a direction by joints from last to first; with ``back``, by inverse rotations."""
     for axis in axes if back else axes[::-1]:
         if axis.turns:
             turn = work.turns[axis.joint]

@@ -1,7 +1,8 @@
 """Axes of a chain as lines in its home pose, and their relative positions.
 
-A chain has a closed-form inverse if certain axes are parallel or intersect. This test is numeric,
-at the default values of all parameters; the inverse is then derived in exact expressions.
+A chain has a closed-form inverse if certain axes are parallel or intersect. The test for parallel
+and intersecting axes is numeric, at the default values of all parameters; the inverse is then
+derived in exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -34,7 +35,7 @@ Frame = tuple[Basis, Vector]
 MAX_ADDENDS = 16
 """Maximum number of addends of a symbolic constant that is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of an added joint: about the tool axis, and about any other axis."""
+"""Names of an added joint: the first about the tool axis, the second about any other axis."""
 SOME_SLIDE = 0.6180339887
 """Generic prismatic value (metre): axes that intersect at this value intersect at all values."""
 SOME_TURN = 0.7548776662
@@ -83,7 +84,7 @@ class Axis:
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
-        """Returns the axis for numbering from the tool, with the opposite direction."""
+        """Returns the axis with the opposite direction, as for numbering from the tool."""
         x, y, z = self.h
         return replace(self, h=(-x, -y, -z), direction=-self.direction)
 
@@ -156,7 +157,7 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 
 
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
-    """Returns the axis through p; its stored point is the nearest to the base origin."""
+    """Returns the axis through p; the stored point is the axis point nearest to the base origin."""
     h = named(terms, (_short(terms, component) for component in h))
     written = [_short(terms, component) for component in p]
     along = _tidied(terms, sum((a * b for a, b in zip(h, written, strict=True)), sp.Integer(0)))
@@ -173,7 +174,7 @@ def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel, or names it if the expansion is long."""
+    """Expands a constant so that terms cancel, or names the constant if the expansion is long."""
     return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
@@ -222,7 +223,7 @@ class Lines:
     def at_generic(self, given: Sequence[int]) -> "Lines":
         """Returns the axes of the free joints, with the fixed joints at generic values.
 
-        These axes are used only to test the structure, not to solve it.
+        The returned axes are used only to test the structure, not to solve it.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -258,7 +259,8 @@ class Lines:
     def meeting_deviation(self, indices: Sequence[int]) -> float:
         """Returns the largest distance of axes from their nearest point, relative to arm length.
 
-        Infinite if consecutive axes are parallel, because their intersection is at infinity.
+        The result is infinite if consecutive axes are parallel, because their intersection is at
+        infinity.
         """
         axes = [self.axes[k] for k in indices]
         if any(

@@ -10,7 +10,7 @@ from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
 SMALL_ANGLE = 0.1
-"""Angles below this value (radian) are printed in milliradians, others in degrees."""
+"""Angles below this value (radian) are printed in milliradians, larger angles in degrees."""
 _MILLI = 1e3
 
 
@@ -20,9 +20,9 @@ class Requirement:
 
     Attributes:
         text: Description of the condition on the axes.
-        deviation: How far the axes are from the condition: the sine of an angle, or a distance
-            relative to the arm length. It is 0 if the condition holds, and infinite if no small
-            change of the arm can fulfil the condition.
+        deviation: Deviation of the axes from the condition: the sine of an angle, or a distance
+            relative to the arm length. The deviation is 0 if the condition holds, and infinite if
+            no small change of the arm can fulfil the condition.
         is_length: Whether the deviation is a distance relative to the arm length.
         parallel: Axes that must be parallel; () for other conditions.
         meeting: Axes that must intersect; () for other conditions.

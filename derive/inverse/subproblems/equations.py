@@ -22,7 +22,7 @@ class Equation:
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The coefficients in the order of the fields, vectors and rows by entry."""
+        """The coefficients in the order of the fields; vectors and rows are listed by entry."""
         return tuple(sp.flatten(getattr(self, field.name) for field in fields(self)))
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
@@ -52,7 +52,7 @@ class Linear(Equation):
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
         """Returns the terms whose sum is the angle; the sign (1 or -1) selects a solution.
 
-        The angle is 0 if the equation does not contain it.
+        The angle is 0 if the equation does not contain the angle.
         """
         if self.a == self.b == 0:
             return (sp.Integer(0),)

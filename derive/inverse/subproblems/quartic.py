@@ -4,10 +4,10 @@ Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0``, (c, s) = (c
 
 Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic
 
-    g (x^2 - y^2) + p x + q y + r = 0,   g = |(a2, b2)|,
+    g (x^2 - y^2) + p x + q y + r = 0, where g = |(a2, b2)|,
 
-whose intersections with the circle are the roots. A multiple lambda of x^2 + y^2 - 1 may be added
-to the conic. If lambda = g tau solves the cubic resolvent
+and the intersections of this conic with the circle are the roots. A multiple lambda of x^2 + y^2 -
+1 may be added to the conic. If lambda = g tau solves the cubic resolvent
 
     (tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0,   r' = r/g, P = (p/2g)^2, Q = (q/2g)^2,
 
@@ -15,13 +15,13 @@ the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic has t
 and 2 Q at 1, so it always has a root in this range, and no complex arithmetic is needed. A line
 intersects the circle in two points, or misses the circle and has two complex roots.
 
-Among several roots tau, the root farthest from the others is used. Two coinciding roots of the
-quartic then lie on the same line of the pair, so they are computed without loss of accuracy. The
-double root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau; it
-converges monotonically on the outer side of the depressed cubic. If the outer root has no real line
-pair, the circle has no intersections; the other two roots tau follow from a quadratic.
+Among several roots tau, the root farthest from the other roots is used. Two coinciding roots of the
+quartic then lie on the same line of the pair, so their computation loses no accuracy. The double
+root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau; the
+method converges monotonically on the outer side of the depressed cubic. If the outer root has no
+real line pair, the circle has no intersections; the other two roots tau follow from a quadratic.
 
-Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; t is refined in the cubic
+Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; Newton's method refines t in the cubic
 
     t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0,
 
@@ -30,12 +30,12 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
-three equations for the two unknowns m and n. The second equation is used together with the first if
-alpha^2 > |p|, else together with the third. A relative error of t therefore acts like a relative
-error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is exact, as
-a fourfold root requires.
+which are three equations for the two unknowns m and n. The second equation is used together with
+the first equation if alpha^2 > |p|, and otherwise together with the third equation. A relative
+error of t therefore acts like a relative error of the same size in the largest of p, q and r. If p
+is only rounding error, t = 0 is exact, as a fourfold root requires.
 
-Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with g =
+Degenerate: for g = 0 (a single line), the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
@@ -64,7 +64,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps; they reach 12 digits from a start value with a 30 % error."""
+"""Number of Newton steps; this number gives 12 digits from a start value with a 30 % error."""
 POLISHING_STEPS = 2
 
 
@@ -94,7 +94,7 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference for root labels if the circle of the polynomial may rotate or be mirrored.
+    """Reference for root labels if the circle of the polynomial may be rotated or mirrored.
 
     Attributes:
         along: A direction in the plane of the circle; roots in its half plane have the sign 1.
@@ -131,9 +131,9 @@ def circle_roots(
         signs: Two symbols (1 or -1); the four combinations give all roots. The second sign is
             opposite to the sign of the polynomial's derivative with respect to the angle, and
             changes only at double roots. The first sign distinguishes two roots with equal second
-            sign by their side of the conic axis.
-        separation: If two roots agree up to rounding error, they are returned at this angle on
-            either side of their common point.
+            sign by the side of the conic axis on which they lie.
+        separation: If two roots agree up to rounding error, the function returns them at this angle
+            on either side of their common point.
         reference: Reference direction and sense of the signs, if the default reference is
             discontinuous.
     """
@@ -216,9 +216,9 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for (if k > 0, above) the positive root of ``y^3 - k y = size``."""
+    """Returns a start value for (if k > 0, above) the positive root y of ``y^3 - k y = size``."""
     let = terms.let
-    # size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
+    # The power size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
@@ -252,7 +252,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The larger offset has the sign of p, and its line is alpha x - side beta y.
+    # The larger of the two line offsets has the sign of p, and its line is alpha x - side beta y.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -263,9 +263,8 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The lines intersect outside the circle. Within the circle, the two lines are separated by
-    # their y or x values. The y or x coordinate of a root identifies the line that contains the
-    # root.
+    # The two lines intersect outside the circle. Within the circle, the y or x values separate the
+    # two lines. The y or x coordinate of a root identifies the line that contains the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])
@@ -274,7 +273,7 @@ def _on_lines(
     offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
     v = let(label * side * beta)
-    # The polynomial changes sign at a root together with the product of both line equations.
+    # At a root, the polynomial changes sign together with the product of both line equations.
     beyond = let(of_p * let(other + offset * let(1 - t)))
     sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
     other = let(sp.Abs(other))

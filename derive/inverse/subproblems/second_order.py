@@ -1,11 +1,11 @@
 """Second-order step to the common root of two equations for two angles.
 
 Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` for the small step x
-of two angles. No term of the equations contains both angles, so G and H are diagonal.
+of two angles. No term of the equations contains both angles, so the matrices G and H are diagonal.
 
-Derivation: let g be the equation with the larger gradient. On the parabola ``x = -(g + tau^2 d . G
-d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second order. On this parabola, h
-is a quadratic in tau, whose root nearer to 0 is used. If the second gradient vanishes, as at a
+Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d .
+G d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second order. On this parabola,
+h is a quadratic in tau, and its root nearer to 0 is used. If the second gradient vanishes, as at a
 double root, Newton's method only halves the error per step, but this second-order step still
 converges quickly.
 
@@ -23,7 +23,7 @@ from .turns import direction
 
 
 class Expansion(NamedTuple):
-    """Value of an equation, with first and second derivatives with respect to two angles."""
+    """Value of an equation, with its first and second derivatives with respect to two angles."""
 
     value: sp.Expr
     first: sp.Expr

@@ -1,11 +1,11 @@
 """Prismatic subproblems: a translation moves a point into a plane or onto a sphere.
 
-Plane: ``h . (p + t u) = d``, so ``t = (d - h . p) / (h . u)``; one solution. The direction u must
-not lie in the plane.
+Plane: ``h . (p + t u) = d`` for a point p and a direction u, so ``t = (d - h . p) / (h . u)``; one
+solution. The direction u must not lie in the plane.
 
 Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^2)`` with p' the
-component of p perpendicular to u. Out of reach, the root is set to 0, which gives the point of the
-line nearest to the sphere.
+component of p perpendicular to u. If no real root exists, the root is set to 0, which gives the
+point of the line nearest to the sphere.
 
 Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """

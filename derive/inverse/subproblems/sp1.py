@@ -4,9 +4,9 @@ Statement: ``R(k, theta) p = v``.
 
 Derivation: with ``p' = p - k (k . p)`` the rotated vector is ``k (k . p) + cos p' + sin (k x p)``;
 its products with p' and with k x p, which are perpendicular and of equal length, are ``p' . v =
-|p'|^2 cos`` and ``(k x p) . v = |p'|^2 sin``. So the angle is the direction of ``(p' . v, (k x p) .
-v)`` for any length of v. If v differs from p in length or in the component along k, this is the
-least-squares solution.
+|p'|^2 cos`` and ``(k x p) . v = |p'|^2 sin``. Therefore, the angle is the direction of ``(p' . v,
+(k x p) . v)`` for any length of v. If v differs from p in length or in the component along k, this
+angle is the least-squares solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 
@@ -29,12 +29,13 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) ->
         terms: Table of named terms.
         k: The axis.
         p: The vector before the rotation.
-        v: The vector after the rotation.
+        v: The vector after the rotation by the angle.
         sure: Whether p and v are never parallel to k.
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
-        # Near the axis, the component of v along k would increase the rounding error of p.
+        # If p is close to the axis, the component of v along k would increase the rounding error of
+        # p.
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)
     y = dot(terms, cross(terms, k, across), v)

@@ -4,12 +4,13 @@ Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
 
 Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2 . p`` along k2, so
 subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. In this
-order the two angles match, even if theta1 is arbitrary.
+order, the two angles belong together, even if theta1 is arbitrary.
 
 If p is nearly parallel to k2, the two solutions are nearly equal, and the expression of subproblem
 4, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is a
 small difference of large terms. Because p and v have equal length, xi^2 also equals ``|p x k2|^2
-s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression with the smaller terms is used.
+s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression whose terms are smaller is
+used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.

@@ -9,14 +9,14 @@ the angle phi between them. With ``D'^2 = D^2 - (k . p0 + k . p)^2``,
     2 P Q cos(phi) = D'^2 - P^2 - Q^2,
     4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
 
-which is a line for subproblem 4. Heron's form stays accurate for a folded elbow with P = Q; the
-cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close solutions are merged if
-rounding errors of D'^2 or (P + Q)^2 exceed their difference. For a nearly folded elbow with
-shoulder and wrist close together, both solutions are kept, because D' is small and has full
-relative accuracy.
+and these equations define the line of subproblem 4. Heron's form stays accurate for a folded elbow
+with P = Q; the cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close
+solutions are merged if rounding errors of D'^2 or (P + Q)^2 exceed their difference. For a nearly
+folded elbow with shoulder and wrist close together, both solutions are kept, because D' is small
+and has full relative accuracy.
 
-Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond these, the nearest boundary is
-used.
+Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|; for other D', the nearest
+boundary is used.
 
 Degenerate: if P or Q is 0, the distance does not depend on the angle, which is set to 0.
 
@@ -63,7 +63,7 @@ def sp3(
     xi2 = terms.let(above * below)
     if is_constant and least != 0:
         return on_line(terms, a, b, e, sign, xi2)
-    # If shoulder and wrist may coincide, their distance has full relative accuracy.
+    # If shoulder and wrist may coincide, the distance between them has full relative accuracy.
     opening = terms.let(
         above - terms.let(MEETING_SOLUTIONS * (across2 if rounding is None else rounding))
     )
@@ -71,8 +71,8 @@ def sp3(
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
     if is_constant:
         return on_line(terms, a, b, e, sign, xi2, are_two)
-    # If P is only rounding error, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine are
-    # normalized by their own length.
+    # If P is only rounding error, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine are divided
+    # by their norm.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
 
 
@@ -81,8 +81,8 @@ def by_cosine(
 ) -> CosSin:
     """Like :func:`sp3`, but accurate to half the digits if the elbow is nearly folded or stretched.
 
-    This variant needs fewer operations. This variant is used if every angle is valid and the
-    solution is only a preferred value.
+    This variant needs fewer operations. It is used if every angle is valid and the solution is only
+    a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

@@ -8,15 +8,16 @@ Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p
 
     (x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a),    xi^2 = a^2 + b^2 - e^2.
 
-Out of reach, xi is set to 0, and (x, y) along e (a, b) is the circle point nearest to the line.
+If no intersection exists, xi is set to 0, and (x, y) along e (a, b) is the circle point nearest to
+the line.
 
-Boundary: at xi = 0 both solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 + b^2).
-So below MEETING_SOLUTIONS (a^2 + b^2), the two solutions are merged. Otherwise rounding would move
-a solution off its singular position by 1e-8 and hide the singularity from later steps. Merging
-changes the component along h only by the fraction 4e-15.
+Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
+b^2). Therefore, the two solutions are merged if xi^2 is below MEETING_SOLUTIONS (a^2 + b^2).
+Otherwise, rounding would move a solution by 1e-8 from its singular position and hide the
+singularity from later steps. Merging changes the component along h only by the fraction 4e-15.
 
-Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the robot's dimensions make a = b
-= 0 for every target, e decides whether the target is reachable, and there is no margin.
+Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
+= b = 0 for every target, e decides whether the target is reachable, and there is no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -58,8 +59,7 @@ def on_line(
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
-        are_two: Whether the points are distinct; None to decide by comparing xi2
-            with a^2 + b^2.
+        are_two: Whether the points are distinct; None to compare xi2 with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -68,7 +68,7 @@ def on_line(
     middle, rho2, inverse = direction_of(terms, a, b)
     if are_two is None:
         are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
-    # Written as a rotation from (a, b), so the divisor does not depend on the root.
+    # The expression is a rotation from (a, b), so the divisor does not depend on the root.
     half = terms.let(sp.sqrt(xi2) * inverse)
     sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
@@ -99,8 +99,7 @@ def near_line(
         sign: Selects one of the two points.
         xi2: ``a^2 + b^2 - e^2`` up to rounding error.
         scale: The magnitude of the terms whose difference is xi^2.
-        are_two: Whether the points are distinct; None to decide by comparing xi2
-            with the scale.
+        are_two: Whether the points are distinct; None to compare xi2 with the scale.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -115,7 +114,7 @@ def near_line(
 
 
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns a point of a line through the center; its two points are opposite."""
+    """Returns a point of a line through the center of the circle; its two points are opposite."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)

@@ -7,15 +7,15 @@ changes neither the length of w nor its component along k2:
 
     |v|^2 = |w|^2,   k2 . v = k2 . w,
 
-These two equations are linear in the cosine and sine of theta1 and of theta3: subproblem 6 with up
-to four solutions. The rotation from w to v about k2 is theta2.
+These two equations are linear in the cosine and sine of theta1 and of theta3: they are subproblem 6
+with up to four solutions. The rotation from w to v about k2 is theta2.
 
 If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
 components v' and w' normal to k2 only to 1e-8. Two solutions that the squares cannot distinguish
 therefore get start values on either side of their common point. Each solution moves to the nearer
 root of the second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on
 ``v - R2 w = 0`` in all three angles follow, for data with vanishing first derivatives. Each step is
-used only if it reduces the gap.
+used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
@@ -55,7 +55,7 @@ class ThreeAngles:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: The margin is defined as in subproblem 6.
+        margin: The margin, which is defined as in subproblem 6.
     """
 
     first: CosSin
@@ -125,7 +125,7 @@ class _Arm:
 
 @dataclass(frozen=True)
 class _State:
-    """Three angles, with the vectors ``R2 w`` and ``v - R2 w`` (the gap)."""
+    """Three angles, with the vectors ``R2 w`` and ``v - R2 w`` (the closure error)."""
 
     turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
@@ -181,7 +181,7 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """Moves to the nearer root of both second-order equations, if that reduces the gap.
+        """Moves to the nearer root of both second-order equations, if it reduces the error.
 
         With the components v' and w' normal to k2, the equations are ``k2 . (v - w) = 0`` and
         ``(|v'|^2 -
@@ -218,7 +218,7 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """Applies a damped Newton step in all angles, if it reduces the gap.
+        """Applies a damped Newton step in all three angles, if it reduces the closure error.
 
         The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
         accuracy:
@@ -260,7 +260,7 @@ class _Loop:
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
-    """Returns the state with the smaller gap; the old state if the new state is not finite."""
+    """Returns the state with the smaller closure error; a new state must also be finite."""
     better = sp.And(exists, dot(terms, new.gap, new.gap) < dot(terms, old.gap, old.gap))
     first, second, third = (
         chosen(terms, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)

@@ -4,7 +4,7 @@ Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipse
 four points. The two equations are equivalent to ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2)
 p'_i = d_i`` for i = 1, 2.
 
-Derivation: the solutions of the two equations are a plane ``X + N z`` in the space of (x1, x2),
+Derivation: the solutions of the two equations form a plane ``X + N z`` in the space of (x1, x2),
 where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
 lies on a circle,
 
@@ -12,8 +12,8 @@ lies on a circle,
 
 and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
 :mod:`..quartic`. Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must
-have rank 2. X and N follow from two Householder reflections. Newton steps on the angles follow. The
-steps are damped near singular Jacobians, and each is used only if it reduces the error of the
+have rank 2. X and N follow from two Householder reflections. Newton steps on the two angles follow.
+The steps are damped near singular Jacobians, and a step is used only if it reduces the error of the
 equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
@@ -23,9 +23,9 @@ path.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. The solutions with
-``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists. If the rank is
-0, the angles are arbitrary.
+Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. In this case, the
+solutions with ``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists.
+If the rank is 0, the angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, for the equations; their derivation eliminates one angle.
 The circle in the plane of solutions is an original contribution.
@@ -109,7 +109,7 @@ def algebraic(
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # This direction rotates together with the solutions if the input vectors rotate.
+    # The direction rotates together with the solutions if the input vectors rotate.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(

@@ -1,7 +1,7 @@
 """Rotations about known axes, stored as pairs of cosine and sine.
 
-Intermediate angles are not computed: each would need an atan2, and its cosine and sine would add
-two rounding errors.
+Intermediate angles are not computed: each angle would need an atan2, and its cosine and sine would
+add two rounding errors.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by its own length: a different expression for the length would not
+    The vector is divided by its computed length: a different expression for the length would not
     normalize a pair of small differences. The vector (0, 0) gives the angle 0.
 
     Args:
@@ -56,8 +56,8 @@ def direction_of(
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """Like :func:`direction`; also returns the squared length and the inverse length."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Rounding errors are replaced by 0, because their squares would vanish from the sum that is
-    # used as divisor.
+    # Rounding errors are replaced by 0, because their squares would be negligible in the sum that
+    # is used as divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)

@@ -1,17 +1,18 @@
 """One angle from two equations that are linear in its cosine and sine.
 
 Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, with one angle that satisfies both
-equations, for a chain with fewer joints than task equations.
+    equations; this subproblem is for chains with fewer joints than task equations.
 
 Derivation: each equation is subproblem 4 with two angles; the solution is their common angle. The
-rounding error of these angles is ``rounding / sin(half their difference)``. For a double angle, the
-error grows to the square root of the rounding error; for a = b = 0, the equation does not determine
-the angle. So the equation with the larger angle difference, relative to its terms, is used; for
-double angles, the equation with the larger coefficients. The sign 1 of the second equation belongs
-to the angle nearer to the sign-1 angle of the first equation.
+rounding error of these angles is the error of the equation, divided by the sine of half the
+difference of its two angles. For a double angle, the error grows to the square root of the rounding
+error; for a = b = 0, the equation does not determine the angle. Therefore, the equation with the
+larger angle difference, relative to its terms, is used; for double angles, the equation with the
+larger coefficients. For the second equation, sign 1 selects the angle that is nearer to the sign-1
+angle of the first equation.
 
-Degenerate: if both equations have a double solution, its accuracy is 1e-8. If all coefficients are
-0, the angle is arbitrary and set to 0.
+Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
+coefficients are 0, the angle is arbitrary and set to 0.
 
 Source: elementary.
 """

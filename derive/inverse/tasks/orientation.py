@@ -1,7 +1,7 @@
-"""The orientation task: three revolute joints whose axes need not meet.
+"""The orientation task: three revolute joints whose axes need not intersect.
 
-The rotation of the tool is a product of the joint rotations, wherever the axes are. Prismatic
-joints stay at 0; further revolute joints are fixed. Maximum number of solutions: 2.
+The rotation of the tool is a product of the joint rotations, for any positions of the axes.
+Prismatic joints stay at 0; further revolute joints are fixed. Maximum number of solutions: 2.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether three revolute joints are free, and neighbors among them are not parallel.
+    """Whether three revolute joints are free, and no two consecutive of them are parallel.
 
     Args:
         lines: The chain.

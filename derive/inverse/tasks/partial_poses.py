@@ -125,7 +125,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
     Args:
         robot: The description.
         work: Record of the solution with the solved joints.
-        up: The vertical direction (unit vector), in base axes; elevation 0 is normal to it.
+        up: The vertical direction (unit vector), in base axes; elevation 0 is perpendicular to it.
         pitch: The elevation angle.
     """
     terms = work.terms
@@ -135,7 +135,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # A pitch beyond 90 degrees is the elevation of an axis that leans backward.
+        # A pitch beyond 90 degrees has the elevation of a tool axis that leans backward.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
             terms,

@@ -62,7 +62,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the last angle of parallel joints from their sum and the other angles.
 
-    Several solutions share one angle sum, so this formula needs fewer atan2 calls.
+    Several solutions share one angle sum, so this formula needs fewer calls of atan2.
     """
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
@@ -110,8 +110,8 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """Returns the residual from squared distance and squared angle; NaN propagates.
 
-    fmax of C ignores NaN, so a pose whose loops cannot be closed would seem to be solved. A SymPy
-    comparison would be simplified for real numbers and also lose NaN.
+    The C function fmax ignores NaN, so a pose whose loops cannot be closed would seem to be solved.
+    SymPy would simplify a comparison for real numbers and also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
@@ -120,8 +120,8 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
     """Returns the residual plus the rounding of prismatic coordinates.
 
-    Almost parallel prismatic axes give coordinates of 1e15 m. The rounding of these
-    coordinates cancels in the residual, but not in another evaluation of the pose.
+    Almost parallel prismatic axes give coordinates of 1e15 m. The rounding errors of these
+    coordinates cancel in the residual, but not in another evaluation of the pose.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
@@ -199,8 +199,8 @@ def function_of(
 ) -> SymbolicFunction:
     """Returns the function of a task over all solution slots, from the entries of one slot.
 
-    The coordinates with the indices ``given`` are inputs, or they depend only on inputs other than
-    the first. ``loops`` contains the margins of the closed loops.
+    The coordinates with the indices ``given`` are inputs, or depend only on inputs other than the
+    first input. ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -242,5 +242,5 @@ def _labels(work: Work) -> tuple[str, ...]:
 
 
 def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
-    """Returns the name of a branch, from the names of its loop or from the sign."""
+    """Returns the name of a branch, from the branch names of its loop or from the sign."""
     return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

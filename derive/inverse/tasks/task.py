@@ -47,7 +47,8 @@ class Solved:
         function: The generated function.
         work: The solved joints and their solution steps.
         given: Names of the fixed joints.
-        inputs: Further inputs in addition to pose and fixed joints, with their printed letters.
+        inputs: Further inputs in addition to pose and fixed joints, with the letters that the
+            article prints.
     """
 
     function: SymbolicFunction

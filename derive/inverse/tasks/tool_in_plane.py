@@ -45,7 +45,7 @@ def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the parallel joints rotate the tool axis and a fifth joint is about this axis."""
+    """Whether the parallel joints rotate the tool axis, and axis 5, if any, is the tool axis."""
     if len(lines.axes) > ARM:
         return max(off_axis(robot, lines, ARM)) < TOOL_ON_AXIS
     return off_axis(robot, lines, lines.axes.index(in_plane(lines)[0]))[1] > OBLIQUE_AXES

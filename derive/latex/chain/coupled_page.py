@@ -34,7 +34,7 @@ class CoupledPage:
 
     Attributes:
         robot: The description.
-        derivation: Its functions of the coordinates.
+        derivation: The functions of its coordinates.
         chain: The chain of its joints, whose coordinates are called theta.
     """
 
@@ -79,7 +79,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Prints the joints in terms of the coordinates, the reverse, and the Jacobians."""
+    """Prints the joints in terms of the coordinates, the inverse relation, and the Jacobians."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)

@@ -29,7 +29,7 @@ ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Position of other coordinates, as a fraction of the range between their limits."""
+"""Value of other coordinates, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
 OUTSIDE = r"$^{\dagger}$"
 """Marks a value that violates its limits."""
@@ -48,7 +48,7 @@ def worked_example(page: Page) -> str:
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
-    # Inputs of an inverse have the names of the coordinates in the equations.
+    # In the equations, inputs of an inverse have the names of the coordinates.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
     for name, function in functions.items():
         if function.role.name == "redundancy":
@@ -114,7 +114,7 @@ def example(
         q: The values of the coordinates (radian, metre).
         known: Values of joints that an inverse may need in addition to the pose, keyed by joint
             name.
-        called: LaTeX of the joints whose values are known, if different from the joint name.
+        called: LaTeX of the joints with known values, if different from the joint name.
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
@@ -190,7 +190,7 @@ def rounded(value: float, unit: str) -> float:
 
 
 def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, metre); infinite if not stated."""
+    """Returns the limits of a coordinate (radian, metre), or infinite limits if not stated."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -199,7 +199,7 @@ def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
 
 
 def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
-    """Whether every input of an inverse, except for the pose, has a value."""
+    """Whether every input of an inverse other than the pose has a value."""
     return all(argument.name in known for argument in inverse.inputs[1:])
 
 

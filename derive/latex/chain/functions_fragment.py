@@ -85,7 +85,7 @@ def _entries(page: Page) -> str:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """Prints the matrix of names, and below it the matrix of the named entries."""
+    """Prints the matrix of names, and below this matrix the named entries."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

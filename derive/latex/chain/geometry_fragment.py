@@ -57,7 +57,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """Prints the pose of each link in its parent link, and the product of these poses."""
+    """Prints the pose of each link in its parent link's frame, and the product of all poses."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

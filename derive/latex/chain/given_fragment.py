@@ -19,7 +19,8 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
-"""Maximum number of joint tables (one per convention); above it, one table of transforms."""
+"""Maximum number of joint tables (one per convention); with more conventions, one table of
+transforms is printed."""
 FEW = 4
 """Maximum number of names joined by "and"; longer lists have commas or dots."""
 

@@ -26,8 +26,8 @@ _REGULAR = "The Jacobian has full rank in every configuration: the robot has no 
 def singularities(page: Page) -> str:
     """Prints the singularities of the arm: determinant factors, conditions, or configurations.
 
-    For an arm that is singular everywhere, prints the rank. For an arm without singularities,
-    prints a sentence.
+    For an arm that is singular in every configuration, the fragment states the rank. For an arm
+    without singularities, the fragment is one sentence.
 
     The LaTeX fragment is empty if no singularity is known.
     """

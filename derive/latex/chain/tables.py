@@ -26,7 +26,7 @@ BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
 """Text width of the article (pt), the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Height that separates a fraction from the rows above and below."""
+"""Extra row height that separates a fraction from the rows above and below."""
 WIDEST = LINE / 2
 """Minimum width (pt) of a cell that is printed as a paragraph."""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
@@ -83,7 +83,7 @@ def moving_numbers(robot: SerialRobot) -> dict[str, int]:
 
 
 def variable_field(joint: Joint) -> str:
-    """Returns the field that contains the joint variable; empty if there is none."""
+    """Returns the field that contains the joint variable, or an empty text if no field does."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -148,7 +148,7 @@ def _variable(joint: Joint, value: sp.Expr, printer: Printer) -> str:
 
 
 def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
-    """Formats limits as an interval."""
+    """Formats a pair of limits as an interval."""
     lower, upper = bounds
     if lower is None and upper is None:
         return NONE

@@ -61,7 +61,7 @@ def drawing(
 
     Each body is drawn between its joints; the main chain is drawn thicker. Actuated joints are red,
     with an arrow in the positive sense and the coordinate's name. A geared motor is named at the
-    joint that it moves. Each loop has its number in the order of
+    joint that it moves. Each loop has a number, in the order of
     :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along the normal of
     their plane, other mechanisms obliquely from above, without perspective. The picture is at most
     140 mm wide and 110 mm high.
@@ -73,7 +73,7 @@ def drawing(
         reference: The drawn configuration z (radian or metre).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; the bytes are the same on any machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are the same on any machine.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -85,8 +85,8 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Coordinate labels come first because they have the fewest free positions, then loop numbers,
-    # then all other labels.
+    # Coordinate labels are placed first because they have the fewest free positions, then loop
+    # numbers, then all other labels.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -106,9 +106,9 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; the bytes are the same on any machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are the same on any machine.
     """
-    # A motor has no place in the picture, so the joints of a coupled robot are labelled.
+    # The picture does not show motors, so the joints of a coupled robot are labelled.
     letter = r"\theta" if robot.couplings else "q"
     names = [joint.name for joint in robot.moving]
     members = DrawnMembers(

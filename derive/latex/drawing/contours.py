@@ -46,7 +46,8 @@ def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # Sides are in counterclockwise order; higher corners lie between a side and its predecessor.
+    # Sides are in counterclockwise order; corners above the level lie between a side and its
+    # predecessor.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 

@@ -22,11 +22,11 @@ _AFAR = 40
 _AWAY = 1.2
 """Cost per distance of a label from its point."""
 _GAP = 6
-"""Gap between a leader line and its label."""
+"""Distance between a leader line and its label."""
 _CROSSED = 3
 """Cost per length of a line in the drawing that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Minimum components of a sideways and of an upward or downward label direction."""
+"""Minimum components of a label direction: sideways, and up or down."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -117,7 +117,7 @@ class Obstacles:
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Returns the cost of the objects under a box; the cost of bodies depends on the box."""
+        """Returns the cost of objects that a box covers; the cost of bodies depends on the box."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -131,12 +131,12 @@ class Obstacles:
 
 
 def _length(box: Box, lines: Sequence[Line]) -> float:
-    """Returns the length of lines under a box."""
+    """Returns the length of lines that a box covers."""
     return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """Returns the TikZ of a label at its best position, and marks the position as occupied."""
+    """Returns the TikZ of a label at its best position, and marks this position as occupied."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
@@ -179,7 +179,7 @@ def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
 
 
 def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
-    """Returns the point where a label is nearest to its target, its box, and its anchor."""
+    """Returns the point where a label is nearest to its target, the label's box, and its anchor."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
     x = label.point[0] + rounded(reach * dx / 1000)

@@ -27,7 +27,7 @@ BARREL = 0.55
 FORESHORTENED = 0.35
 """Projected length below which a direction counts as parallel to the view direction."""
 GUIDE, RAIL = 45, 110
-"""Length of a guide beyond its slider, and length of a guide without limits on the ground."""
+"""Length of a guide beyond its slider, and length of a guide on the ground without limits."""
 HATCH = 11
 """Distance between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
@@ -292,7 +292,7 @@ class Marks:
         )
 
     def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
-        """Returns the projected direction of a pin's axis, or None if end-on."""
+        """Returns the projected direction of a pin's axis, or None if the axis is end-on."""
         if hinge.axis is None or hinge.kind != "pin":
             return None
         right, up, _ = self.paper.along(hinge.axis)
@@ -322,7 +322,7 @@ class Marks:
         )
 
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
-        """Returns the direction around a hinge (degree) that is farthest from all bodies."""
+        """Returns the angle around a hinge (degree) whose direction is farthest from all bodies."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
         ways = [
             (x - point[0], y - point[1])
@@ -394,7 +394,7 @@ class Marks:
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """Returns the ends of a guide relative to its slider; it covers the slider's limits."""
+        """Returns the ends of a guide relative to its slider; the guide covers all limits."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             rounded(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))

@@ -21,9 +21,10 @@ class Solid:
 
     Attributes:
         points: The corners of a line, or the points of the drawn hull.
-        is_main: Whether the main chain contains these bodies.
-        is_base: Whether the base is among these bodies.
-        is_line: Whether the bodies are drawn as a line through the points, in order, or as a hull.
+        is_main: Whether the main chain contains these rigidly connected bodies.
+        is_base: Whether the base is among these rigidly connected bodies.
+        is_line: Whether the bodies are drawn as a line through the points, in order; otherwise as a
+            hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -102,15 +103,15 @@ class Scene:
     """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: Bodies, the base first; rigidly connected bodies are drawn as one body.
+        solids: Bodies, with the base first; rigidly connected bodies are drawn as one body.
         hinges: The drawn pins, ball joints and welds.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
-        base: The base frame (4, 4), or None if not drawn.
+        base: The base frame (4, 4), or None if it is not drawn.
         foot: Both ends of the line from the ground to the single base joint, or None if this joint
-            is on the ground, or if the base has several joints.
+            is on the ground or if the base has several joints.
     """
 
     solids: Sequence[Solid]
@@ -137,7 +138,7 @@ class DrawnMembers:
     """Data for drawing the joints and struts of a description, keyed by name.
 
     Attributes:
-        coordinates: Index of the entry of q, from 1, that moves a joint or cylinder.
+        coordinates: Index of the entry of q, counted from 1, that moves a joint or cylinder.
         main: The joints of the main chain.
         loops: The loops.
     """
@@ -159,7 +160,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
 
 class _Builder:
-    """Collects the drawn parts shape by shape; a part has the index of its body."""
+    """Collects the drawn parts from the shapes of the bodies; a part has the index of its body."""
 
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members
@@ -302,13 +303,13 @@ class _Builder:
     # --- loops ---
 
     def _corners(self, loop: Loop) -> list[Array]:
-        """Returns the points of a loop, once around."""
+        """Returns the corners of a closed loop, in order."""
         there = [p for joint in loop.to_a for p in self._passed(joint.name)]
         back = [p for joint in loop.to_b for p in self._passed(joint.name)]
         return [*there, *self._ends(loop.closer.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Returns a joint's positions before and after its motion; [] without a symbol."""
+        """Returns a joint's positions before and after its motion, or [] without a symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None

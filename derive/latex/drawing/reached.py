@@ -22,11 +22,12 @@ _FIRST = 30_000
 _MORE = 12_000
 """Number of configurations near the boundary, in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of these configurations relative to the coordinate ranges, in each round."""
+"""Maximum offset of the configurations near the boundary relative to the coordinate ranges, in each
+round."""
 _LEVEL = 5.9
-"""The outline is the level line at this count of reached cells among nine adjacent cells. The
-outline passes through the middle of the outermost cells: on average, the region covers half of such
-a cell."""
+"""Number of reached cells among nine adjacent cells whose level line is the outline. The outline
+passes through the middle of the outermost cells: on average, the region covers half of such a
+cell."""
 _MIN = 12.0
 """Minimum area of a boundary polygon (cells)."""
 _SLACK, _SLACKER = 0.2, 1.15
@@ -136,7 +137,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     """Returns the region that a serial robot's tool reaches within the limits.
 
     If the first joint rotates about a vertical axis, the region is the half section through that
-    axis. If the tool stays in a coordinate plane, it is the region in this plane. Angles without
+    axis. If the tool stays in a coordinate plane, the region lies in this plane. Angles without
     limits cover one revolution. Configurations with coordinates at multiples of roots of primes
     fill the coordinate box; configurations near the boundary complete the region. Cell sizes are
     not simple fractions of lengths, so that rounding differences between machines do not change the
@@ -146,8 +147,8 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region, or None in other cases, for an empty area, for a prismatic joint without limits,
-        or if more than twelve coordinates move the tool.
+        The region, or None if neither case applies, for an empty area, for a prismatic joint
+        without limits, or if more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -167,7 +168,7 @@ def box(
         coordinates: Whether each coordinate is a length, and its limits (radian or metre).
 
     Returns:
-        The ends, or None if a length has no limits, or for too many coordinates.
+        The ranges, or None if a length has no limits or there are too many coordinates.
     """
     own = []
     for slides, low, high in coordinates:

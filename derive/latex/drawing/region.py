@@ -22,7 +22,7 @@ from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, rea
 _POSITION = [3, 7, 11]
 """Indices of the position in a row-major pose."""
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Lowest and highest value of a coordinate, None if unbounded."""
+"""Lowest and highest value of a coordinate, or None if unbounded."""
 _LARGEST = 550.0
 """Length of the region's longer side on paper (0.1 mm)."""
 _TICKS = 5
@@ -170,7 +170,7 @@ def reached_by_loops(
         functions: The functions of the robot, with ``fk`` and ``margin``.
 
     Returns:
-        The region; also None if ``fk`` has no closed form.
+        The region, or None, also if ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [

@@ -17,7 +17,7 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """Returns the picture's directions (right, up, towards the eye); whether the view is planar.
+    """Returns the picture's directions (right, up, towards the eye), and whether it is planar.
 
     Planar loops with parallel planes in this configuration are projected onto that plane; the
     base's z axis is upright if the plane contains it. The same rule holds for a planar robot
@@ -38,7 +38,7 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """Returns the view of a serial robot: along its axes if all are parallel."""
+    """Returns the view of a serial robot, which is along its axes if all axes are parallel."""
     normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.q_drawn))
     return (from_aside(), False) if normal is None else (_along(normal), True)
 
@@ -77,7 +77,7 @@ def _common_normal(
 
 
 def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
-    """Returns the common direction of all revolute axes, if sliders move normal to it."""
+    """Returns the common direction of all revolute axes, if sliders move perpendicular to it."""
     axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
     for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
         assert body.joint is not None

@@ -46,7 +46,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
-        # Uses the nominal chain if the chain as built has no closed-form structure.
+        # If the chain as built has no closed-form structure, the nominal chain is used.
         return text(
             _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
         )
@@ -61,7 +61,7 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots with a closed form only from main chain to actuators."""
+    """Explains the actuators of robots whose only closed form is from main chain to actuators."""
     freedoms = len(page.hybrid.q)
     reached = (
         f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
@@ -145,7 +145,8 @@ def printed_tasks(
     Args:
         page: The symbols and expressions of the chain.
         inverses: Its inverse.
-        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
+            name.
     """
     found: dict[str, PrintedTask] = {}
     first = 1
@@ -214,7 +215,7 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """Prints the vectors that do not depend on the result of a step."""
+    """Prints the vectors that do not depend on the result of any step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -257,7 +258,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Returns how many first steps equal the steps of an earlier task, except for term names.
 
-    None if a later step uses a term of these steps.
+    None if a later step uses a term of these equal steps.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter; if all are used, the last letter, upright if Latin."""
+        """Returns the first free letter, or the last letter, upright if Latin, if none is free."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -45,7 +45,7 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Position of a step's coefficients in a product: behind the vectors of a loop solution."""
+"""Position of a step's coefficients in a product: after the vectors of a loop solution."""
 
 
 class InverseSymbols:
@@ -56,7 +56,8 @@ class InverseSymbols:
         letters: The letters that the article does not use yet.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
-        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
+            name.
     """
 
     def __init__(
@@ -95,7 +96,7 @@ class InverseSymbols:
         return known | {q: q for q in self.notation.q if q in symbols}
 
     def _lettered(self, symbol: sp.Symbol, letter: InputLetter) -> sp.Symbol:
-        """Returns the printed symbol of an input other than a pose entry."""
+        """Returns the printed symbol of an input that is not a pose entry."""
         tex = self.letters.free(letter.letters)
         if letter.component is None:
             return self.notation.symbol(tex, (OTHER, (symbol.name,)))
@@ -124,7 +125,7 @@ class InverseSymbols:
         """Returns the value of a chain joint, or of a prismatic replacement of several joints."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The added joint, which would rotate the tool about its axis.
+            # The added joint, which would rotate the tool about the axis of this joint.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]

@@ -32,7 +32,7 @@ class InverseTerms(TermNames):
     """The terms of one task during conversion to printed symbols.
 
     Attributes:
-        changed: Definitions that replace the derivation's definitions.
+        changed: Definitions that replace the definitions of the derivation.
         preferred: Names of terms that are components of a named vector.
         uses: Number of printed occurrences of each term.
     """
@@ -93,7 +93,7 @@ class InverseTerms(TermNames):
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names the terms below an entry, or stores their full form."""
+        """Names the terms on which an entry depends, or stores their full form."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:

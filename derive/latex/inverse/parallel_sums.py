@@ -99,7 +99,7 @@ def _merged(
 
 
 def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Returns sign and symbol of cosine and sine."""
+    """Returns sign and symbol of the cosine and the sine."""
     return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
 
 

@@ -31,7 +31,7 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """Returns no relation, because the equation already is the solution."""
+    """Returns no relation, because the equation itself is the solution."""
     return ""
 
 
@@ -143,6 +143,6 @@ def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
 
 
 def _signed(terms: Sequence[str]) -> list[str]:
-    """Joins the terms of a sum, each except the first with its sign."""
+    """Joins the terms of a sum; each term after the first has its sign in front."""
     rest = (f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in terms[1:])
     return [*terms[:1], *rest]

@@ -1,8 +1,8 @@
 """Converts the steps of an inverse to printed symbols, in terms of earlier results.
 
 Each solution step has an equation. This module prints the equation's coefficients; long
-coefficients get the names A, B, C with the step's number. Relation and solution are printed from
-the equation.
+coefficients get the names A, B, C with the step's number. The relation and the solution of a step
+are printed from its equation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,7 @@ class PrintedInverseStep:
         name: The coordinate, or a name for the sum of coordinates.
         sense: -1 if the unknown is opposite to the rotation about the step's axis.
         equation: The equation of the step, with named or explicit coefficients.
-        solution: Terms whose sum is the unknown; none if a quartic solves the equation for several
+        solution: Terms whose sum is the unknown; empty if a quartic solves the equation for several
             unknowns.
     """
 
@@ -71,8 +71,8 @@ class PrintedVector:
     Attributes:
         vector: The vector itself.
         letter: LaTeX of the letter that names the vector.
-        shown: Components of the vector, with names for sums; none if the vector depends on solution
-            steps.
+        shown: Components of the vector, with names for sums; empty if the vector depends on
+            solution steps.
     """
 
     vector: NamedVector
@@ -124,7 +124,8 @@ def printed_task(
         lines: Its axes.
         solved: The task.
         first: Number of the first printed solution step.
-        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
+            name.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
 
@@ -192,7 +193,7 @@ class _Writer:
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # c_{23} and s_{23} get their names when they are first used.
+            # The symbols c_{23} and s_{23} are defined where they are first used.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)

@@ -24,7 +24,7 @@ def missing_structure(classification: Classification) -> str:
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """Describes the structure, the fixed joints, and the end from which the axes are numbered."""
+    """Describes the structure, the fixed joints, and the end at which the axis numbers start."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.tier == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)

@@ -1,4 +1,4 @@
-r"""Prints a worked example of a robot with loops: forward and inverse, near its reference."""
+r"""Prints an example of a robot with loops near its reference: forward and inverse."""
 
 import math
 from collections.abc import Mapping
@@ -14,8 +14,9 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference as fractions of the coordinate ranges; the first offset at which the
-loops close is used. The reference itself has round values, which may hide a wrong sign."""
+"""Offsets from the reference configuration as fractions of the coordinate ranges; the first offset
+at which the loops close is used. The reference configuration itself has round values, which may
+hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 

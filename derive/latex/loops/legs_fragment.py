@@ -30,7 +30,7 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, expressed in coordinates and parameters only.
+        terms: The terms of the robot, expressed only in coordinates and parameters.
         phi: The platform's angle.
         letters: Letters of the polynomial's symbols.
         legs: The circle or line of each leg (metre).
@@ -120,7 +120,7 @@ def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
 
 
 def _conditions(circles: int) -> str:
-    """Prints the leg equations: circles, then lines."""
+    """Prints the leg equations: first the circles, then the lines."""
     numbers = [str(i) for i in range(1, LEGS + 1)]
     of = [
         (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),
@@ -185,7 +185,7 @@ def _pair_of(circles: int) -> str:
 
 
 def _solved(printed: PrintedLegs) -> str:
-    """Returns the solution of the linear equations, and the equation for substitution."""
+    """Returns the solution of the linear equations, and the equation where it is substituted."""
     shown = printed.page.vectors.tex(printed.equations.solution)
     whose, into = (
         ("They are", "the first circle")

@@ -35,7 +35,7 @@ class LoopPage:
             `members`.
         members: The symbols of its joints.
         letters: The symbols of intermediate results.
-        inverse: The inverse of the robot, or None if not derived.
+        inverse: The inverse of the robot, or None if it was not derived.
         functions: The functions derived in closed form.
         geometry: The functions with geometry as input, or None without parametric functions.
     """
@@ -59,7 +59,7 @@ class LoopPage:
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # The robot's inverse replaces the steps of a general main chain.
+        # The inverse of the robot replaces the steps that solve a general main chain.
         ways = STRUCTURED if inverse and inverse.solved else WAYS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), ways)
         letters = Letters(chain.equations.notation, symbols)

@@ -70,7 +70,7 @@ def _by(drive: Drive) -> str:
 
 
 def _followers(page: LoopPage) -> str:
-    """Describes drives that are not actuated, whose motors depend on other motors."""
+    """Describes drives that are not actuated because their motors depend on other motors."""
     message = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])

@@ -1,7 +1,7 @@
 """Names the joints of a robot with loops, in formulas and in sentences.
 
-Main-chain joints are theta, actuated coordinates q, other joints psi, each with its index. A joint
-name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed unchanged.
+Main-chain joints are theta, actuated coordinates q and other joints psi, each letter with an index.
+A joint name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed unchanged.
 """
 
 from collections.abc import Iterable, Mapping
@@ -57,7 +57,7 @@ class Members:
     of: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """Formats a joint, body or closure in a sentence, as a symbol if its name is one."""
+        """Formats a joint, body or closure in a sentence, as a symbol if its name is a symbol."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name)

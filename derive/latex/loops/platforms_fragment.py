@@ -27,9 +27,9 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Symbols of the elimination, in their order in a product."""
+"""Symbols of the elimination, in the order in which they occur in a product."""
 WHOLE = 0.8 * LINE
-"""Maximum width (pt) of a vector component that lines must not break."""
+"""Maximum width (pt) of a vector component in which lines must not break."""
 ZERO = sp.Integer(0)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
@@ -64,7 +64,7 @@ class PrintedPlatform:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, expressed in coordinates and parameters only.
+        terms: The terms of the robot, expressed only in coordinates and parameters.
         rods: The rods of the platform, in the order of the description.
         axes: The base axes with nonzero rod components.
         free: The components of the tool's twist in base axes that the main chain can move.
@@ -88,7 +88,7 @@ class PrintedPlatform:
         return len(self.axes) == PLANE
 
     def length(self, length: sp.Expr) -> sp.Expr:
-        """Returns the length of a rod; a cylinder's length includes its coordinate."""
+        """Returns the length of a rod; the length of a cylinder includes its coordinate."""
         is_constant = self.page.terms.is_constant(length)
         return self.page.constant(length) if is_constant else self.of(length)
 
@@ -126,7 +126,7 @@ class PrintedPlatform:
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """Returns a symbol of this fragment; symbols of lower rank come first in a product."""
+        """Returns a symbol of this fragment; in a product, symbols of lower rank come first."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
@@ -204,7 +204,7 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
 
 
 def free_letters(page: LoopPage) -> dict[str, str]:
-    """Returns letters for the polynomial that denote nothing else in the robot."""
+    """Returns letters for the polynomial that have no other meaning in the robot."""
     notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH

@@ -2,8 +2,8 @@
 
 Each solution step has equations in local quantities
 (:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). This module assigns a printed
-symbol to each quantity, unless its value is short, and the equations are rewritten in these
-symbols. The code is the same for all kinds of steps.
+symbol to each quantity whose value is not short, and rewrites the equations in these symbols. The
+code is the same for all kinds of steps.
 """
 
 from collections.abc import Iterable, Mapping
@@ -35,7 +35,7 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles, and the vectors that rotate by them."""
+"""Angles, and the vectors that these angles rotate."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def printed_steps(
 
     Args:
         terms: The robot's terms in printed symbols; receives the unknowns.
-        letters: Letters that are free for the unknowns.
+        letters: Letters that are still free for the unknowns.
         solution: The solution from actuators to main chain, or from main chain to actuators.
         first: Number of the first printed solution step.
         joints: Symbols of the joints, used for unknown joint values.
@@ -228,7 +228,7 @@ class _Writer:
             self.positions[self.shown[whole]] = tuple(self.shown[entry] for entry in entries)
 
     def _name_length(self, letter: str) -> None:
-        """Returns the length of a vector by name; a single component of any sign replaces it."""
+        """Returns the length of a vector by name; for a single component, its absolute value."""
         vector = self._vector(letter)
         if ZERO in vector:
             self.shown[length_of(letter)] = sp.Add(*vector)
@@ -281,7 +281,8 @@ class _Writer:
     def _put(self, value: sp.Expr) -> sp.Expr:
         """Converts an expression in the step's quantities to printed symbols."""
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
-            # SymPy would distribute the factor; the step keeps it in front of the bracket.
+            # SymPy would distribute the factor, so the step keeps the factor in front of the
+            # bracket.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
         return value.xreplace(self.shown)
 

@@ -75,7 +75,7 @@ class Rates:
         return sp.Add(*(derivative(expression, symbol) * rate for symbol, rate in rates.items()))
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
-        """Returns the time derivative of a component, as a dotted name if it has a name."""
+        """Returns the time derivative of a component; a named component gets a dotted name."""
         if part not in self.definitions:
             return self.of(part)
         if part not in self.inner:

@@ -81,7 +81,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """States the body in whose axes a step is solved."""
+    """States the body whose axes are used to solve a step."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
@@ -95,7 +95,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """Prints the loop equation; a wide equation becomes a zero sum, broken between terms."""
+    """Prints the loop equation; a wide equation becomes a zero sum, with breaks between terms."""
 
     def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
         found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
@@ -164,7 +164,7 @@ def _quotient(page: LoopPage, value: sp.Expr) -> str:
     """Formats a quotient in a sentence, on one line."""
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
-    # A single decimal number reads better than a fraction of two decimals.
+    # A single decimal number is easier to read than a fraction of two decimals.
     below = divisor / factor * below
     over = page.tex(above)
     if below == 1:

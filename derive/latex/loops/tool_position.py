@@ -24,7 +24,7 @@ def tool_position(page: LoopPage) -> str:
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The solution steps name the angles in the position.
+    # The names of the angles in the position come from the solution steps.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]
@@ -70,7 +70,7 @@ def _is_guard(terms: Terms, addend: sp.Expr) -> bool:
 def _named_factors(
     page: LoopPage, expression: sp.Expr, brackets: dict[sp.Expr, sp.Symbol]
 ) -> sp.Expr:
-    """Names wide sums among the factors of an expression's terms."""
+    """Names the wide sums among the factors of an expression's terms."""
     notation = page.chain.equations.notation
     found = []
     for addend in sp.Add.make_args(expression):

@@ -35,7 +35,7 @@ SHORTEST_RUN = 4
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Aligns equations; short equations are set in pairs, read from left to right.
+    """Aligns equations; short equations are set in pairs, to be read from left to right.
 
     Long right sides continue on an indented line; the list may break across pages.
     """
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Reorders equations so that two columns read down, left column first."""
+    """Reorders equations so that two columns are read downwards, the left column first."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -96,7 +96,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Puts a display between two settings, without a trailing space that could begin a line."""
+    """Places a display between two settings, without a trailing space that could begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
@@ -136,7 +136,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side in lines; with ``kept``, on the page of the following text."""
+    """Sets displays side by side in lines; ``kept`` keeps them on the page of the next text."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

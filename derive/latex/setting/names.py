@@ -101,7 +101,7 @@ def is_symbol(name: str) -> bool:
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
     """Returns joint names as LaTeX if they are article symbols: Greek angles, lower-case lengths.
 
-    Empty if a joint has a different kind of name, or a symbol occurs twice.
+    Empty if a joint has a different kind of name, or if a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]

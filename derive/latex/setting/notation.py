@@ -22,11 +22,12 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in a number that is printed as their sum or product."""
+"""Maximum number of named constants in a number that is printed as the sum or product of these
+constants."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
 COMMAS_FROM = 10
-"""Number of coordinates from which commas separate the indices of a sum."""
+"""Number of coordinates above which commas separate the indices of a sum."""
 LONG_RUN = 3
 """Minimum number of consecutive indices that are printed as a range."""
 LETTERS = {
@@ -47,15 +48,15 @@ class Notation:
     Attributes:
         terms: The derivation's terms and constants.
         q: The coordinates.
-        called: LaTeX of the coordinates if different from q_1 and so on, else empty.
+        called: LaTeX of the coordinates if their symbols are not q_1 and so on, else empty.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each of these symbols in a product.
-        meanings: Each short symbol in terms of coordinates and parameters; a long constant in terms
-            of earlier short symbols.
+        meanings: Each short symbol in terms of coordinates and parameters; a long constant is
+            expressed in terms of earlier short symbols.
         angles: The angles of cosines and sines, with accent and index, in order of first use.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees cause roots of 3; then 1/2 is printed as a
-            fraction.
+        halves: Whether angles of 30 or 60 degrees cause roots of 3; in this case, 1/2 is printed as
+            a fraction.
     """
 
     def __init__(
@@ -166,7 +167,7 @@ class Notation:
         return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Returns the entry names of a pose (4, 4) in row-major order, or None for its last row."""
+        """Returns the entry names of a pose (4, 4) in row-major order; None for the last row."""
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):
@@ -175,7 +176,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """Returns a symbol with this LaTeX."""
+        """Returns a symbol with the given LaTeX name."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -220,7 +221,7 @@ class Notation:
         return self._named_sum(raw) if raw.is_Add else self.named(raw)
 
     def _named_sum(self, raw: sp.Expr) -> sp.Expr:
-        """Returns a sum by name, or as a multiple of a named sum."""
+        """Returns a sum by its name, or as a multiple of a named sum."""
         content, primitive = raw.primitive()
         if primitive.could_extract_minus_sign():
             content, primitive = -content, -primitive
@@ -255,8 +256,8 @@ class Notation:
     def named(self, raw: sp.Expr) -> sp.Symbol:
         """Returns the next named constant, for an expression in parameters and short symbols.
 
-        It is defined in terms of parameters, or of earlier short symbols if this definition is
-        long.
+        The constant is defined in terms of parameters, or of earlier short symbols if this
+        definition is long.
         """
         parts = size(raw, self._sizes)
         if parts <= MAX_WRITTEN:
@@ -296,7 +297,7 @@ def numbered(symbol: sp.Symbol) -> tuple[int, str]:
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:
-    """Formats the indices of a sum, barred if subtracted; a long run is a range, ``1:14``."""
+    """Formats the indices of a sum, with a bar if subtracted; a long run is a range, ``1:14``."""
     shown: list[str] = []
     k = 0
     while k < len(indices):

@@ -24,7 +24,7 @@ class Page:
     """A serial chain with everything that its article prints.
 
     Short symbols are numbered in the order of first use. This class creates all expressions in
-    short symbols at once, in attribute order, so that no LaTeX fragment depends on earlier
+    short symbols together, in attribute order, so that no LaTeX fragment depends on earlier
     fragments.
 
     Attributes:

@@ -30,7 +30,7 @@ class PrintedCondition:
 
     Attributes:
         factors: The factors, printed in short symbols.
-        words: Description of the axes in such a configuration; empty if no description fits.
+        words: Description of the axes in such configurations; empty if no description fits.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -42,11 +42,11 @@ class PrintedSingularities:
     """The singular configurations of an arm.
 
     Attributes:
-        determinant: The constant of the determinant, and its factors with powers, for a square
+        determinant: The constant of the determinant, and its factors with exponents, for a square
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         configurations: Singular configurations (radian, metre), if there are no short conditions.
-        fixed: The fixed coordinates, if the determinant belongs to the other joints only.
+        fixed: The fixed coordinates, if the determinant belongs only to the other joints.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
@@ -68,7 +68,7 @@ def printed_singularities(
         robot: A serial robot.
         notation: The short symbols of the robot.
         given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
-            arm are long, the conditions for the free joints are printed too.
+            arm are long, the conditions for the free joints alone are also printed.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():

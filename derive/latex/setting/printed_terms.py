@@ -49,7 +49,8 @@ class PrintedTerms:
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Cosines and sines of moving angles are terms; only descriptions contain others.
+            # Cosines and sines of moving angles are terms; other cosines and sines occur only in
+            # descriptions.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
@@ -64,7 +65,7 @@ class PrintedTerms:
     def exact(self, expression: sp.Expr) -> sp.Expr:
         """Returns an unnamed sum of constants and lengths in printed symbols.
 
-        If the sum is long, each length gets one constant as factor.
+        If the sum is long, each length gets a single constant as its factor.
         """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number

@@ -1,6 +1,6 @@
 r"""Prints expressions with lengths first, ascending indices, and no leading minus sign.
 
-A sum is a list of signed terms in chain order, so that long sums can be broken between terms.
+A sum is a list of signed terms in chain order, so that a long sum can be broken between its terms.
 """
 
 from collections.abc import Callable, Mapping
@@ -53,7 +53,7 @@ class Printer:
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the terms of a sum with signs; a positive term, if any, is first."""
+        """Returns the terms of a sum with signs; if there is a positive term, it comes first."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -110,7 +110,7 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """Sorts terms: with lengths in chain order, then with brackets, then all others."""
+        """Sorts terms: with lengths (in chain order), then with brackets, then all others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)

@@ -26,7 +26,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms of the entries, each expressed in earlier terms.
+        definitions: Shared terms of the entries, each term expressed in earlier terms.
         S: Screw axes (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -37,14 +37,15 @@ class Screws:
 
 
 class _Decimal(Rotation):
-    """A rotation by a decimal angle, which a description must not contain."""
+    """A rotation by a decimal angle, which a description itself must not contain."""
 
     def __post_init__(self) -> None:
-        """Stores the decimal, which is not an exact number."""
+        """Stores the decimal number, which is not an exact number."""
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a constant entry: wider numbers become decimals, wider sums get a name."""
+"""Maximum width (pt) of a constant entry: wider numbers become decimals, and wider sums get a
+name."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class ScrewDisplays:
     """The product of exponentials of a robot, ready for typesetting.
 
     Attributes:
-        terms: Shared terms of the entries, each expressed in earlier terms.
+        terms: Shared terms of the entries, each term expressed in earlier terms.
         columns: One display for each screw axis.
         home: The home pose.
         named: Entries that are too wide to be printed inside the home pose or a screw axis, by
@@ -112,7 +113,7 @@ class _Constants:
         return named_matrix(name, rows)
 
     def _entry(self, name: str, entry: sp.Expr, room: float) -> str:
-        """Returns an entry that fits the available width, exact or decimal, else its name."""
+        """Returns an entry that fits the available width, exact or as a decimal, else its name."""
         exact = self.printer.tex(entry)
         if width(exact) <= room:
             return exact
@@ -148,11 +149,11 @@ class _Constants:
 
 
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
-    """Returns screw axes and home pose in short symbols: exact if short, else decimal.
+    """Returns screw axes and home pose in short symbols: exact if short, otherwise as decimals.
 
     With general angles, every joint adds terms to the product. If the cosine or sine of a numeric
-    angle is not a short root, it becomes a decimal at 40-digit precision before multiplication.
-    Angles that are parameters create shared terms.
+    angle is not a short root, its value becomes a decimal at 40-digit precision before
+    multiplication. Angles that are parameters create shared terms.
     """
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -1,7 +1,7 @@
 """Converts functions to printed SymPy objects: shared terms in definition order, then entries.
 
 A derivation names every intermediate result. Printed equations have fewer names: products and sums
-with one occurrence are written in place. A sum that occurs repeatedly, or is too long for a
+that occur only once are written in place. A sum that occurs repeatedly, or is too long for a
 bracket, becomes a shared term. A robot's functions share these terms: the Jacobians extend the
 terms of forward kinematics.
 """
@@ -38,7 +38,8 @@ class Printed:
     """One function in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines, each expressed in earlier terms.
+        definitions: Shared terms that no earlier function defines, each term expressed in earlier
+            terms.
         entries: The function's entries in row-major order.
         names: The name of each entry, or None for an entry without a name.
     """
@@ -50,7 +51,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot in printing order, and the first function as derived."""
+    """The printed functions of a robot in printing order, with the first function as derived."""
 
     notation: Notation
     printer: Printer
@@ -63,7 +64,7 @@ class PrintedEquations:
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
     """Returns forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
-    If the derivation lacks one of these functions, all of them are derived for the article.
+    If the derivation lacks one of these functions, the article derives all of them.
 
     Args:
         derivation: A serial robot with its functions.
