@@ -279,7 +279,7 @@ def _open(recipe: Recipe) -> _call.Library:
     if hashlib.sha256(body).digest() != digest:
         raise MismatchError(f"{recipe.path}: damaged library; {advice}")
     try:
-        return _call.open(recipe.path, recipe.key)
+        return _call.open(str(recipe.path), recipe.key)
     except MismatchError as error:
         raise MismatchError(f"{error}; {advice}") from None
 
