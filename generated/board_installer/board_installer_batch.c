@@ -61,7 +61,7 @@ extern "C" {
 }
 #endif
 
-#ifdef CHASLES_NO_DISPATCH
+#ifdef __clang__
 #define CHASLES_HAS_AVX512 1
 #define CHASLES_HAS_AVX2 1
 #else
