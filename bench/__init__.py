@@ -1,1 +1,1 @@
-"""Benchmarks of speed and size, compared with other libraries (peers) in the same run."""
+"""Benchmarks of speed and size, compared with other libraries in the same run."""

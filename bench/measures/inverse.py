@@ -25,8 +25,8 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""A peer for which no ratio is required: on unsuitable arms, it is ten times slower than other
-peers."""
+"""Library without a required ratio: on unsuitable arms, it is ten times slower than other
+libraries."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -36,7 +36,8 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Batch size for peers; the time per pose of peers does not depend on the batch size."""
+"""Batch size for other libraries; the time per pose of other libraries does not depend on the batch
+size."""
 GENERAL = "jaco2"
 
 
@@ -56,7 +57,7 @@ def poses(name: str, count: int) -> np.ndarray:
 
 
 def peers(name: str) -> list[Inverse]:
-    """Return the peers of a robot, after checking that their solutions agree with chasles.
+    """Return the other libraries of a robot; their solutions must agree with chasles.
 
     Raises:
         DisagreementError: Another library misses a solution or returns a wrong solution.

@@ -16,7 +16,8 @@ from ..report import out, save, table
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Maximum number of targets per set for peers; some peers take milliseconds per target."""
+"""Maximum number of targets per set for other libraries; some libraries take milliseconds per
+target."""
 PEERS_SHORT = 100
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")
 RESULT = "misses"
@@ -54,7 +55,7 @@ def rows(case: Case, short: bool) -> Iterator[dict[str, object]]:
 
 
 def verdicts(case: Case, poses: PoseSet, most: int) -> Iterator[tuple[str, Verdict]]:
-    """Yield the results of chasles and of all suitable peers on a limited set of targets."""
+    """Yield the results of chasles and of all suitable libraries on a limited set of targets."""
     yield OWN, judged(case, poses, lambda q: own_answers(case, q))
     if case.function != "ik" or not case.screws.revolute.all() or case.robot.loops:
         return

@@ -31,7 +31,7 @@ THREADS = 2
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return missed poses and times of all robots, and time ratios of a peer for some robots."""
+    """Return missed poses and times of all robots, and some time ratios to another library."""
     has_peer = "toolbox" not in absent()
     if not has_peer:
         out.print("the Robotics Toolbox is not installed: only ik_numeric is timed")

@@ -17,7 +17,7 @@ VECTORS = 500
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return ratios to all peers, and the overhead of a Python call over the C function."""
+    """Return ratios to other libraries, and the overhead of a Python call over C."""
     return [row for arm in ARMS for row in one_arm(plan, arm)]
 
 

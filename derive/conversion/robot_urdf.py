@@ -42,7 +42,7 @@ def robot_urdf(robot: SerialRobot) -> str:
         robot: The robot; each joint has the convention `urdf`, without parameters.
 
     Raises:
-        InputValueError: A joint has other couplings than one joint as leader.
+        InputValueError: A coupled joint does not follow exactly one leader.
     """
     rules = {rule.joint: rule for rule in robot.couplings}
     names_of_joints = {joint.name for joint in robot.joints}

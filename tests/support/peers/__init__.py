@@ -1,1 +1,1 @@
-"""Other inverse kinematics solvers (peers): closed-form or iterative."""
+"""Other inverse kinematics solvers: closed-form or iterative."""

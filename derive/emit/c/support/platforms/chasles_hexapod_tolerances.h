@@ -43,8 +43,8 @@
 #define CHASLES_ONE_MODE 1e-6
 /* Maximum |e.e| of a path end at infinity: no rotation has e.e = 0. */
 #define CHASLES_AT_INFINITY 1e-9
-/* Gimbal lock: the outer two angles are dependent if the middle angle is near a quarter turn. This
- * value is the maximum sine of its distance from a quarter turn. */
+/* Gimbal lock: maximum sine of the difference between the middle angle and a quarter turn at which
+ * the outer two angles count as dependent. */
 #define CHASLES_GIMBAL 1e-12
 
 /* Rods with double joints: error of the polynomial relative to the largest summands of a sample. */
