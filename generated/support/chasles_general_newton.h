@@ -112,8 +112,8 @@ static void chasles_general_forward(const chasles_general_six *six, const double
 }
 
 /* Computes the twist at the tool from one pose to another (metre, radian). Returns the larger of
- * distance and angle. The angle depends on all matrix entries, so that it is large for a matrix
- * that is not a rotation. */
+ * the distance and the angle between two poses. The angle depends on all matrix entries, so that it
+ * is large for a matrix that is not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
