@@ -160,6 +160,11 @@ REPEATED_EQUATION = 1e-4
 At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redundant equations still
 look independent.
 """
+STILL_JOINT = 1e-6
+"""Motion below which closed loops hold a joint still (radian, or relative to the size).
+
+Random closed configurations differ by more, and each may be 1e-6 away from closure.
+"""
 REPEATED_AS_BUILT = 0.02
 """Limit of such singular values for as-built robots, whose tilted axes make redundant equations
 look independent. It is ten times the value observed for axes 2 mrad out of parallel."""

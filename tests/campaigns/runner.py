@@ -30,6 +30,7 @@ NAMES = (
     *(
         "couplings",
         "legs",
+        "carried",
         "slides",
         "urdf",
         "convert",

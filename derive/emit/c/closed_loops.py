@@ -67,11 +67,12 @@ def loops_file(robot: Described, system: str) -> str:
 
 def _modes(robot: Described, function: WrittenFunction) -> str:
     """Prints the leg-by-leg inverse. Forward kinematics gives the residual of each slot."""
-    (T,), (q, residual, margin) = function.inputs, function.outputs
+    (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
     assert isinstance(function.tables, mode_check.ClosureSize)
     size = number(function.tables.size)
     n = q.size // function.branches
+    inputs = ", ".join([f"own_{T.name}", *(argument.name for argument in given)])
     return "\n".join(
         [
             notice(robot),
@@ -79,7 +80,7 @@ def _modes(robot: Described, function: WrittenFunction) -> str:
             *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
             "{",
             *own_copy(T),
-            f"  {legs}(own_{T.name}, {q.name}, {residual.name}, {margin.name});",
+            f"  {legs}({inputs}, {q.name}, {residual.name}, {margin.name});",
             f"  for (int k = 0; k < {function.branches}; k++) {{",
             f"    if ({residual.name}[k] != {residual.name}[k])",
             "      continue;",

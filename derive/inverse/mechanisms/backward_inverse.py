@@ -6,6 +6,7 @@ its links. If the loops reduce the degrees of freedom of the main chain, as in a
 rotated platform, the loop equations decide whether the pose is reachable.
 """
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -19,27 +20,26 @@ from ...model.mechanism import Mechanism
 from ...model.tolerances import SAMPLED_RANGE
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
-from ..chain_solution import solve_chain
-from ..classify import Attempt, classify
+from ..classify import classify
 from ..families import FAMILIES
-from ..steps.target import of_pose
+from ..serial_inverse import Inverses
 from ..steps.work import Work
-from ..structure.lines import Lines, home_of
 from ..tasks.slots import (
     POSE_SYMBOLS,
+    branches,
     function_of,
     larger,
     pose_argument,
     pose_errors,
+    pose_residual,
     squares,
     tool_of,
-    values_of,
 )
 from ..tool_axis import with_still_axis
 from .loop_sides import MAX_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
+from .moving_chain import MovingChain, moving_chain
 from .substitution import substituted
 
-Structure = tuple[Lines, Attempt]
 WHOLE = 6
 """Degrees of freedom of a platform constrained only by its legs."""
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
@@ -53,28 +53,55 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
     fits = h.forward.open and triad_of(h) is None
     if not fits or h.backward.open or (h.may_have_inverse and not is_platform(h.mechanism)):
         return {}
-    structure = _structure(h)
-    return {} if structure is None else {"ik": partial(_inverse, structure=structure)}
+    chain = _chain(h)
+    return {} if chain is None else {"ik": partial(_inverse, chain=chain)}
 
 
-def _structure(h: SolvedLoops) -> Structure | None:
-    """Returns the main-chain axes and a structure that solves the pose, or None."""
+def _chain(h: SolvedLoops) -> MovingChain | None:
+    """Returns the main chain with a structure that solves the pose, or None."""
+    whole = _whole_chain(h)
+    moving = moving_chain(h, FAMILIES) if whole is None else None
+    return whole if moving is None else moving[0]
+
+
+def _whole_chain(h: SolvedLoops) -> MovingChain | None:
+    """Returns the main chain with a structure that solves all its joints, or None."""
     classification = classify(h.robot, h.terms)
     found = classification.found
     if found is None:
-        return with_still_axis(h.robot, classification, FAMILIES)
-    fits = classification.tier == "exact" and not found.given and not found.family.inputs
-    return (classification.lines, found) if fits else None
+        longer = with_still_axis(h.robot, classification, FAMILIES)
+        return None if longer is None else MovingChain.of(h.robot, *longer)
+    if classification.tier != "exact" or found.given or found.family.inputs:
+        return None
+    return MovingChain.of(h.robot, classification.lines, found)
 
 
-def _inverse(h: SolvedLoops, structure: Structure) -> SymbolicFunction:
+def moving_inverses(h: SolvedLoops) -> Inverses | None:
+    """Returns the inverse of the main chain's moving part, or None if all of the chain moves."""
+    if h.backward.open or _whole_chain(h) is not None:
+        return None
+    moving = moving_chain(h, FAMILIES)
+    if moving is None:
+        return None
+    (chain, classification), work = moving, Work(h.terms)
+    arguments, joints = chain.coordinates(work)
+    values = [joint.direction * x for joint, x in zip(h.robot.moving, joints, strict=True)]
+    residual = pose_residual(h.terms, tool_of(h.terms, h.robot, values), POSE_SYMBOLS)
+    asked = (pose_argument(h.robot), *arguments)
+    solved = branches("ik", h.robot, work, asked, values, residual, IDENTITY, chain.given)
+    return Inverses(classification, {"ik": solved})
+
+
+def _inverse(h: SolvedLoops, chain: MovingChain) -> SymbolicFunction:
     """Returns the function ``ik``, with one slot per distinct combination of branch signs."""
-    function, work = _solved(h, frozenset(), structure)
-    settled = _settled(h, function, work)
-    return _solved(h, settled, structure)[0] if settled else function
+    function, work = _solved(h, frozenset(), chain)
+    settled = _settled(h, function, work, chain.given)
+    return _solved(h, settled, chain)[0] if settled else function
 
 
-def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
+def _settled(
+    h: SolvedLoops, function: SymbolicFunction, work: Work, given: Sequence[int]
+) -> frozenset[int]:
     """Returns the indices of the branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
@@ -85,8 +112,8 @@ def _settled(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozense
     if len(h.theta) > len(h.q):
         # For random poses of the chain, the loops can rarely be closed, but the branch signs still
         # change the computed coordinates.
-        return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
-    same, without = idle_choices(h, function, _poses(h))
+        return unused | idle_choices(h, function, *_poses(h, given), within=np.inf)[0]
+    same, without = idle_choices(h, function, *_poses(h, given))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
@@ -109,28 +136,25 @@ def _is_held_at_its_end(mechanism: Mechanism) -> bool:
     return not chain & actuated and all(way in (set(), chain) for way in ways)
 
 
-def _poses(h: SolvedLoops) -> FloatArray:
-    """Returns random poses (16, N) of the main chain around the reference."""
+def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
+    """Returns random poses (16, N) of the main chain around the reference, and given values."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
     lengths = np.array([joint.kind == "prismatic" for joint in h.robot.moving])
     reach = SAMPLED_RANGE * np.where(lengths, size, 1.0)
     theta = middle + np.random.default_rng(0).uniform(-reach, reach, (SAMPLES, len(middle)))
-    return np.array(fk(theta.T)).reshape(16, -1)
+    return [np.array(fk(theta.T)).reshape(16, -1), *(theta.T[[k]] for k in given)]
 
 
 def _solved(
-    h: SolvedLoops, settled: frozenset[int], structure: Structure
+    h: SolvedLoops, settled: frozenset[int], chain: MovingChain
 ) -> tuple[SymbolicFunction, Work]:
     """Returns the function without redundant branch signs, and its solution steps."""
-    lines, found = structure
     terms, work = h.terms, Work(h.terms, settled=settled)
-    target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))
-    solve_chain(work, lines, found, target, {})
-    values = values_of(work, h.robot, {})
-    moving = zip(h.theta, h.robot.moving, values, strict=True)
-    theta = {symbol: joint.direction * value for symbol, joint, value in moving}
+    arguments, joints = chain.coordinates(work)
+    theta = dict(zip(h.theta, joints, strict=True))
+    values = [joint.direction * x for joint, x in zip(h.robot.moving, joints, strict=True)]
     loops = solved_on_sides(h, work)
     margins = [margin for _, margin in loops.margins]
     z = named(h, loops, [variable.name for variable in h.variables])
@@ -145,7 +169,14 @@ def _solved(
     )
     unit = common_unit([c.unit for c in h.mechanism.coordinates])
     function = function_of(
-        *("ik", work, (pose_argument(h.robot),), q, unit, residual, IDENTITY, ()),
+        *("ik", work, (pose_argument(h.robot), *arguments), q, unit, residual, IDENTITY),
+        _coordinates(h, chain.given),
         substituted(terms, margins, theta),
     )
     return function, work
+
+
+def _coordinates(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
+    """Returns the indices of the actuated coordinates that move the listed main-chain joints."""
+    moves = [c.moves for c in h.mechanism.coordinates]
+    return [moves.index(h.robot.moving[k].name) for k in joints]

@@ -32,16 +32,13 @@ from ..serial_inverse import Inverses
 from ..steps.target import of_pose
 from ..steps.work import Work
 from ..structure import rank
-from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement
 from ..tasks.slots import (
     POSE_SYMBOLS,
     function_of,
-    given_argument,
     pose_argument,
     pose_residual,
     tool_of,
-    values_of,
 )
 from ..tasks.task import Solved, TaskInput
 from .loop_sides import (
@@ -50,6 +47,7 @@ from .loop_sides import (
     solved_on_sides,
     unused_sides,
 )
+from .moving_chain import MovingChain, moving_chain
 from .starts_beyond import beyond_dead_points
 from .substitution import substituted
 from .translation import (
@@ -116,8 +114,12 @@ def _by_structure(
     if not {c.moves for c in hybrid.mechanism.coordinates}.isdisjoint(hybrid.backward.open):
         return Inverses(classification, {})
     if classification.found is not None:
-        solved = _by_chain(hybrid, classification.lines, classification.found, built)
-        return Inverses(classification, {"ik": solved})
+        whole = MovingChain.of(hybrid.robot, classification.lines, classification.found)
+        return Inverses(classification, {"ik": _by_chain(hybrid, whole, built)})
+    moving = None if give or built is not None else moving_chain(hybrid, families)
+    if moving is not None:
+        chain, classification = moving
+        return Inverses(classification, {"ik": _by_chain(hybrid, chain, None)})
     moved = None if give else translating(hybrid)
     if moved is None:
         return Inverses(classification, {})
@@ -249,28 +251,26 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
     return hybrid.terms.let(value / coordinate.ratio)
 
 
-def _by_chain(
-    hybrid: SolvedLoops, lines: Lines, found: Attempt, built: SolvedLoops | None
-) -> Solved:
+def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None) -> Solved:
     """Solves the joints of the main chain, then the actuators.
 
     For a robot as built, the loops as built give the actuators if these loops have a closed form.
     The built loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
-    pose = _on_chain(hybrid, lines, found, Work(hybrid.terms))
-    settled = settled_choices(hybrid, pose, found.given)
+    pose = _on_chain(hybrid, chain, Work(hybrid.terms))
+    settled = settled_choices(hybrid, pose, chain.given)
     if built is None:
-        return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled))
+        return _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled))
     if built.forward.open or built.backward.open:
-        return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled), built)
+        return _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled), built)
     settled -= choices_of_loops(pose.work)
-    start = _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
-    settled |= unused_sides(built, start, found.given)
-    return _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
+    start = _start_on_chain(hybrid, built, chain, Work(hybrid.terms, settled=settled))
+    settled |= unused_sides(built, start, chain.given)
+    return _start_on_chain(hybrid, built, chain, Work(hybrid.terms, settled=settled))
 
 
 def _on_chain(
-    hybrid: SolvedLoops, lines: Lines, found: Attempt, work: Work, built: SolvedLoops | None = None
+    hybrid: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
     """Solves the chain and the actuators without the redundant branch signs.
 
@@ -278,11 +278,11 @@ def _on_chain(
     values as built.
     """
     terms = hybrid.terms
-    arguments, joints = _joints_of(hybrid, lines, found, work)
+    arguments, joints = chain.coordinates(work)
     theta = dict(zip(hybrid.theta, joints, strict=True))
     solution = solved_on_sides(hybrid, work)
     margins = [margin for _, margin in solution.margins]
-    fixed = _coordinates(hybrid, found.given)
+    fixed = _coordinates(hybrid, chain.given)
     entries = list(hybrid.actuators_in(solution))
     if built is not None:
         entries = list(beyond_dead_points(terms, entries))
@@ -293,19 +293,20 @@ def _on_chain(
     residual = _residual(hybrid, q)
     if built is None:
         residual = _while_closed(hybrid, residual, closing)
-    names = tuple(hybrid.robot.moving[k].name for k in found.given)
-    return _solved(hybrid, work, arguments, found.family.inputs, q, residual, names, fixed, closing)
+    names = tuple(hybrid.robot.moving[k].name for k in chain.given)
+    inputs = chain.found.family.inputs
+    return _solved(hybrid, work, arguments, inputs, q, residual, names, fixed, closing)
 
 
 def _start_on_chain(
-    design: SolvedLoops, built: SolvedLoops, lines: Lines, found: Attempt, work: Work
+    design: SolvedLoops, built: SolvedLoops, chain: MovingChain, work: Work
 ) -> Solved:
     """Solves the main-chain joints of the design, then the actuators as built.
 
     The residual compares only the pose of the design's main chain, not its loops.
     """
     terms = design.terms
-    arguments, joints = _joints_of(design, lines, found, work)
+    arguments, joints = chain.coordinates(work)
     residual = pose_residual(terms, tool_of(terms, design.robot, joints), POSE_SYMBOLS)
     solution = solved_on_sides(built, work)
     actuators = built.actuators_in(solution)
@@ -313,23 +314,10 @@ def _start_on_chain(
     theta = dict(zip(built.theta, joints, strict=True))
     values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
     q, closing = values[: len(actuators)], values[len(actuators) :]
-    fixed = _coordinates(design, found.given)
-    names = tuple(built.robot.moving[k].name for k in found.given)
-    return _solved(built, work, arguments, found.family.inputs, q, residual, names, fixed, closing)
-
-
-def _joints_of(
-    hybrid: SolvedLoops, lines: Lines, found: Attempt, work: Work
-) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-    """Returns the arguments other than the pose, and the solved main-chain joints."""
-    robot, terms = hybrid.robot, hybrid.terms
-    symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
-    given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
-    arguments = tuple(given_argument(robot, k, symbol) for k, symbol in symbols.items())
-    target = of_pose(terms, POSE_SYMBOLS, home_of(robot, terms))
-    solve_chain(work, lines, found, target, given)
-    values = zip(robot.moving, values_of(work, robot, given), strict=True)
-    return arguments, [joint.direction * value for joint, value in values]
+    fixed = _coordinates(design, chain.given)
+    names = tuple(built.robot.moving[k].name for k in chain.given)
+    inputs = chain.found.family.inputs
+    return _solved(built, work, arguments, inputs, q, residual, names, fixed, closing)
 
 
 def _by_translation(

@@ -6,6 +6,7 @@ from itertools import groupby
 
 import sympy as sp
 
+from ...inverse.mechanisms.backward_inverse import moving_inverses
 from ...inverse.mechanisms.mode_check import LEGS
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
@@ -39,6 +40,9 @@ def inverse_of_loops(page: LoopPage) -> str:
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
     back = next((f for f in page.functions if f.name in ("ik", LEGS)), None)
+    moving = moving_inverses(page.hybrid) if found is None and back is not None else None
+    if moving is not None and back is not None:
+        return text(_written(chain, moving, {}).rstrip(), _through_the_chain(page, back))
     if tasks and found is None and back is not None:
         return text(_written(chain, of_chain, {}).rstrip(), _through_the_chain(page, back))
     if tasks:
@@ -317,7 +321,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Prints the coordinates that no step determines, which are 0."""
+    """Prints the coordinates that no step determines."""
     printer = _printer(page)
     parts = []
     if task.rest:
@@ -326,6 +330,8 @@ def _rest(page: Page, task: PrintedTask) -> str:
         parts.append(
             f"The task does not determine {listed(map(page.tex, task.free))}, which is set to $0$."
         )
+    if task.still:
+        parts.append(f"The loops hold {listed(map(page.tex, task.still))} still.")
     return sentence(*parts)
 
 

@@ -93,6 +93,7 @@ class PrintedTask:
         steps: The steps.
         rest: Coordinates that are computed from an angle sum, with their values.
         free: Coordinates that the task does not determine, which are set to 0.
+        still: Coordinates that the loops hold still.
         symbols: The printed symbol of each input and sign of the derivation.
     """
 
@@ -104,6 +105,7 @@ class PrintedTask:
     steps: tuple[PrintedInverseStep, ...]
     rest: tuple[Definition, ...]
     free: tuple[sp.Symbol, ...]
+    still: tuple[sp.Symbol, ...]
     symbols: Mapping[sp.Symbol, sp.Symbol]
 
 
@@ -176,6 +178,7 @@ class _Writer:
             steps,
             rest,
             self._free(),
+            self._still(),
             self.shown,
         )
 
@@ -307,5 +310,11 @@ class _Writer:
         return tuple(
             q
             for k, (joint, q) in enumerate(zip(self.robot.moving, self.notation.q, strict=True))
-            if joint.name not in done and turns.get(k, NO_TURN) == NO_TURN
+            if joint.name not in done
+            and turns.get(k, NO_TURN) == NO_TURN
+            and k not in self.work.still
         )
+
+    def _still(self) -> tuple[sp.Symbol, ...]:
+        """Returns the coordinates that the loops hold still."""
+        return tuple(self.notation.q[k] for k in sorted(self.work.still))

@@ -21,14 +21,15 @@ def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Co
     """Counts invalid solution slots of ``ik(fk(q))`` and missed configurations.
 
     Args:
-        robot: The robot; its ``ik`` takes only a pose.
+        robot: The robot. Its ``ik`` takes the redundant joints of each configuration.
         mechanism: The description of the robot.
         q: (N, n) configurations.
     """
     T = robot.fk(q)
     closed = np.isfinite(T).all((1, 2))
     q, T = q[closed], T[closed]
-    slots = robot.ik(T)
+    given = {parameter.name: q[:, parameter.index] for parameter in robot.redundancy}
+    slots = robot.ik(T, fixed=given) if given else robot.ik(T)
     valid, size = slots.valid, robot.unit_length
     back = robot.fk(slots.q.reshape(-1, robot.n)).reshape(*valid.shape, 4, 4)
     missed = np.abs(back - T[:, None])

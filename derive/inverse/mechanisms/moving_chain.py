@@ -1,0 +1,155 @@
+"""The part of a main chain that moves: joints that the loops hold still have constant values.
+
+The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
+have constant values. An axis behind the platform then continues a chain of three translations. If
+the actuators outnumber the freedoms of the tool, as with a rail below a hexapod or an axis behind
+it, actuated joints of the chain have values that the caller chooses.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import sympy as sp
+
+from ...loops.solve.solved_loops import SolvedLoops
+from ...model.robot import Joint, Rotation, SerialRobot, Translation
+from ...model.tolerances import STILL_JOINT
+from ...terms.symbolic_function import Argument
+from ..chain_solution import solve_chain
+from ..classify import Attempt, Classification, of_lines, unfit
+from ..families.family import Family
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure import rank
+from ..structure.lines import Lines, axes_of, home_of
+from ..tasks.slots import POSE_SYMBOLS, given_argument, values_of
+
+
+@dataclass(frozen=True)
+class MovingChain:
+    """A main chain with the structure that solves its moving joints for a tool pose.
+
+    Attributes:
+        whole: The main chain.
+        robot: The main chain with fixed joints in place of the joints that the loops hold still.
+        lines: The axes of the moving joints, numbered in the whole chain.
+        found: The structure of these axes.
+        held: The value of each joint that the loops hold still, by its number in the whole chain.
+    """
+
+    whole: SerialRobot
+    robot: SerialRobot
+    lines: Lines
+    found: Attempt
+    held: Mapping[int, sp.Expr]
+
+    @classmethod
+    def of(cls, whole: SerialRobot, lines: Lines, found: Attempt) -> "MovingChain":
+        """Returns a main chain in which all joints move."""
+        return cls(whole, whole, lines, found, {})
+
+    @property
+    def given(self) -> tuple[int, ...]:
+        """Numbers of the joints in the whole chain whose values the caller chooses."""
+        return tuple(self.lines.axes[place].joint for place in self.found.given)
+
+    def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
+        """Returns the arguments other than the pose, and the coordinates of all joints.
+
+        Args:
+            work: Table that receives the joint values and the solution steps.
+        """
+        terms, moving, work.still = work.terms, self.whole.moving, frozenset(self.held)
+        symbols = {k: sp.Symbol(f"_{moving[k].name}", real=True) for k in self.given}
+        arguments = tuple(given_argument(self.whole, k, symbol) for k, symbol in symbols.items())
+        given = {k: moving[k].direction * symbol for k, symbol in symbols.items()}
+        places = {place: given[self.lines.axes[place].joint] for place in self.found.given}
+        target = of_pose(terms, POSE_SYMBOLS, home_of(self.robot, terms))
+        solve_chain(work, self.lines, self.found, target, places)
+        values = values_of(work, self.whole, given | dict(self.held))
+        return arguments, [
+            joint.direction * value for joint, value in zip(moving, values, strict=True)
+        ]
+
+
+def moving_chain(
+    h: SolvedLoops, families: Sequence[Family]
+) -> tuple[MovingChain, Classification] | None:
+    """Returns the moving part of a main chain that fits a family exactly, or None.
+
+    The result is also None if the loops hold no joint still and no actuated joint is redundant.
+
+    Args:
+        h: The robot.
+        families: The families to try, in order.
+    """
+    held = _held(h)
+    robot = _with_still_joints(h.robot, held)
+    numbers = [k for k in range(len(h.robot.moving)) if k not in held]
+    axes = axes_of(robot, h.terms)
+    lines = Lines(
+        h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
+    )
+    surplus = len(lines.axes) - rank.of_chain(lines)
+    # If the loops couple the moving joints, fewer joints than the surplus are redundant.
+    are_coupled = len(numbers) > len(h.q)
+    if unfit(robot) or not (held or surplus) or (surplus and are_coupled):
+        return None
+    for give in _choices(h, numbers, surplus):
+        classification = of_lines(lines, families=families, give=give)
+        found = classification.found
+        if found is not None and found.given == give and not found.family.inputs:
+            return MovingChain(h.robot, robot, lines, found, held), classification
+    return None
+
+
+def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[tuple[int, ...]]:
+    """Yields sets of actuated joints that may be given, those nearest to the tool first."""
+    actuated = {c.moves for c in h.mechanism.coordinates}
+    places = [place for place, k in enumerate(numbers) if h.robot.moving[k].name in actuated]
+    yield from (give[::-1] for give in combinations(places[::-1], surplus))
+
+
+def _held(h: SolvedLoops) -> dict[int, sp.Expr]:
+    """Returns the values of the joints that the loops hold still (radian or metre)."""
+    found = {}
+    for k, joint in enumerate(h.robot.moving):
+        if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):
+            found[k] = joint.direction * h.mechanism.reference_of(joint.name)
+    return found
+
+
+def _is_still(h: SolvedLoops, joint: Joint) -> bool:
+    """Whether a joint keeps its described reference value in all closed configurations."""
+    reference = float(h.mechanism.reference_of(joint.name))
+    if not h.forward.open:
+        value = h.forward.values[joint.name]
+        return h.terms.is_constant(value) and float(h.terms.value(value)) == reference
+    place = h.numbers.names.index(joint.name)
+    values = np.array([w[place] for w in h.numbers.generic])
+    size = h.numbers.size if joint.kind == "prismatic" else 1.0
+    return len(values) > 1 and bool(np.all(np.abs(values - reference) <= STILL_JOINT * size))
+
+
+def _with_still_joints(robot: SerialRobot, held: Mapping[int, sp.Expr]) -> SerialRobot:
+    """Returns the chain with fixed joints at the held values."""
+    names = {robot.moving[k].name: value for k, value in held.items()}
+    return replace(
+        robot,
+        joints=tuple(
+            _fixed(joint, names[joint.name]) if joint.name in names else joint
+            for joint in robot.joints
+        ),
+    )
+
+
+def _fixed(joint: Joint, value: sp.Expr) -> Joint:
+    motion = (
+        Rotation("z", value)
+        if joint.kind == "revolute"
+        else Translation((sp.S.Zero, sp.S.Zero, value))
+    )
+    before = joint.before if value == 0 else (*joint.before, motion)
+    return replace(joint, kind="fixed", before=before, limits=(None, None), direction=1)
