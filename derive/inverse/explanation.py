@@ -23,6 +23,7 @@ from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
 from .mechanisms import backward_inverse, leg_inverse
+from .mechanisms.leg_chains import leg_chains
 from .polished_inverse import FREEDOMS
 from .serial_inverse import Inverses
 from .steps.work import InverseStep
@@ -349,6 +350,12 @@ def _of_loops(hybrid: SolvedLoops) -> str:
     actuated = {c.moves for c in mechanism.coordinates}
     if aside := _aside(hybrid):
         return f"The tool on {mechanism.tool_body} does not move with {listed(aside)}."
+    if solution.open and hybrid.forward.open and backward_inverse.makers(hybrid):
+        legs = listed([leg.closure for leg in leg_chains(hybrid) or ()])
+        return (
+            f"The main chain determines the legs that end at {legs} in closed form, each as a "
+            "serial arm. ik solves a pose in this way."
+        )
     if solution.open and actuated & set(solution.open):
         missing = listed(sorted(actuated & set(solution.open)))
         return f"There is no closed form for {missing} from the main chain."

@@ -36,7 +36,15 @@ from ..tasks.slots import (
     tool_of,
 )
 from ..tool_axis import with_still_axis
-from .loop_sides import MAX_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
+from .leg_chains import LegChain, leg_chains
+from .loop_sides import (
+    MAX_CHOICES,
+    SAMPLES,
+    FloatArray,
+    idle_choices,
+    idle_signs,
+    solved_on_sides,
+)
 from .moving_chain import MovingChain, moving_chain
 from .substitution import substituted
 
@@ -51,10 +59,13 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
     Returns no function otherwise; planar platforms with three legs have a separate inverse.
     """
     fits = h.forward.open and triad_of(h) is None
-    if not fits or h.backward.open or (h.may_have_inverse and not is_platform(h.mechanism)):
+    if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):
         return {}
-    chain = _chain(h)
-    return {} if chain is None else {"ik": partial(_inverse, chain=chain)}
+    legs = leg_chains(h)
+    chain = None if legs is None else _chain(h)
+    if legs is None or chain is None:
+        return {}
+    return {"ik": partial(_inverse, chain=chain, legs=legs)}
 
 
 def _chain(h: SolvedLoops) -> MovingChain | None:
@@ -78,7 +89,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
     """Returns the inverse of the main chain's moving part, or None if all of the chain moves."""
-    if h.backward.open or _whole_chain(h) is not None:
+    if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
     if moving is None:
@@ -92,21 +103,29 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
     return Inverses(classification, {"ik": solved})
 
 
-def _inverse(h: SolvedLoops, chain: MovingChain) -> SymbolicFunction:
+def _inverse(h: SolvedLoops, chain: MovingChain, legs: Sequence[LegChain]) -> SymbolicFunction:
     """Returns the function ``ik``, with one slot per distinct combination of branch signs."""
-    function, work = _solved(h, frozenset(), chain)
-    settled = _settled(h, function, work, chain.given)
-    return _solved(h, settled, chain)[0] if settled else function
+    function, work = _solved(h, frozenset(), chain, legs)
+    settled = _settled(h, function, work, chain.given, has_legs=bool(legs))
+    return _solved(h, settled, chain, legs)[0] if settled else function
 
 
 def _settled(
-    h: SolvedLoops, function: SymbolicFunction, work: Work, given: Sequence[int]
+    h: SolvedLoops,
+    function: SymbolicFunction,
+    work: Work,
+    given: Sequence[int],
+    *,
+    has_legs: bool,
 ) -> frozenset[int]:
     """Returns the indices of the branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
-        return unused | frozenset(range(len(work.signs) - len(work.sides)))
+        unused |= frozenset(range(len(work.signs) - len(work.sides)))
+        return unused | idle_signs(h, function, *_poses(h, given)) if has_legs else unused
+    if has_legs and work.signs:
+        return unused | idle_signs(h, function, *_poses(h, given))
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
@@ -148,7 +167,7 @@ def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
 
 
 def _solved(
-    h: SolvedLoops, settled: frozenset[int], chain: MovingChain
+    h: SolvedLoops, settled: frozenset[int], chain: MovingChain, legs: Sequence[LegChain]
 ) -> tuple[SymbolicFunction, Work]:
     """Returns the function without redundant branch signs, and its solution steps."""
     terms, work = h.terms, Work(h.terms, settled=settled)
@@ -157,19 +176,32 @@ def _solved(
     values = [joint.direction * x for joint, x in zip(h.robot.moving, joints, strict=True)]
     loops = solved_on_sides(h, work)
     margins = [margin for _, margin in loops.margins]
-    z = named(h, loops, [variable.name for variable in h.variables])
-    actuators = h.actuators_in(loops)
-    q = substituted(terms, actuators, theta)
-    at_theta = dict(zip(h.arguments["z"].symbols, substituted(terms, z, theta), strict=True))
-    open_ = [entry for loop in equations(h) for entry in loop.residual]
+    variables = [v.name for v in h.variables]
+    symbols = dict(zip(variables, h.arguments["z"].symbols, strict=True))
+    known = [name for name in variables if name not in h.backward.open]
+    z = substituted(terms, named(h, loops, known), theta)
+    at_theta = {symbols[name]: value for name, value in zip(known, z, strict=True)}
+    moves = [c for c in h.mechanism.coordinates if c.moves not in h.backward.open]
+    driven = substituted(terms, h.driven(named(h, loops, [c.moves for c in moves]), moves), theta)
+    q = dict(zip([c.name for c in moves], driven, strict=True))
+    gaps = []
+    for leg in legs:
+        found, gap = leg.solved(h, work, dict(zip(known, z, strict=True)))
+        q |= found
+        gaps.append(gap)
+    of_legs = {leg.closure for leg in legs}
+    open_ = [e for loop in equations(h) if loop.name not in of_legs for e in loop.residual]
     closing = substituted(terms, open_, at_theta)
     moved, turned = pose_errors(tool_of(terms, h.robot, values), POSE_SYMBOLS)
-    residual = larger(
-        terms, squares(terms, [*moved, *closing]), terms.let(squares(terms, turned) / 2)
-    )
+    distance2 = squares(terms, [*moved, *closing])
+    for gap in gaps:
+        distance2 = terms.let(distance2 + gap)
+    residual = larger(terms, distance2, terms.let(squares(terms, turned) / 2))
     unit = common_unit([c.unit for c in h.mechanism.coordinates])
     function = function_of(
-        *("ik", work, (pose_argument(h.robot), *arguments), q, unit, residual, IDENTITY),
+        *("ik", work, (pose_argument(h.robot), *arguments)),
+        tuple(q[c.name] for c in h.mechanism.coordinates),
+        *(unit, residual, IDENTITY),
         _coordinates(h, chain.given),
         substituted(terms, margins, theta),
     )

@@ -158,6 +158,28 @@ def idle_choices(
     return same, frozenset(k for k in choices if not np.take(solves, 1, axis=k).any())
 
 
+def idle_signs(
+    hybrid: SolvedLoops, function: SymbolicFunction, *inputs: FloatArray
+) -> frozenset[int]:
+    """Finds branch signs that change no coordinate at sample poses, for any number of signs.
+
+    Each pose has random values of the other signs.
+    """
+    (ik,) = lower([function], "inverse")
+    shape = len(function.signs), inputs[0].shape[1]
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], shape)
+    sizes = _tolerances(hybrid)
+    q = np.array(ik(*inputs, signs)[0]).T
+    found = set()
+    for k in range(len(signs)):
+        other = signs.copy()
+        other[k] *= -1
+        moved = _moved(hybrid, q - np.array(ik(*inputs, other)[0]).T)
+        if not (moved > sizes).any() and np.isfinite(moved).any():
+            found.add(k)
+    return frozenset(found)
+
+
 def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
     """Returns random coordinates (N, n), their poses (16, N), and fixed joint values (1, N)."""
     fk, theta = lower(
@@ -194,9 +216,13 @@ def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int)
     if not one.any() or (one != other).any():
         return False
     moved = _moved(hybrid, (np.take(q, 0, axis=choice) - np.take(q, 1, axis=choice))[one])
+    return not bool((moved > _tolerances(hybrid)).any())
+
+
+def _tolerances(hybrid: SolvedLoops) -> FloatArray:
+    """Returns the difference (n,) up to which coordinates are equal (radian or metre)."""
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
-    sizes = np.where(turns, 1.0, hybrid.backward.reference.size)
-    return not bool((moved > RECOVERED * sizes).any())
+    return RECOVERED * np.where(turns, 1.0, hybrid.backward.reference.size)
 
 
 def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from itertools import groupby
 import sympy as sp
 
 from ...inverse.mechanisms.backward_inverse import moving_inverses
+from ...inverse.mechanisms.leg_chains import leg_chains
 from ...inverse.mechanisms.mode_check import LEGS
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
@@ -73,10 +74,18 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
         if freedoms < len(page.hybrid.theta)
         else ""
     )
+    legs = [escape(leg.closure) for leg in leg_chains(page.hybrid) or ()]
+    by_legs = (
+        f" The legs that end at {in_words(legs)} are solved as serial arms whose last link has the"
+        " pose of the closure's other frame."
+        if legs
+        else ""
+    )
+    slots = f"{function.branches} slots" if function.branches > 1 else "one slot"
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"
-        f" chain. Equivalent choices share a slot, so \\texttt{{ik}} has"
-        f" {function.branches} slots; in each slot the loops close at the pose.{reached} A slot"
+        f" chain.{by_legs} Equivalent choices share a slot, so \\texttt{{ik}} has"
+        f" {slots}; in each slot the loops close at the pose.{reached} A slot"
         " is a solution if \\texttt{fk} returns to the pose; its residual is infinite if the loops"
         " close there in another assembly mode."
     )

@@ -7,7 +7,7 @@ import numpy as np
 import sympy as sp
 
 from ...model.errors import DescriptionError
-from ...model.mechanism import Strut
+from ...model.mechanism import Coordinate, Strut
 from ...model.tolerances import CLOSED_LOOP
 from ...terms.symbolic_function import SymbolicFunction
 from ..closing.actuation import check_actuation
@@ -150,11 +150,13 @@ class SolvedLoops(LoopModel):
         """Returns the actuated coordinates of a solution."""
         return self.driven(named(self, solution, [c.moves for c in self.mechanism.coordinates]))
 
-    def driven(self, values: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the actuated coordinates, computed from the values of the actuated joints."""
+    def driven(
+        self, values: Sequence[sp.Expr], coordinates: Sequence[Coordinate] | None = None
+    ) -> tuple[sp.Expr, ...]:
+        """Returns actuated coordinates, by default all, from the values of the actuated joints."""
+        chosen = self.mechanism.coordinates if coordinates is None else coordinates
         return tuple(
-            self.terms.let(value / c.ratio)
-            for value, c in zip(values, self.mechanism.coordinates, strict=True)
+            self.terms.let(value / c.ratio) for value, c in zip(values, chosen, strict=True)
         )
 
 

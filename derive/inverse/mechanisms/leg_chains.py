@@ -1,0 +1,247 @@
+"""Legs that a pose of the platform determines: each is a serial arm between two known bodies.
+
+A leg consists of the joints from a known body to a closure, and of the closure's own freedom. If
+the other body of the closure is known, too, the leg is an arm whose last link has a known pose, and
+a family of inverses solves the arm. So the legs of a tripteron (a slide and three parallel axes),
+of an Exechon and of a 3-UPU, and rods between universal joints have closed forms.
+
+Several passive configurations of a leg can have the same actuated coordinate. They share a slot,
+whose residual is that of the best configuration.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...loops.model.body_frames import pose_along
+from ...loops.model.planes import Loop, loops
+from ...loops.solve.solved_loops import SolvedLoops
+from ...model.mechanism import Closure, Frame
+from ...model.robot import Joint, SerialRobot
+from ...terms.role import side_of
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, dot, subtracted
+from ..chain_solution import solve_chain
+from ..classify import Attempt, classify
+from ..families import FAMILIES
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure.lines import Lines, home_of
+from ..tasks.slots import pose_errors, squares, tool_of, values_of
+from ..tool_axis import with_still_axis
+from .substitution import substituted
+
+Values = Mapping[str, sp.Expr]
+FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
+    "pin": (Joint("closure", "revolute"),),
+    "slider": (Joint("closure", "prismatic"),),
+    "weld": (),
+}
+"""The joints at the end of a leg, by the kind of its closure."""
+
+
+@dataclass
+class LegWork(Work):
+    """State of the derivation of one leg.
+
+    Attributes:
+        hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
+        passive: The symbols of these signs, which are not slots.
+        asked: Number of branch signs of the leg so far.
+    """
+
+    hidden: frozenset[int] = frozenset()
+    passive: list[sp.Symbol] = field(default_factory=list)
+    asked: int = 0
+
+    def sign(self) -> sp.Expr:
+        """Returns a new symbol that selects one of two solutions."""
+        self.asked += 1
+        if self.asked - 1 not in self.hidden:
+            return super().sign()
+        self.passive.append(sp.Symbol(f"_passive{len(self.passive) + 1}", real=True))
+        return self.passive[-1]
+
+
+@dataclass(frozen=True)
+class LegChain:
+    """A leg as a serial arm from a known body to a closure on a known body.
+
+    Attributes:
+        closure: Name of the closure.
+        known: The known joints from the meeting body of the loop to the leg.
+        unknown: The moving joints of the leg.
+        back: The known joints from the meeting body to the other body of the closure.
+        end: The closure's frame on this body.
+        robot: The leg with the freedom of its closure.
+        lines: The axes of the leg.
+        found: The structure that solves the leg.
+    """
+
+    closure: str
+    known: tuple[Joint, ...]
+    unknown: tuple[Joint, ...]
+    back: tuple[Joint, ...]
+    end: Frame
+    robot: SerialRobot
+    lines: Lines
+    found: Attempt
+
+    def solved(
+        self, h: SolvedLoops, work: Work, values: Values
+    ) -> tuple[dict[str, sp.Expr], sp.Expr]:
+        """Returns the leg's actuated coordinates by name, and its squared gap (m^2 and rad^2).
+
+        Args:
+            h: The robot.
+            work: State of the derivation; receives the signs and the steps of the leg.
+            values: Values of the known joints by name.
+        """
+        driven = {c.moves for c in h.mechanism.coordinates}
+        entries = self._wanted(h, values)
+        alone = LegWork(h.terms)
+        tried, _ = self._solution(alone, entries)
+        needed = _behind(h.terms, [x for name, x in tried.items() if name in driven])
+        hidden = frozenset(k for k, sign in enumerate(alone.signs) if sign not in needed)
+        first = len(work.signs)
+        own = LegWork(
+            h.terms, signs=work.signs, settled=work.settled, choices=work.choices, hidden=hidden
+        )
+        found, gap = self._solution(own, entries)
+        work.choices = own.choices
+        self._name_sides(work, own, first)
+        passive = set(own.passive)
+        work.steps += [
+            step
+            for step in own.steps
+            if step.found.margin is None or not passive & _behind(h.terms, [step.found.margin])
+        ]
+        coordinates = {
+            c.name: h.terms.let(found[c.moves] / c.ratio)
+            for c in h.mechanism.coordinates
+            if c.moves in found
+        }
+        return coordinates, _least(h.terms, gap, own.passive)
+
+    def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
+        """Names both branches of the signs from a first one by the leg and the solved joints."""
+        joints = {step.found.sign: "+".join(step.joints) for step in own.steps}
+        for symbol in work.signs[first:]:
+            name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure
+            work.sides[symbol] = name, {sign: side_of(sign) for sign in (1, -1)}
+
+    def _solution(
+        self, work: Work, entries: Sequence[sp.Expr]
+    ) -> tuple[dict[str, sp.Expr], sp.Expr]:
+        terms, robot = work.terms, self.robot
+        solve_chain(
+            work, self.lines, self.found, of_pose(terms, entries, home_of(robot, terms)), {}
+        )
+        values = values_of(work, robot, {})
+        moved, turned = pose_errors(tool_of(terms, robot, values), entries)
+        joints = zip(robot.moving, values, strict=True)
+        found = {joint.name: joint.direction * value for joint, value in joints}
+        names = [joint.name for joint in self.unknown]
+        gap = terms.let(squares(terms, moved) + squares(terms, turned) / 2)
+        return {name: found[name] for name in names}, gap
+
+    def _wanted(self, h: SolvedLoops, values: Values) -> list[sp.Expr]:
+        """Returns the entries of the pose of the closure's other frame, seen from the leg."""
+        m, terms = h.mechanism, h.terms
+        start = pose_along(m, terms, self.known, (), values)
+        (x, y, z), p = pose_along(m, terms, self.back, self.end.placement, values)
+        columns = [*(_seen(terms, start, v) for v in (x, y, z))]
+        columns.append(_seen(terms, start, subtracted(terms, p, start[1])))
+        rows = [[column[i] for column in columns] for i in range(3)]
+        last = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
+        return [entry for row in (*rows, last) for entry in row]
+
+
+def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
+    """Returns the legs that determine all joints without a closed form, or None.
+
+    The result is empty if the main chain determines all joints in closed form.
+    """
+    open_ = set(h.backward.open)
+    chain = {joint.name for joint in h.robot.moving}
+    if open_ & chain:
+        return None
+    found = []
+    for loop in loops(h.mechanism):
+        names = {joint.name for joint in loop.joints}
+        if not names & open_:
+            continue
+        leg = _leg(h, loop, open_)
+        if leg is None:
+            return None
+        found.append(leg)
+        open_ -= {joint.name for joint in leg.unknown}
+    return None if open_ else tuple(found)
+
+
+def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
+    """Returns the leg of a loop, or None if it is not a serial arm of a known structure."""
+    closer = loop.closer
+    if not isinstance(closer, Closure) or closer.kind not in FREEDOMS:
+        return None
+    sides = ((loop.to_a, loop.to_b, closer.a, closer.b), (loop.to_b, loop.to_a, closer.b, closer.a))
+    legs = [side for side in sides if any(joint.name in open_ for joint in side[0])]
+    if len(legs) != 1:
+        return None
+    ((own, back, near, end),) = legs
+    first = next(k for k, joint in enumerate(own) if joint.name in open_)
+    known, leg = own[:first], own[first:]
+    unknown = tuple(joint for joint in leg if joint.kind != "fixed")
+    if any(joint.name not in open_ for joint in unknown):
+        return None
+    joints = [replace(joint, parent="") for joint in leg]
+    freedom = FREEDOMS[closer.kind]
+    after = near.placement
+    if freedom:
+        joints.append(replace(freedom[0], before=after))
+        after = ()
+    robot = SerialRobot(
+        h.mechanism.name, tuple(joints), tool=after, parameters=h.mechanism.parameters
+    )
+    structure = _structure(h, robot)
+    if structure is None:
+        return None
+    return LegChain(closer.name, known, unknown, back, end, robot, *structure)
+
+
+def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
+    """Returns the axes and the structure of a leg, or None."""
+    classification = classify(robot, h.terms)
+    found = classification.found
+    if found is None:
+        return with_still_axis(robot, classification, FAMILIES)
+    fits = classification.tier == "exact" and not found.given and not found.family.inputs
+    return (classification.lines, found) if fits else None
+
+
+def _seen(terms: Terms, frame: Pose, vector: Vector) -> Vector:
+    """Returns a vector in the axes of a frame."""
+    x, y, z = (dot(terms, axis, vector) for axis in frame[0])
+    return x, y, z
+
+
+def _behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
+    """Returns the symbols on which entries depend."""
+    found = [*entries, *(terms.definitions[symbol] for symbol in terms.needed(entries))]
+    found += [part for s in terms.needed(entries) if s in terms.solved for part in terms.solved[s]]
+    return {symbol for entry in found for symbol in entry.free_symbols}
+
+
+def _least(terms: Terms, gap: sp.Expr, passive: Sequence[sp.Symbol]) -> sp.Expr:
+    """Returns the smallest gap over all values of some branch signs."""
+    gaps = [
+        substituted(terms, [gap], dict(zip(passive, map(sp.Integer, signs), strict=True)))[0]
+        for signs in product((1, -1), repeat=len(passive))
+    ]
+    least = gaps[0]
+    for other in gaps[1:]:
+        least = terms.let(sp.Min(least, other, evaluate=False))
+    return least

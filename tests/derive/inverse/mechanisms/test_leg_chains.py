@@ -1,0 +1,98 @@
+"""Inverse of platforms whose legs are serial arms, compared with a NumPy model and a formula."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from chasles.derive import derive, explain
+from chasles.derive.terms.branches import patterns
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.leg_platforms import LEG_KINDS, drawn_legs
+from tests.support.loops.closures import Model
+
+POSES, CLOSED, SAME = 20, 1e-12, 1e-9
+REACH = {"revolute": 0.2, "prismatic": 0.05}
+"""Maximum distance of a coordinate from the reference (radian or metre)."""
+SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-RUU": 8}
+"""Number of slots: one for a decoupled robot, else two per leg."""
+
+
+@cache
+def legs_of(kind):
+    """Returns a platform and its leg inverse."""
+    mechanism = drawn_legs(kind, 1)
+    return mechanism, derive(mechanism, functions=["ik_legs"]).function("ik_legs")
+
+
+def configurations(mechanism):
+    """Returns a model and closed configurations (N, n_z) near its reference."""
+    model, rng = Model(mechanism), np.random.default_rng(0)
+    at = dict(mechanism.reference)
+    z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
+    reach = [REACH[c.kind] for c in mechanism.coordinates]
+    z = model.newton(z, [])
+    z[:, model.actuated] += rng.uniform(-1, 1, (POSES, len(reach))) * reach
+    z = model.newton(z, model.actuated)
+    return model, z[model.gap(z) < CLOSED]
+
+
+def slots_at(ik, T):
+    """Returns coordinates (k, N, n) and residuals (k, N) of all slots."""
+    (kernel,) = lower([ik], "legs")
+    q, residual = [], []
+    for signs in patterns(ik):
+        choice = [np.repeat(np.array(signs)[:, None], len(T), 1)] if signs else []
+        found = kernel(T.reshape(-1, 16).T, *choice)
+        q.append(np.array(found[0]).T)
+        residual.append(np.array(found[1])[0])
+    return np.array(q), np.array(residual)
+
+
+@pytest.mark.parametrize("kind", LEG_KINDS)
+def test_slots_contain_the_generating_coordinates(kind):
+    mechanism, ik = legs_of(kind)
+    assert ik.branches == SLOTS[kind]
+    model, z = configurations(mechanism)
+    assert len(z) > POSES / 2
+    q, residual = slots_at(ik, model.tip(z))
+    own = np.abs(q - z[:, model.actuated]).max(-1) < SAME
+    assert (own & (residual < SAME)).any(0).all()
+
+
+@pytest.mark.parametrize("kind", LEG_KINDS)
+def test_unreachable_pose_has_a_residual(kind):
+    """These platforms have three freedoms, so that a screw motion leaves their poses."""
+    mechanism, ik = legs_of(kind)
+    model, z = configurations(mechanism)
+    T = model.tip(z)
+    c, s = np.cos(0.02), np.sin(0.02)
+    screw = np.array([[c, -s, 0, 0.003], [s, c, 0, 0.002], [0, 0, 1, 0.001], [0, 0, 0, 1]])
+    _, residual = slots_at(ik, T @ screw)
+    assert (residual > 1e-4).all()
+
+
+def test_rotary_delta_agrees_with_the_formula_of_its_arms():
+    """Each arm and its rod, projected by the rod's tilt, form a triangle in the arm's plane."""
+    mechanism, ik = legs_of("3-RUU")
+    model, z = configurations(mechanism)
+    q, residual = slots_at(ik, model.tip(z))
+    assert (residual < SAME).all()
+    poses = {body: T[:, :3, 3] for body, T in model.poses(z).items()}
+    for k in range(3):
+        c, s = np.cos(2 * np.pi * k / 3), np.sin(2 * np.pi * k / 3)
+        end = poses[f"v{k}"] - poses[f"arm{k}"]
+        X, Y, Z = c * end[:, 0] + s * end[:, 1], c * end[:, 1] - s * end[:, 0], end[:, 2]
+        length = np.linalg.norm(poses[f"p{k}"] - poses[f"arm{k}"], axis=1)
+        rod = np.linalg.norm(poses[f"t{k}"] - poses[f"s{k}"], axis=1)
+        D, r = np.hypot(X, Z), np.sqrt(rod**2 - Y**2)
+        opening = np.arccos((D**2 + length**2 - r**2) / (2 * length * D))
+        both = np.arctan2(-Z, X) + np.array([[-1], [1]]) * opening
+        both = np.sort(np.remainder(both + np.pi, 2 * np.pi) - np.pi, axis=0)
+        found = np.array([np.unique(np.round(q[:, n, k], 9)) for n in range(len(z))]).T
+        np.testing.assert_allclose(np.sort(found, axis=0), both, atol=1e-8)
+
+
+def test_explanation_names_the_legs():
+    message = str(explain(drawn_legs("tripteron", 0)))
+    assert "ik solves a pose" in message

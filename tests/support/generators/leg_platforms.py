@@ -1,0 +1,216 @@
+"""Random platforms on legs without ball joints, each a serial arm between base and platform.
+
+A tripteron has a slide and three parallel axes per leg. An Exechon has two legs of the type UPR and
+one SPR leg. The legs of a 3-UPU and of a 3-RUU delta have universal joints at both ends; they keep
+the orientation of the platform.
+"""
+
+import numpy as np
+
+from chasles.derive import read_text
+
+HEAD = """
+name = "legs"
+convention = "urdf"
+actuated = [{actuated}]
+units = {{ length = "mm", angle = "deg" }}
+tool = {{ body = "platform", xyz = {tool} }}
+"""
+FREE = """
+[[joints]]
+name = "platform"
+type = "free"
+link = "platform"
+"""
+
+
+def drawn_legs(kind, seed):
+    """Returns a platform of a kind that is listed in ``LEG_KINDS``."""
+    rng = np.random.default_rng(seed)
+    actuated, text, reference = LEG_KINDS[kind](rng)
+    head = HEAD.format(
+        actuated=", ".join(f'"{name}"' for name in actuated),
+        tool=_whole(rng.uniform(-80, 80, 3)),
+    )
+    lines = "".join(f"{name} = {value}\n" for name, value in reference.items())
+    return read_text(f"{head}{text}\n[reference]\n{lines}", exact=True)
+
+
+def _joint(name, parent, kind, xyz, axis, rpy=(0, 0, 0), link=""):
+    return f"""
+[[joints]]
+name = "{name}"
+parent = "{parent}"
+link = "{link or name}"
+type = "{kind}"
+xyz = {_whole(xyz)}
+rpy = {_whole(rpy)}
+axis = {[*axis]}
+"""
+
+
+def _closure(name, kind, a, b):
+    ends = [
+        f'{{ body = "{body}", xyz = {_whole(xyz)}, rpy = {_whole(rpy)} }}'
+        for body, xyz, rpy in (a, b)
+    ]
+    return f"""
+[[closures]]
+name = "{name}"
+kind = "{kind}"
+a = {ends[0]}
+b = {ends[1]}
+"""
+
+
+def _chain(joints, parent="0"):
+    """Returns consecutive joints (name, kind, xyz, axis, rpy), the first on a parent."""
+    text = ""
+    for name, *rest in joints:
+        text += _joint(name, parent, *rest)
+        parent = name
+    return text
+
+
+def _tripteron(rng):
+    """Returns three orthogonal PRRR legs; closed at the reference by the last pins' places."""
+    text, reference = "", {}
+    pins = {"x": (90, 0, 90), "y": (-90, 0, 0), "z": (0, 0, 0)}
+    for k, letter in enumerate("xyz"):
+        axis = [int(j == k) for j in range(3)]
+        upper, lower = rng.integers(280, 380, 2)
+        first, second = rng.uniform(20, 50), -rng.uniform(50, 90)
+        # In the plane normal to the slide, the links point along the first other axis.
+        i, j = (k + 1) % 3, (k + 2) % 3
+        foot, link = np.zeros(3), np.eye(3)[i]
+        foot[i], foot[j] = rng.integers(-420, -380), rng.integers(-60, 60)
+        text += _chain(
+            [
+                (f"p{letter}", "prismatic", foot, axis),
+                (f"{letter}1", "revolute", np.zeros(3), axis),
+                (f"{letter}2", "revolute", upper * link, axis),
+            ]
+        )
+        first, second = round(first), round(second)
+        reference |= {f"{letter}1": first, f"{letter}2": second}
+        a, b = np.deg2rad(first), np.deg2rad(first + second)
+        end = foot.copy()
+        end[i] += upper * np.cos(a) + lower * np.cos(b)
+        end[j] += upper * np.sin(a) + lower * np.sin(b)
+        if letter == "x":
+            # The first leg carries the platform, whose axes are parallel to those of the base.
+            text += _joint("platform", "x2", "revolute", lower * link, axis)
+            reference["platform"] = -first - second
+            origin = end
+        else:
+            at = np.round(end - origin)
+            text += _closure(
+                f"pin_{letter}",
+                "pin",
+                (f"{letter}2", lower * link, pins[letter]),
+                ("platform", at, pins[letter]),
+            )
+    return ["px", "py", "pz"], text, reference
+
+
+def _exechon(rng):
+    """Returns two UPR legs in a plane and an SPR leg."""
+    (wide, deep), (near, far) = rng.integers(250, 350, 2), rng.integers(80, 130, 2)
+    text = _chain(
+        [
+            ("u1x", "revolute", (wide, 0, 0), (1, 0, 0)),
+            ("u1y", "revolute", (0, 0, 0), (0, 1, 0)),
+            ("l1", "prismatic", (0, 0, 0), (0, 0, -1)),
+            ("platform", "revolute", (0, 0, 0), (0, 1, 0)),
+        ]
+    )
+    text += _chain(
+        [
+            ("u2x", "revolute", (-wide, 0, 0), (1, 0, 0)),
+            ("u2y", "revolute", (0, 0, 0), (0, 1, 0)),
+            ("l2", "prismatic", (0, 0, 0), (0, 0, -1)),
+        ]
+    )
+    text += _chain(
+        [
+            ("s3x", "revolute", (0, deep, 0), (1, 0, 0)),
+            ("s3y", "revolute", (0, 0, 0), (0, 1, 0)),
+            ("s3z", "revolute", (0, 0, 0), (0, 0, 1)),
+            ("l3", "prismatic", (0, 0, 0), (0, 0, -1)),
+        ]
+    )
+    text += _closure(
+        "r2", "pin", ("l2", (0, 0, 0), (-90, 0, 0)), ("platform", (-2 * near, 0, 0), (-90, 0, 0))
+    )
+    text += _closure(
+        "r3", "pin", ("l3", (0, 0, 0), (0, 90, 0)), ("platform", (-near, far, 0), (0, 90, 0))
+    )
+    tilt = np.degrees(np.arctan2(wide - near, 850))
+    slant = np.degrees(np.arctan2(deep - far, 850))
+    reference = {"l1": np.hypot(wide - near, 850), "l2": np.hypot(wide - near, 850)}
+    reference |= {"l3": np.hypot(deep - far, 850), "u1y": tilt, "platform": -tilt}
+    return ["l1", "l2", "l3"], text, reference | {"u2y": -tilt, "s3x": -slant}
+
+
+def _universal(rng):
+    """Returns three UPU legs, with parallel first and last axes, and parallel inner axes."""
+    base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
+    text, reference = FREE, {"z": height}
+    for k in range(3):
+        foot, end, rpy = _around(base, k), _around(top, k), (0, 0, 120 * k)
+        text += _chain(
+            [
+                (f"a{k}", "revolute", foot, (0, 1, 0), rpy),
+                (f"b{k}", "revolute", (0, 0, 0), (1, 0, 0)),
+                (f"l{k}", "prismatic", (0, 0, 0), (0, 0, 1)),
+                (f"c{k}", "revolute", (0, 0, 0), (1, 0, 0)),
+                (f"d{k}", "revolute", (0, 0, 0), (0, 1, 0)),
+            ]
+        )
+        text += _closure(f"end{k}", "weld", (f"d{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        tilt = np.degrees(np.arctan2(top - base, height))
+        reference |= {f"a{k}": tilt, f"l{k}": np.hypot(top - base, height), f"d{k}": -tilt}
+    return [f"l{k}" for k in range(3)], text, reference
+
+
+def _rotary(rng, offset=0):
+    """Returns three legs of an arm and a rod between universal joints, a rotary delta."""
+    base, top = rng.integers(120, 160), rng.integers(30, 50)
+    arm, rod = rng.integers(100, 130), rng.integers(220, 260)
+    # The arms are horizontal at the reference.
+    out = base + arm - top
+    length = rod + 2 * offset
+    text, reference = FREE, {"z": -np.sqrt(length**2 - out**2)}
+    down = np.degrees(np.arctan2(-reference["z"], -out))
+    for k in range(3):
+        foot, end, rpy = _around(base, k), _around(top, k), (0, 0, 120 * k)
+        text += _chain(
+            [
+                (f"arm{k}", "revolute", foot, (0, 1, 0), rpy),
+                (f"p{k}", "revolute", (arm, 0, 0), (0, 1, 0)),
+                (f"s{k}", "revolute", (offset, 0, 0), (0, 0, 1)),
+                (f"t{k}", "revolute", (rod, 0, 0), (0, 0, 1)),
+                (f"v{k}", "revolute", (offset, 0, 0), (0, 1, 0)),
+            ]
+        )
+        text += _closure(f"end{k}", "weld", (f"v{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        reference |= {f"p{k}": down, f"v{k}": -down}
+    return [f"arm{k}" for k in range(3)], text, reference
+
+
+LEG_KINDS = {
+    "tripteron": _tripteron,
+    "exechon": _exechon,
+    "3-UPU": _universal,
+    "3-RUU": _rotary,
+}
+"""Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
+
+
+def _around(radius, k):
+    return radius * np.cos(2 * np.pi * k / 3), radius * np.sin(2 * np.pi * k / 3), 0
+
+
+def _whole(values):
+    """Returns values in millimetres or degrees, with decimals that close the loops."""
+    return [round(float(x), 9) for x in values]
