@@ -198,7 +198,7 @@ def _of_mechanism(
     closed |= platforms.makers(loops)
     by_hand = platforms.written_makers(loops)
     closure = None if has_chain else loop_closure(loops)
-    iteration = Iteration(closure) if closure is not None and closure.is_determined else None
+    iteration = _iteration(closure)
     iterated = iterated_makers(iteration, closed) if iteration else {}
     is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())
     varied = ParametricLoops(loops) if is_varied else None
@@ -256,6 +256,13 @@ def _of_mechanism(
         geometry=varied.geometry if varied else None,
         parametric_loops=varied,
     )
+
+
+def _iteration(closure: LoopClosure | None) -> Iteration | None:
+    """Returns the forward solution by iteration; None if the actuators do not determine it."""
+    if closure is None or not closure.is_determined or closure.hybrid.is_overdetermined:
+        return None
+    return Iteration(closure)
 
 
 def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> WrittenFunction:

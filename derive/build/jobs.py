@@ -217,7 +217,7 @@ def _summary(files: dict[str, str]) -> str:
     shown = [name for name in ("fk", "fk_jacobian_mixed") if name in operations]
     counts = ", ".join(f"{name} {operations[name]:4d} operations" for name in shown)
     if manifest.get("solution") == "newton":
-        counts = "fk by iteration"
+        counts = "fk by iteration" if "fk" in operations else "more actuators than freedoms"
     size = sum(len(text.encode()) for text in files.values()) // 1024
     return f"{len(operations):2d} functions ({counts}), {size:4d} KiB"
 

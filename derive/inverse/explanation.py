@@ -411,7 +411,9 @@ def _loops(h: SolvedLoops) -> list[str]:
 
 def _ways(h: SolvedLoops) -> list[str]:
     lines = ["From the actuators:", *_steps(h, h.forward)]
-    if h.forward.open:
+    if h.is_overdetermined:
+        lines.append(f"  no joint: {len(h.q)} actuators for {len(h.q) - h.spare} freedoms")
+    elif h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
     lines += ["From the main chain:", *_steps(h, h.backward)]
     if h.backward.open:

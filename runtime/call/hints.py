@@ -14,6 +14,7 @@ from ..contract import Manifest
 
 _OF_LOOPS = "its q are its joints, since it has no loops"
 _ITERATED = "its loops are solved by iteration"
+_SPARE = 'its actuators outnumber its freedoms; closure = "least squares" in its file solves fk'
 _ALWAYS_CLOSED = "its loops close everywhere, in one way"
 _NO_PASSIVE = "all its joints are in the main chain"
 _CLOSED_FORM = "it has a closed form, which needs no seed"
@@ -74,8 +75,7 @@ def _instead(name: str) -> list[str]:
     others = [rest] if stem == "chain" else []
     if stem in ("jacobian", "hessian", "twist", "acceleration"):
         others = [f"jacobian_{rest.removesuffix('_dot')}"]
-    found: list[str] = _tables()["instead"].get(name, others)
-    return found
+    return list(_tables()["instead"].get(name, others))
 
 
 def _no_inverse(robot: Described) -> tuple[str, str]:
@@ -105,7 +105,7 @@ def _reason(robot: Described, name: str) -> str:
     if name in ("passive", "passive_D_q") and not manifest.loops.passive:
         return _NO_PASSIVE
     if manifest.is_iterated and name != "swivel":
-        return _ITERATED
+        return _ITERATED if "fk" in robot.functions else _SPARE
     if name in ("margin", "chain_branches"):
         return _ALWAYS_CLOSED
     if name in ("actuator_branches", "actuator_margin", "chain_closes"):

@@ -35,7 +35,7 @@ def solution(page: LoopPage) -> str:
         rf"\paragraph{{From the actuators.}} Given are {listed(page.members.q)}.",
         *[_step(page, step) for step in page.forward_steps],
         _results(page, forward, "All joints follow as", known=set()),
-        _open(page, forward),
+        _overdetermined(page) or _open(page, forward),
         *_collapsed(page),
         rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
         *[_step(page, step) for step in page.backward_steps],
@@ -191,6 +191,18 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
             if page.tex(value) != tex and c.moves in solved.values:
                 found.append((tex, page.printed_terms.printer.terms(value)))
     return sentence(opening, aligned(found)) if found else ""
+
+
+def _overdetermined(page: LoopPage) -> str:
+    """Describes actuators that outnumber the degrees of freedom; empty for other robots."""
+    hybrid = page.hybrid
+    if not hybrid.is_overdetermined:
+        return ""
+    return (
+        f"The {len(hybrid.q)} actuators outnumber the {len(hybrid.q) - hybrid.spare} degrees of"
+        " freedom: the loops close only for some of their values, so that no joint follows from"
+        " them."
+    )
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model.errors import DescriptionError
-from ...model.mechanism import Closure, Strut
+from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from .closed_loops import ClosedLoops, Vector
@@ -19,11 +19,16 @@ from .closed_loops import ClosedLoops, Vector
 MAX_NAMED = 6
 
 
-def check_actuation(loops: ClosedLoops) -> None:
+def check_actuation(loops: ClosedLoops) -> int:
     """Rejects a mechanism whose actuated coordinates are dependent or do not fix its motion.
+
+    A platform may have more actuators than freedoms, as in a cable robot.
 
     Args:
         loops: The constraints of the mechanism.
+
+    Returns:
+        Number of actuators beyond the degrees of freedom.
 
     Raises:
         DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
@@ -36,7 +41,9 @@ def check_actuation(loops: ClosedLoops) -> None:
     freedoms, independent = moving.shape[1], _rank(rows)
     names = [c.name for c in coordinates]
     if freedoms == independent == len(names):
-        return
+        return 0
+    if freedoms == independent and _is_overactuated_platform(loops, rows):
+        return len(names) - int(freedoms)
     has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
     if freedoms == 0:
         bodies = loops.bodies
@@ -55,6 +62,43 @@ def check_actuation(loops: ClosedLoops) -> None:
         parts.append(_too_few(loops, moving, rows, freedoms - independent))
     and_has = f"{_counted(len(names), 'actuated coordinate')} ({', '.join(names)})"
     raise DescriptionError(f"{has} and {and_has}: {'; '.join(parts)}")
+
+
+def spare_actuators(loops: ClosedLoops) -> int:
+    """Returns the number of a platform's actuators beyond its freedoms; 0 for other robots."""
+    try:
+        return check_actuation(loops)
+    except DescriptionError:
+        return 0
+
+
+def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
+    """Returns a closed configuration near the reference of a platform with spare actuators.
+
+    Actuators without a reference value follow from the others or from the platform. If the values
+    in the description contradict each other, the actuators follow from the platform.
+    """
+    bodies = NumericMechanism(mechanism)
+    closers = [closer.name for closer in mechanism.closers]
+    stated = {name for name, _ in mechanism.reference}
+    moved = [c.moves for c in mechanism.coordinates]
+    open_ = [c.moves for c in mechanism.coordinates if stated.isdisjoint((c.name, c.moves))]
+    at = bodies.nearest(bodies.values, open_, closers) if open_ else bodies.values
+    free = [*bodies.unknown, *open_]
+    near = bodies.nearest(at, free, closers)
+    if bodies.all_closed(near, closers):
+        return near
+    chain = {joint.name for joint in mechanism.main_chain.moving}
+    legs = [name for name in (*bodies.unknown, *moved) if name not in chain]
+    return bodies.nearest(at, legs, closers)
+
+
+def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
+    """Whether legs alone drive the tool, each actuator moves, and so the tool determines them."""
+    chain = {joint.name for joint in loops.mechanism.main_chain.moving}
+    moved = {c.moves for c in loops.mechanism.coordinates}
+    is_moving = np.linalg.norm(rows, axis=1) > REPEATED_EQUATION
+    return chain.isdisjoint(moved) and bool(rows.size and np.all(is_moving))
 
 
 def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:

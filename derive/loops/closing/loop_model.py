@@ -12,7 +12,7 @@ from ...terms.role import OTHER, Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
 from ..model.constraints import ConfigurationVariable, configuration_names
-from .residual_gaps import ResidualGaps, residual_gaps
+from .residual_gaps import ResidualGaps, overactuated, residual_gaps
 from .tilted_pins import closable
 
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
@@ -73,7 +73,9 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, gaps = closable(mechanism, terms), None
-    if mechanism.closure == "least squares" and (gaps := residual_gaps(mechanism)) is not None:
+    if mechanism.closure == "least squares":
+        gaps = residual_gaps(mechanism) or overactuated(mechanism)
+    if gaps is not None:
         text = f"closed in least squares: {gaps}"
         mechanism = replace(mechanism, notes=(*mechanism.notes, text))
     robot, variables = mechanism.main_chain, configuration_names(mechanism)

@@ -12,10 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from ..model.numeric_rows import NumericRows
+from .actuation import overactuated_start, spare_actuators
+from .closed_loops import ClosedLoops
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
@@ -33,15 +36,20 @@ class ResidualGaps:
         gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
             freedom.
+        actuators: Number of actuators beyond the degrees of freedom. The loops then close only for
+            some of their values.
     """
 
     at: Mapping[str, float]
     repeated: int
     gaps: Mapping[str, str]
     spare: tuple[str, ...]
+    actuators: int = 0
 
     def __str__(self) -> str:
         """Returns text that describes the redundant constraints and the gaps."""
+        if self.actuators:
+            return f"{self.actuators} more actuators than degrees of freedom"
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
         message = f"{many} redundant; smallest achievable gaps: {open_}"
@@ -79,6 +87,15 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     )
     message = _message(bodies, mechanism.closers, at)
     return ResidualGaps(at, J.shape[0] - J.shape[1], message, spare)
+
+
+def overactuated(mechanism: Mechanism) -> ResidualGaps | None:
+    """Returns the loops of a platform with more actuators than freedoms; None for other robots."""
+    try:
+        spare = spare_actuators(ClosedLoops(mechanism))
+    except DescriptionError:
+        return None
+    return ResidualGaps(overactuated_start(mechanism), spare, {}, (), spare) if spare else None
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:

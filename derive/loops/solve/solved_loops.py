@@ -10,7 +10,7 @@ from ...model.errors import DescriptionError
 from ...model.mechanism import Coordinate, Strut
 from ...model.tolerances import CLOSED_LOOP
 from ...terms.symbolic_function import SymbolicFunction
-from ..closing.actuation import check_actuation
+from ..closing.actuation import check_actuation, overactuated_start
 from ..closing.closed_loops import ClosedLoops, Vector
 from ..closing.gaps import not_closing
 from ..closing.loop_model import LoopModel
@@ -41,6 +41,8 @@ class SolvedLoops(LoopModel):
         numbers: The constraints in double precision, near the reference configuration.
         at_reference: The value of every entry of z at the closed reference configuration.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or metre).
+        spare: Number of actuators beyond the degrees of freedom. If it is not 0, the actuators do
+            not determine the main chain, unless the loops close in least squares.
         missing: Number of branches that each all-branch function omits, keyed by function name.
     """
 
@@ -50,7 +52,13 @@ class SolvedLoops(LoopModel):
     numbers: ClosedLoops
     at_reference: Mapping[str, float]
     q_at_reference: Vector
+    spare: int = 0
     missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def is_overdetermined(self) -> bool:
+        """Whether the actuators contradict each other, so that ``fk`` does not exist."""
+        return bool(self.spare) and self.residual_gaps is None
 
     @property
     def may_have_inverse(self) -> bool:
@@ -58,7 +66,8 @@ class SolvedLoops(LoopModel):
 
         A design whose loops have no closed form has no inverse.
         """
-        is_built = self.residual_gaps is not None or self.mechanism.nominal is not None
+        is_open = self.residual_gaps is not None and not self.spare
+        is_built = is_open or self.mechanism.nominal is not None
         return is_built or self.chain_is_known
 
     @property
@@ -171,7 +180,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     """
     complete = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.
-    solvable = complete if model.residual_gaps is None else replace(complete, planar=(), spatial=())
+    solvable = whole if model.residual_gaps is None else _without_steps(complete)
     try:
         forward = from_actuators(solvable, model.terms, model.q)
         described = {} if forward.open else _described(model, forward)
@@ -179,8 +188,16 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         _ = numbers.generic
     except DescriptionError as error:
         raise not_closing(model.mechanism, error) from error
-    check_actuation(numbers)
-    at = described or _closed(model, numbers)
+    spare = check_actuation(numbers)
+    is_overdetermined = spare > 0
+    if is_overdetermined:
+        forward = from_actuators(_without_steps(complete), model.terms, model.q)
+        described, numbers = {}, _numbers(model, overactuated_start(model.mechanism))
+    elif model.residual_gaps is not None and model.residual_gaps.actuators:
+        spare, solvable = model.residual_gaps.actuators, complete
+    # Actuators that contradict each other by rounding cannot stay at the reference.
+    free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
+    at = described or _closed(model, numbers, free)
     value, coordinates = model.terms.value, model.mechanism.coordinates
     q = np.array([at[c.moves] / float(value(c.ratio)) for c in coordinates])
     backward = _backward(model, solvable, forward)
@@ -193,7 +210,13 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         numbers=numbers,
         at_reference=at,
         q_at_reference=q,
+        spare=spare,
     )
+
+
+def _without_steps(loops: Loops) -> Loops:
+    """Returns loops none of which is solved in closed form."""
+    return replace(loops, planar=(), spatial=())
 
 
 def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
@@ -209,13 +232,13 @@ def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
     return {v.name: of(value) for v, value in zip(model.variables, values, strict=True)}
 
 
-def _closed(model: LoopModel, numbers: ClosedLoops) -> dict[str, float]:
+def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
     """Returns the reference configuration, closed by Newton's method.
 
     Values below the iteration precision are 0, as they differ between processors.
     """
     try:
-        w = numbers.closed(numbers.reference, numbers.passive)
+        w = numbers.closed(numbers.reference, free)
     except DescriptionError as error:
         raise not_closing(model.mechanism, error) from error
     scales = {v.name: 1.0 if v.unit == "rad" else numbers.size for v in model.variables}
@@ -236,7 +259,7 @@ def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
     except DescriptionError:
         if not forward.open and model.mechanism.closure == "exact":
             raise
-    return from_chain(replace(loops, planar=(), spatial=()), terms, theta, closed=closed)
+    return from_chain(_without_steps(loops), terms, theta, closed=closed)
 
 
 def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
