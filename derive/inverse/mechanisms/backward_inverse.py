@@ -50,6 +50,8 @@ from .substitution import substituted
 
 WHOLE = 6
 """Degrees of freedom of a platform constrained only by its legs."""
+SIGNS_AT_A_POSE = 16
+"""Number of random combinations of branch signs at each closed configuration."""
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
 
 
@@ -123,9 +125,9 @@ def _settled(
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
-        return unused | idle_signs(h, function, *_poses(h, given)) if has_legs else unused
+        return unused | _idle_in_legs(h, function, given) if has_legs else unused
     if has_legs and work.signs:
-        return unused | idle_signs(h, function, *_poses(h, given))
+        return unused | _idle_in_legs(h, function, given)
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
@@ -134,6 +136,22 @@ def _settled(
         return unused | idle_choices(h, function, *_poses(h, given), within=np.inf)[0]
     same, without = idle_choices(h, function, *_poses(h, given))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
+
+
+def _idle_in_legs(
+    h: SolvedLoops, function: SymbolicFunction, given: Sequence[int]
+) -> frozenset[int]:
+    """Returns the branch signs of legs that change no coordinate at poses with closed loops.
+
+    Of a platform with all freedoms, every pose closes the loops.
+    """
+    if len(h.theta) <= len(h.q):
+        return idle_signs(h, function, *_poses(h, given))
+    (fk,) = lower([of_open_chain("fk", h)], "chain")
+    places = [h.numbers.names.index(joint.name) for joint in h.robot.moving]
+    theta = np.repeat([w[places] for w in h.numbers.generic], SIGNS_AT_A_POSE, axis=0)
+    T = np.array(fk(theta.T)).reshape(16, -1)
+    return idle_signs(h, function, T, *(theta.T[[k]] for k in given))
 
 
 def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:

@@ -27,13 +27,16 @@ from ...terms.vectors import Vector, dot, subtracted
 from ..chain_solution import solve_chain
 from ..classify import Attempt, classify
 from ..families import FAMILIES
+from ..families.universal_rod import UNIVERSAL_ROD
 from ..steps.target import of_pose
 from ..steps.work import Work
 from ..structure.lines import Lines, home_of
-from ..tasks.slots import pose_errors, squares, tool_of, values_of
+from ..tasks.slots import POSE_SYMBOLS, pose_errors, squares, tool_of, values_of
 from ..tool_axis import with_still_axis
 from .substitution import substituted
 
+LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
+"""The families of legs. Arms with the structure of a rod between universal joints are not known."""
 Values = Mapping[str, sp.Expr]
 FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "pin": (Joint("closure", "revolute"),),
@@ -100,15 +103,14 @@ class LegChain:
             work: State of the derivation; receives the signs and the steps of the leg.
             values: Values of the known joints by name.
         """
-        driven = {c.moves for c in h.mechanism.coordinates}
         entries = self._wanted(h, values)
-        alone = LegWork(h.terms)
-        tried, _ = self._solution(alone, entries)
-        needed = _behind(h.terms, [x for name, x in tried.items() if name in driven])
-        hidden = frozenset(k for k, sign in enumerate(alone.signs) if sign not in needed)
         first = len(work.signs)
         own = LegWork(
-            h.terms, signs=work.signs, settled=work.settled, choices=work.choices, hidden=hidden
+            h.terms,
+            signs=work.signs,
+            settled=work.settled,
+            choices=work.choices,
+            hidden=self._hidden(h),
         )
         found, gap = self._solution(own, entries)
         work.choices = own.choices
@@ -132,6 +134,14 @@ class LegChain:
         for symbol in work.signs[first:]:
             name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure
             work.sides[symbol] = name, {sign: side_of(sign) for sign in (1, -1)}
+
+    def _hidden(self, h: SolvedLoops) -> frozenset[int]:
+        """Returns the indices of the signs that change no actuated coordinate at any pose."""
+        driven = {c.moves for c in h.mechanism.coordinates}
+        alone = LegWork(h.terms)
+        found, _ = self._solution(alone, POSE_SYMBOLS)
+        needed = _behind(h.terms, [x for name, x in found.items() if name in driven])
+        return frozenset(k for k, sign in enumerate(alone.signs) if sign not in needed)
 
     def _solution(
         self, work: Work, entries: Sequence[sp.Expr]
@@ -214,7 +224,7 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
 
 def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
     """Returns the axes and the structure of a leg, or None."""
-    classification = classify(robot, h.terms)
+    classification = classify(robot, h.terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:
         return with_still_axis(robot, classification, FAMILIES)

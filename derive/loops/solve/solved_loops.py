@@ -180,7 +180,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     """
     complete = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.
-    solvable = whole if model.residual_gaps is None else _without_steps(complete)
+    solvable = complete if model.residual_gaps is None else _without_steps(complete)
     try:
         forward = from_actuators(solvable, model.terms, model.q)
         described = {} if forward.open else _described(model, forward)

@@ -174,7 +174,10 @@ def _universal(rng):
 
 
 def _rotary(rng, offset=0):
-    """Returns three legs of an arm and a rod between universal joints, a rotary delta."""
+    """Returns three legs of an arm and a rod between universal joints, a rotary delta.
+
+    The axes of a universal joint have the distance ``offset``.
+    """
     base, top = rng.integers(120, 160), rng.integers(30, 50)
     arm, rod = rng.integers(100, 130), rng.integers(220, 260)
     # The arms are horizontal at the reference.
@@ -203,6 +206,7 @@ LEG_KINDS = {
     "exechon": _exechon,
     "3-UPU": _universal,
     "3-RUU": _rotary,
+    "3-RUU with offsets": lambda rng: _rotary(rng, 10),
 }
 """Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
 

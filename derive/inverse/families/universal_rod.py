@@ -1,0 +1,95 @@
+"""An arm and a rod between universal joints: two pairs of parallel axes, and an axis across.
+
+Axes 1 and 2 are parallel, axes 3 and 4 are parallel and perpendicular to them, and axis 5 is
+perpendicular to axis 4. The axes of a universal joint need not meet. The legs of a rotary delta
+whose rods have printed universal joints have this structure (R-U-U).
+
+Neither joint 1 nor joint 2 changes components along their axes. So the direction of axis 5 gives
+the sum of angles 3 and 4, and the position of a point on axis 5 gives angle 3. With the same
+orientation as the base, the sum is 0 and both of its solutions coincide. Angles 1 and 2 form a
+triangle; the orientation of the tool is then determined, so that a pose in general leaves a
+residual.
+
+Maximum number of solutions: 8.
+"""
+
+import sympy as sp
+
+from ...terms.vectors import added, combination, cross, dot, subtracted
+from ..steps.target import Target
+from ..steps.triangle import remaining, triangle
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, across, parallel, revolute
+from ..subproblems.equations import Direction
+from ..subproblems.found import FoundTurn
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp4 import sp4
+from ..subproblems.turns import CosSin, any_across, direction, rotated
+from .family import Family
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    return [
+        revolute(lines, range(5)),
+        parallel(lines, 0, 1),
+        parallel(lines, 2, 3),
+        across(lines, 1, 2),
+        across(lines, 3, 4),
+    ]
+
+
+def _solve(work: Work, lines: Lines, target: Target) -> None:
+    terms, (first, second, third, fourth, fifth) = work.terms, lines.axes
+    # 1. The sum of angles 3 and 4, from the direction of axis 5.
+    total = work.step(
+        [third, fourth],
+        "subproblem 1",
+        f"axes {first.name} and {second.name} keep the component of axis {fifth.name} along them",
+        _tilt(work, lines, target),
+    )
+    # 2. Angle 3, from a point of axis 5.
+    wrist = work.name_vector(
+        ("W", "V"), f"a point of axis {fifth.name}", target.point(terms, fifth.p)
+    )
+    hand = rotated(terms, third.h, total, subtracted(terms, fifth.p, fourth.p))
+    rod = subtracted(terms, fourth.p, third.p)
+    rest = subtracted(terms, subtracted(terms, wrist, third.p), hand)
+    bent = work.step(
+        [third],
+        "subproblem 4",
+        f"axes {first.name} and {second.name} keep the component of the point along them",
+        sp4(terms, first.h, third.h, rod, dot(terms, first.h, rest), work.sign()),
+    )
+    remaining(work, (third, fourth), total)
+    # 3, 4. A triangle of the arm and the rod.
+    turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
+    triangle(work, first, second, added(terms, turned, hand), subtracted(terms, wrist, first.p))
+    # 5. The orientation.
+    e = any_across(terms, fifth.h)
+    aim = target.turned(terms, e)
+    for axis in (first, second, third, fourth):
+        aim = rotated(terms, axis.h, work.turns[axis.joint].back, aim)
+    found = sp1(terms, fifth.h, e, aim)
+    work.step([fifth], "subproblem 1", "the other joints are known", found)
+
+
+def _tilt(work: Work, lines: Lines, target: Target) -> FoundTurn:
+    """Returns the turn about axis 3 that gives axis 5 its component along axis 1.
+
+    The sine is the length of the other component, because the cosine alone would be inaccurate
+    where the sine is 0.
+    """
+    terms, first, third, fifth = work.terms, lines.axes[0], lines.axes[2], lines.axes[4]
+    aim = target.turned(terms, fifth.h)
+    over = cross(terms, first.h, aim)
+    along, aside = dot(terms, first.h, aim), terms.let(sp.sqrt(dot(terms, over, over)))
+    sign = work.sign()
+    side = cross(terms, third.h, first.h)
+    wanted = combination(terms, (along, terms.let(sign * aside)), (first.h, side))
+    x, y = dot(terms, fifth.h, wanted), dot(terms, cross(terms, third.h, fifth.h), wanted)
+    turn: CosSin = direction(terms, x, y)
+    return FoundTurn(turn, Direction(x, y), sign if isinstance(sign, sp.Symbol) else None)
+
+
+UNIVERSAL_ROD = Family("an arm and a rod between universal joints", (5,), _requires, _solve)
