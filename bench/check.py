@@ -1,8 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 Time ratios to other libraries in the same run hardly depend on the machine; a margin allows for the
-remaining dependence. If a ratio is below the margin, all ratios are measured again. A ratio fails
-if it is below the margin in both measurements.
+remaining dependence. If a ratio is below the margin, the program measures all ratios again. A ratio
+fails if it is below the margin in both measurements.
 """
 
 import json

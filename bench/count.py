@@ -36,15 +36,15 @@ COUNTED = {
     "board_installer": ("fk_jacobian_mixed",),
     "five_bar": ("fk_jacobian_mixed", "chain", "chain_D_q"),
 }
-"""The counted kernels, keyed by robot."""
+"""Names of the counted kernels, keyed by robot."""
 RISE = 0.02
 """Maximum relative increase of a count; a larger increase is a failure."""
 TIMES = 100
-"""Number of calls of a kernel."""
+"""Number of counted calls of a kernel."""
 CALLS = (100, 400)
 """Numbers of calls from Python."""
 CALLED = ("fk", "fk_jacobian_mixed")
-"""The functions whose Python calls are counted."""
+"""Functions whose calls from Python are counted."""
 PYTHON = """
 import ctypes, os, sys, numpy as np, chasles
 library, *folders = sys.argv[1:]
@@ -60,7 +60,7 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The counted program: at each getppid call, valgrind writes the counts and restarts at 0."""
+"""The counted C program: at each getppid call, valgrind writes the counts and restarts at 0."""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
@@ -135,7 +135,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose counts differ or that are missing on one side."""
+    """Return the functions whose counts differ, or that are missing in one of the results."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
@@ -145,7 +145,7 @@ def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[s
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose count increased by more than RISE."""
+    """Return the functions whose count increased by more than the fraction RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"
@@ -169,8 +169,8 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Symbols must be bound at program start, otherwise the first call of a library function costs
-    # more.
+    # Symbols must be bound at program start; otherwise the first call of a library function would
+    # cost more.
     options = [
         f"-I{robot.folder}",
         f"-I{robot.folder.parent / SUPPORT}",

@@ -53,7 +53,7 @@ class Ratio:
         peer: Minimum time of the other library [ns].
         median: Median ratio of all rounds; above 1, chasles is faster.
         least: Minimum ratio of all rounds.
-        bar: Required value of the median, or None if no value is required.
+        bar: Required value of the median ratio, or None if no value is required.
     """
 
     key: str
@@ -76,7 +76,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value and its upper limit, or None if no value is required."""
+    """A measured value and its upper limit, or None if the value has no limit."""
 
     key: str
     value: float
@@ -103,8 +103,8 @@ def alternated(
 ) -> dict[str, list[float]]:
     """Return the times of each function [s], in alternating order to distribute disturbances.
 
-    Each function first runs once without timing. By default, the times are processor times of all
-    threads of this process, which exclude the time of other processes.
+    Each function first runs once without being timed. By default, the times are processor times of
+    all threads of this process, which exclude the time of other processes.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():

@@ -22,11 +22,11 @@ class Shape:
     """A line, a plate or a joint symbol on a body.
 
     Attributes:
-        kind: "link" (a line through points) or "plate" (the hull of points). Joint symbols at one
-            point are "revolute", "helical", "universal" and "ball". For a joint that closes a loop,
-            the symbol is "pin", "ball" or "weld". A prismatic joint has a "guide" (from end to end)
-            with a "carriage", or a "sleeve" with a "ram" (up to the ram's end). A strut has
-            "barrel", "piston" or "rod" (end to end).
+        kind: "link" (a line through the points) or "plate" (the hull of the points). Joint symbols
+            at one point are "revolute", "helical", "universal" and "ball". For a joint that closes
+            a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a "guide" (from end
+            to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's end). A strut has
+            the symbols "barrel", "piston" or "rod" (end to end).
         name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame; () for a shape without axis.
@@ -73,7 +73,7 @@ class Span:
     Attributes:
         name: Name of the strut.
         bodies: Indices of the bodies at the first and the second end.
-        ends: The end points in the frames of these bodies [m].
+        ends: The end points of the strut in the frames of these bodies [m].
         across: A direction in the frame of the first body. The component of this direction normal
             to the strut is the y axis of the strut.
         from_end: Whether the body's frame is at the second end instead of the first.
@@ -95,7 +95,7 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: The first three rows of the frames' poses in those bodies.
+        frames: The first three rows of the poses of both frames in those bodies.
     """
 
     name: str
@@ -114,7 +114,7 @@ class Body:
             bodies of struts.
         placement: The first three rows of the pose in the parent, at joint value 0.
         joint: The joint that carries the body, or None for the ground and for bodies of struts.
-        span: The end points of a strut, or None for other bodies.
+        span: The end points of a strut body, or None for other bodies.
         shapes: The shapes in the body's own frame. If several bodies are fixed to each other, the
             first body has all shapes.
     """
@@ -129,7 +129,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class PlacedTip:
-    """The tip frame: the body that carries it, and the pose in that body's frame."""
+    """The tip frame: the body that carries the frame, and the pose of the frame in that body."""
 
     body: int
     placement: PoseRows
@@ -143,7 +143,7 @@ class SkeletonFacts:
         size: The diagonal of the robot's bounding box at the reference [m].
         tip: The tip frame of the robot.
         bodies: The bodies.
-        q_drawn: The default q of drawings of a serial robot; () with loops.
+        q_drawn: The default q of drawings of a serial robot; () for a robot with loops.
         closures: The joints that close loops, in addition to struts.
     """
 

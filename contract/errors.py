@@ -55,9 +55,9 @@ class LoopError(DescriptionError):
 
     Attributes:
         gap: Smallest distance between the frames of the open loop, or between the length of a strut
-            and the distance of its ends (metre), or None if no distance was found.
-        remedies: The lengths, angles and coordinates that can each close the loop alone, with the
-            interval of suitable values; smallest change first.
+            and the distance of its ends (metre); None if no distance was found.
+        remedies: Lengths, angles and coordinates that can each close the loop alone, with the
+            interval of suitable values; the smallest change comes first.
     """
 
     def __init__(

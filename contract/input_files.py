@@ -16,7 +16,7 @@ MAX_TABLE = 1 << 28
 PACKAGE_FILE = "package.xml"
 """File that marks the folder of a ROS package."""
 FOLDERS_UP = 5
-"""Number of folders in which a package is searched: the folder of a file and its parents."""
+"""Number of folders that are searched for a package: the folder of a file and its parents."""
 
 
 def as_path(name: str, path: Any) -> Path:
@@ -37,7 +37,8 @@ def as_path(name: str, path: Any) -> Path:
 def input_folder(file: Path) -> Path:
     """Returns the folder whose files a description may include.
 
-    This is the folder of the ROS package that contains the description, or its own folder.
+    This folder is the folder of the ROS package that contains the description, or else the folder
+    of the description.
     """
     folders = list(file.resolve().parents)[:FOLDERS_UP]
     return next((own for own in folders if (own / PACKAGE_FILE).is_file()), folders[0])

@@ -56,7 +56,7 @@ class Redundancy(NamedTuple):
 
     Attributes:
         name: Parameter name, the key in `fixed=`.
-        index: Index in q of the coordinate; None for a swivel angle.
+        index: Index of the coordinate in q; None for a swivel angle.
         unit: Unit of the parameter.
         meaning: Description of the parameter.
     """
@@ -113,7 +113,7 @@ class Parameter:
     Attributes:
         name: Name of the parameter.
         value: Value as a float.
-        exact: Exact value, such as "pi/2".
+        exact: Exact value as text, such as "pi/2".
         unit: Unit of the value.
         meaning: Meaning of the parameter, in a few words.
         assumed: Whether the value is assumed rather than published.
@@ -181,7 +181,7 @@ class FunctionInfo:
         margin: Name of the margin function, which has the same first input and returns, for each
             loop, the distance from the configurations at which the loop does not close; "" if every
             loop always closes.
-        steps: The loop of each entry of a margin function's result.
+        steps: The loop to which each entry of a margin function's result belongs.
     """
 
     name: Name
@@ -201,8 +201,9 @@ class InverseFacts:
     """The status of the robot's inverse kinematics.
 
     Attributes:
-        tier: "exact" for a closed form. "snapped" for iteration from the closed form of a nearby
-            nominal arm. "general" for the roots of a determinant. "none" if there is no inverse.
+        tier: solution method. "exact" for a closed form. "snapped" for iteration from the closed
+            form of a nearby nominal arm. "general" for the roots of a determinant. "none" if there
+            is no inverse.
         missing: The reason why there is no inverse; "" if there is an inverse, or if no reason is
             stated.
     """
@@ -216,8 +217,8 @@ class CleanedNumber:
     """A value of the description that was replaced by an exact value.
 
     Attributes:
-        at: Name of the joint or parameter, or "base" or "tool".
-        field: Name of the field, such as "alpha" or "roll"; "" for a parameter.
+        at: Name of the joint or parameter with the value, or "base" or "tool".
+        field: Name of the field with the value, such as "alpha" or "roll"; "" for a parameter.
         found: The value as written in the description.
         taken: The exact value that the robot uses, such as "pi/2".
     """
@@ -235,9 +236,9 @@ class Cleaning:
     Attributes:
         position: Upper bound of the distance (m) between the tool positions with written and used
             values, within the joint limits; 0.0 without cleaned values.
-        orientation: Upper bound of the angle (rad) between the tool's orientations. For a robot
-            with loops, both bounds are maxima over random configurations; the notes state the
-            number of configurations.
+        orientation: Upper bound of the angle (rad) between the tool orientations with written and
+            used values. For a robot with loops, both bounds are maxima over random configurations;
+            the notes state the number of configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 
@@ -258,7 +259,8 @@ class LoopFacts:
         reference: The reference configuration, or None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
-        coupling: C of theta = C q + c, the joints of a coupled serial robot; () without couplings.
+        coupling: C of theta = C q + c for the joints theta of a coupled serial robot with
+            coordinates q; () without couplings.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -306,7 +308,7 @@ class Manifest:
             functions.
         robot_file: For a robot with loops, a robot file template for different geometries. For an
             arm with masses, the springs section of that file. Otherwise "".
-        inverse: The solution method (tier) of the inverse, or the reason why there is no inverse.
+        inverse: Solution method (tier) of the inverse, or the reason why there is no inverse.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
@@ -346,7 +348,7 @@ class Manifest:
         return self.kind in ("platform", "iterated")
 
     def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
-        """Returns the first function with a role, domain and codomain.
+        """Returns the first function with a specified role, domain and codomain.
 
         Args:
             role: Name of the role.
@@ -373,9 +375,9 @@ class Manifest:
 
     @property
     def direct_parameters(self) -> tuple[str, ...]:
-        """The redundancy parameters if C can call the inverse directly, else ().
+        """The redundancy parameters if the C code can call the inverse directly, else ().
 
-        With fixed joints between other joints, the inverse may degenerate.
+        If joints between other joints are fixed, the inverse may degenerate.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]
@@ -411,7 +413,7 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        The value is false for geared motors and for motors that drive a spindle.
+        The value is False for geared motors and for motors that drive a spindle.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)

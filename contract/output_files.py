@@ -56,7 +56,7 @@ def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:
-    """Writes several files; the last file moves to its path after all others.
+    """Writes several files; the last file moves to its path after all other files.
 
     If a file cannot be written, for example because the disk is full, all paths keep their content.
 
@@ -67,7 +67,7 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
         InputValueError: A file cannot be written.
     """
     with ExitStack() as stack:
-        # Context managers of the stack are closed in reverse order.
+        # The stack closes its context managers in reverse order.
         for path, content in reversed(list(contents.items())):
             stack.enter_context(output_file(path)).write_bytes(content)
 

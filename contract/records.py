@@ -70,7 +70,7 @@ class Place:
 
 
 def _is_name(text: str) -> bool:
-    # Names are copied into generated C, so they must be identifiers.
+    # Generated C contains the names, so they must be identifiers.
     return bool(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text)) and not iskeyword(text)
 
 
@@ -157,7 +157,7 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """Error for a value of the wrong form; each enclosing level adds its key."""
+    """Error for a value of the wrong form; each enclosing level of the JSON data adds its key."""
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -350,5 +350,5 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # The sum avoids -0.0, whose sign depends on the order of additions.
+    # The sum avoids -0.0, whose sign would depend on the order of additions.
     return float(value) + 0.0 if kind is float else value

@@ -129,7 +129,7 @@ class Role:
         codomain: The vector that a map, its derivatives or its branches return.
         fixed: Indices in q of the coordinates that the second and later inputs of an inverse
             determine. These coordinates are constant during the refinement.
-        labels: The branch label of each solution slot, for an inverse or for branches of loops.
+        labels: The branch label of each solution slot, for an inverse or for all branches of loops.
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
             velocity relation.
         components: The task components that the first input of an inverse prescribes, in the order

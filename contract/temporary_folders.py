@@ -28,7 +28,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
 
     Args:
         parent: The folder that contains the temporary folder.
-        name: A part of its name, such as the name of a robot.
+        name: A part of the folder name, such as the name of a robot.
     """
     # The module is imported here, because loading a compiled robot needs no temporary folder.
     import shutil  # noqa: PLC0415
@@ -79,7 +79,7 @@ def _lock(folder: Path) -> int | None:
     """Returns an open and locked folder, or None if the system or its file system has no locks.
 
     Raises:
-        BlockingIOError: Another process has the lock.
+        BlockingIOError: Another process holds the lock.
     """
     if sys.platform == "win32":
         return None

@@ -139,7 +139,7 @@ def load(
         group: A group of the SRDF next to the file, instead of base and tip.
         name: The robot's name; by default the name in its file.
         arguments: Values of a xacro file's arguments, each as "name:=value".
-        exact: Whether rounded numbers such as 1.5708 are used as rounded in the file.
+        exact: Whether rounded numbers such as 1.5708 are used as written in the file.
         parametric: Whether the robot has `fk_p` and the other functions that take its geometry as
             an input, for calibration; these functions are derived on first use.
 

@@ -35,8 +35,8 @@ def load_functions(
     """
     library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}
-    # Margin functions come before the functions that they guard. Inverses come last, because their
-    # refinement may call any other function.
+    # Margin functions are loaded before the functions that they guard. Inverses are loaded last,
+    # because their refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.role.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")
     inverse = manifest.with_role("inverse", "pose")

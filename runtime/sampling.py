@@ -10,8 +10,8 @@ from .arrays import FloatArray
 def low_discrepancy(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
     """Return points x_k (end - begin, n) in [0, 1) of a low-discrepancy sequence, from x_begin on.
 
-    `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`. The first point
-    x_0 is () or (n,).
+    `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`. The first point x_0
+    is a number () or a vector (n,).
 
     Source:
         Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.

@@ -290,8 +290,8 @@ def deviation(T: ArrayLike) -> FloatArray:
     """Return the deviations (...,) of matrices (..., 4, 4) from rigid poses.
 
     The deviation is the larger of |R^T R - 1| / 8^0.5 [rad] and the largest error of the last row.
-    It is infinite if the axes are not right-handed, and NaN if the matrix is not finite. A matrix
-    without real numbers raises `InputTypeError`.
+    The deviation is infinite if the axes are not right-handed, and NaN if the matrix is not finite.
+    A matrix without real numbers raises `InputTypeError`.
     """
     return _deviation(ending(T, (4, 4), "se3.deviation", "T"))[()]
 

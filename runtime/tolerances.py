@@ -7,8 +7,8 @@ the tolerances of the generated code.
 # --- size ---
 
 MIN_SIZE = 1e-5
-"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is
-still 100 times the rounding error of such positions."""
+"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is still
+100 times the rounding error of such positions."""
 
 # --- closed form: solutions in slots ---
 

@@ -1,4 +1,4 @@
-"""A calibrated robot as a robot file.
+"""Writing of a calibrated robot as a robot file.
 
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
 describe every chain, whatever convention the nominal file uses, without rounding. A robot with
@@ -26,9 +26,9 @@ from .shown_numbers import roll_pitch_yaw
 _PITCH = 1e-12
 """Tolerance for rounding errors: pitch of a revolute joint [m/rad], and |axis| = 1."""
 _METRE = 15
-"""Decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
+"""Number of decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
 _DEGREE = 13
-"""Decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
+"""Number of decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
 FloatArray = NDArray[np.float64]
 
 
@@ -41,7 +41,8 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         name: Name of the calibrated robot.
         source: Origin of the values, written to the file.
         nominal: Name or file of the nominal robot. The inverse of a robot with loops refines the
-            solutions of this robot; without it, the compiler rounds lengths to a grid.
+            solutions of this nominal robot; without a nominal robot, the compiler rounds lengths to
+            a grid.
 
     Gains and periodic errors of drives become transmissions; joint compliances become springs. The
     functions of the calibrated robot expect true coordinates. `coordinates_from_readings` and
@@ -126,7 +127,8 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
             f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
             "identified parameters into the file of the nominal robot"
         )
-    # v = omega x (tool - point); point is the point of the axis nearest to the tool origin.
+    # v = omega x (tool - point) for the twist (v, omega); point is the point of the axis nearest to
+    # the tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 

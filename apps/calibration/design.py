@@ -2,9 +2,9 @@
 
 B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
 The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
-det(A), and so the observability index O1 = det(A)^(1/2k) / sqrt(count). The search adds
-configurations one by one. The search then exchanges configurations until no exchange improves
-det(A).
+det(A), and so the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count
+configurations. The search adds configurations one by one. The search then exchanges configurations
+until no exchange improves det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -41,7 +41,7 @@ selected."""
 _PASSES = 20
 """Maximum number of passes over the selected configurations."""
 _GAIN = 1e-9
-"""Minimum increase of log det(A) for which a configuration is exchanged."""
+"""Minimum increase of log det(A) for which the search exchanges a configuration."""
 _NEXT = 10
 
 
@@ -57,7 +57,7 @@ class Design(StudyResult):
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
         tool_error: Root mean square tool position error due to measurement noise, over all
             candidates [m].
-        tool_error_with_more: The tool error with the ten next best configurations added.
+        tool_error_with_more: The tool error if the ten next best configurations are added.
     """
 
     indices: NDArray[np.intp]
@@ -211,7 +211,7 @@ class _Exchange:
         return np.array(chosen, dtype=np.intp)
 
     def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
-        """Return the selected configurations, and the configurations that would be added next."""
+        """Return the selected configurations, and the configurations to add next."""
         for _ in range(more):
             chosen = np.append(chosen, np.argmax(self._gains(chosen)))
         return chosen

@@ -56,7 +56,7 @@ def identify(
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
-        robust: Whether outliers are excluded. The result lists these parameters.
+        robust: Whether outliers are excluded. The result lists these parameters as unidentifiable.
         weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
 
     Raises:
@@ -80,7 +80,7 @@ def identify(
 def located(
     robot: Robot, q: ArrayLike, measurements: Measurements, T_W_base: ArrayLike | None = None
 ) -> Start:
-    """Estimate the frames and unknowns with the nominal robot, and check the input.
+    """Estimate the frames and unknowns with the nominal robot, and check the input data.
 
     Args:
         robot: A robot with parametric functions.
@@ -104,7 +104,7 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """Estimate the start values without outliers: one wrong row shifts the common frame."""
+    """Estimate the start values without outliers: one wrong row shifts the frame of all rows."""
     measured = start.measurements
     sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]

@@ -32,11 +32,12 @@ DOUBTFUL = 0.05
 """Error of the nominal robot, relative to the spread of its tool positions, above which mistakes
 are checked."""
 BETTER = 10.0
-"""Minimum ratio of the nominal robot's errors with and without the mistake."""
+"""Minimum ratio of the nominal robot's errors with the mistake and after its correction."""
 MUCH_BETTER = 3.0
-"""Minimum ratio of the calibrated robot's errors with and without the mistake."""
+"""Minimum ratio of the calibrated robot's errors with the mistake and after its correction."""
 _TRIED = 3
-"""Number of mistakes checked by a calibration, the smallest nominal error first."""
+"""Number of mistakes that are checked by a calibration, beginning with the smallest nominal
+error."""
 _LENGTHS = {
     "positions are in millimeters": 1e-3,
     "positions are in meters, not in millimeters": 1e3,
@@ -50,10 +51,10 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum index difference of two joints if one of them may be added to the other."""
+"""Maximum difference between the indices of two joints of which one may be added to the other."""
 _FEW = 6
 """Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
-checked with any number of rows."""
+checked for any number of rows."""
 _ALIKE = 1.5
 """Ratio of misfits up to which two mistakes count as equally good; the more frequent mistake is
 reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll
@@ -67,7 +68,7 @@ class Mistake(NamedTuple):
         words: The mistake, as the end of the sentence "the measurements fit better if ...".
         q: (N, n) corrected coordinates.
         measurements: The corrected measurements.
-        factor: Factor that converts the lengths to the correct unit.
+        factor: Factor that converts the lengths to the correct unit of length.
     """
 
     words: str
@@ -137,7 +138,7 @@ def _added(
 
 
 def _shifted_rows(q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
-    """Yield corrected input for coordinates that are one row too late or too early."""
+    """Yield corrected input for coordinates that are recorded one row too late or too early."""
     every = np.arange(len(q))
     yield Mistake("coordinates are one row too late", q[1:], measured.at(every[:-1]))
     yield Mistake("coordinates are one row too early", q[:-1], measured.at(every[1:]))
@@ -156,8 +157,8 @@ def check_input(
         stated: The misfit without a correction [m].
 
     Raises:
-        InputValueError: A correction reduces the misfit by a factor of ten; the message states the
-            mistake.
+        InputValueError: A correction that reduces the misfit by a factor of ten indicates a
+            mistake, which the message states.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < MIN_SPREAD or stated <= DOUBTFUL * moved:
@@ -178,8 +179,8 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         vary: The varied parameters.
 
     Raises:
-        InputValueError: A correction reduces the misfit by a factor of three; the message states
-            the mistake.
+        InputValueError: A correction that reduces the misfit by a factor of three indicates a
+            mistake, which the message states.
     """
     if not is_unexplained(found):
         return

@@ -1,8 +1,8 @@
 """Model selection by cross-validation: which parameters to identify.
 
 More parameters fit the measurements better, but may predict other measurements less accurately.
-Each model is identified several times, each time without one fold of the configurations. The models
-are compared by the errors on the omitted folds.
+Each model is identified several times, each time without one group of the configurations. The
+models are compared by the errors on the omitted groups.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
@@ -30,7 +30,7 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 FOLDS = 6
-"""Default number of folds of the configurations."""
+"""Default number of groups of the configurations."""
 EQUAL = 1.05
 """Ratio of median errors up to which two models count as equal: the median error of a hundred
 targets has a sampling uncertainty of about 5 %."""
@@ -134,7 +134,7 @@ def cross_validate(
             :func:`~chasles.calibration.identify`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        folds: Number of folds; a fold contains every folds-th configuration.
+        folds: Number of groups of configurations; a group contains every folds-th configuration.
         vary: Parameters that may differ from nominal.
         parameter_std: Standard deviations of the parameters about nominal.
         robust: Whether outliers are excluded.
@@ -151,7 +151,7 @@ def cross_validate(
 def _validation_errors(
     problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
-    """Return the error of each row, predicted by the fit that omits the row's configuration.
+    """Return the error of each row, predicted by the fit that omits the configuration of the row.
 
     Each fit starts from the solution with all configurations; the start values do not affect the
     result.

@@ -45,7 +45,7 @@ class Calibration(StudyResult):
         nominal_errors: (M,) errors of the nominal robot, in standard deviations.
         errors: (M,) errors of the calibrated robot, in standard deviations.
         used: (rows,) whether a row was used; the other rows are outliers.
-        noise: Factor by which the errors exceed the stated standard deviations.
+        noise: Factor by which the errors exceed the stated standard deviations of the measurements.
         residual_dof: Number of measured values minus number of values that the variables absorb.
         unknowns: The values of all unknowns of the measurements, such as targets on the tool [m].
         measurements: The measurements, with their estimated frames.
@@ -205,10 +205,12 @@ class Calibration(StudyResult):
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
-            name: Name of the calibrated robot in a .toml, where None means the stem of the path.
-            source: Origin of the values in a .toml; "": the source of the nominal robot.
-            nominal: Name or file of the nominal robot in a .toml. The inverse of a robot with loops
-                refines the nominal solutions. With None, the compiler rounds lengths instead.
+            name: Name of the calibrated robot in a .toml file, where None means the stem of the
+                path.
+            source: Origin of the values in a .toml file; "" means the source of the nominal robot.
+            nominal: Name or file of the nominal robot in a .toml file. The inverse of a robot with
+                loops refines the nominal solutions. If the nominal robot is None, the compiler
+                rounds lengths instead.
 
         Raises:
             InputValueError: The suffix is not supported, or a coordinate moves several joints,
@@ -276,7 +278,7 @@ class Calibration(StudyResult):
         if robot is not None and robot.name != name:
             raise InputValueError(f"{path}: expected the calibrated {name}, got {robot.name}")
         if robot is None and not name.isidentifier():
-            # A path could load code from any folder.
+            # A path in the file could load code from any folder.
             raise InputValueError(f"{path}: expected the name of a robot, got {name!r}; pass robot")
         return replace(found, robot=robot or load(name, parametric=True))
 

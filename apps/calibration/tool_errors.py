@@ -1,8 +1,9 @@
 """Tool errors caused by manufacturing tolerances: first-order analysis and Monte Carlo analysis.
 
-J_p is the identification Jacobian, S the diagonal matrix of the parameters' standard deviations.
-To first order, the covariance of the small tool displacement (v, omega) is J_p S^2 J_p^T. The Monte
-Carlo analysis is not linearized: it compares the tool poses of random arms with the nominal pose.
+J_p is the identification Jacobian, and S the diagonal matrix of the parameters' standard
+deviations. To first order, the covariance of the small tool displacement (v, omega) is J_p S^2
+J_p^T. The Monte Carlo analysis is not linearized: it compares the tool poses of random arms with
+the nominal pose.
 """
 
 from __future__ import annotations
@@ -171,7 +172,7 @@ def monte_carlo(
         here = at if at.ndim == 1 else at[part]
         T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, centre)
         displacement[part] = T[:, :3, 3] - true[..., :3, 3]
-        # |R - R'| = 2 sqrt(2) sin(angle / 2)
+        # The distance of two rotations R and R' is |R - R'| = 2 sqrt(2) sin(angle / 2).
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
         angle[part] = 2 * np.arcsin(np.minimum(apart / math.sqrt(8), 1))
     return MonteCarloErrors(displacement, np.linalg.norm(displacement, axis=-1), angle)

@@ -58,7 +58,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0 for success, 1 after an error, 2 for wrong arguments, 130 after Ctrl-C.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # A reader of a pipe receives each line immediately.
+        # A program that reads the pipe receives each line immediately.
         sys.stdout.reconfigure(line_buffering=True)
     try:
         app(arguments, prog_name="chasles")
@@ -67,8 +67,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # The reader of the pipe (head, less) closed it; without this statement, an error message
-        # would follow at exit.
+        # The program that reads the pipe (head, less) closed the pipe; without this statement, an
+        # error message would follow at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))

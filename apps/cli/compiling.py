@@ -128,8 +128,8 @@ def derive(
 ) -> None:
     """Derive robots: equations, LaTeX, C and a Python package each.
 
-    Robots that are up to date are skipped. An invalid description stops the run before a file is
-    written.
+    Robots that are up to date are skipped. An invalid description stops the command before a file
+    is written.
     """
     changed = bool(calibration or fixed or languages)
     files = _files(robots)
@@ -326,7 +326,7 @@ def _write(due: list[Job], workers: int, sources: Path | None, *, shows_bar: boo
     _announce(due)
     if not _show(work.derived(due, workers), len(due), shows_bar=shows_bar):
         if len(due) == 1:
-            # The error message has already stated the reason for the exit.
+            # The error message has already stated the reason for this exit.
             raise typer.Exit(1)
         stop("some robots failed")
     say(f"{_counted(due)} written to {folder}, {time.perf_counter() - started:.1f} s")
@@ -378,7 +378,7 @@ def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
 
 
 def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
-    """Return the files on the command line, each with its arguments."""
+    """Return the files on the command line, each file with its arguments."""
     files: list[tuple[Path, tuple[str, ...]]] = []
     for word in words:
         if ":=" not in word:

@@ -78,7 +78,7 @@ def view(
     tip: Tip = None,
     exact: Exact = False,
 ) -> None:
-    """Show a moving robot in the browser; The view ends with Ctrl-C."""
+    """Show a moving robot in the browser; The view ends when the user presses Ctrl-C."""
     # The other verbs of the command line do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
@@ -181,7 +181,7 @@ def pdf(
 
 
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
-    """Return the article of a robot; an article that is not generated is derived."""
+    """Return the article of a robot; an article that does not exist yet is derived."""
     generated = shipped_folders().get(robot)
     if generated and (generated / f"{robot}.tex").is_file():
         return generated / f"{robot}.tex"

@@ -20,9 +20,9 @@ _LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:
-    """Write the folder of a robot with its kernel, and return the folder.
+    """Write the folder of a robot with its kernel, and return this folder.
 
-    The folder loads on every machine of this platform, without a compiler.
+    The folder can be loaded on every machine of this platform, without a compiler.
 
     Args:
         manifest: The robot.
@@ -67,13 +67,13 @@ def _compile_levels(folder: Path) -> None:
     flags = tuple(flag for flag in compiler.flags if flag not in ("-march=native", "-shared"))
     objects = []
     for level, march in _LEVELS.get(platform.machine(), {"": ""}).items():
-        # Generic tuning schedules wide vectors 40 % slower.
+        # With generic tuning, the compiler schedules wide vectors 40 % slower.
         own = (f"-march={march}",) * bool(march)
         own += (f"-DCHASLES_LEVEL={level}", "-mtune=haswell") * bool(level)
         objects.append(f"level_{level}.o")
         at_level = replace(compiler, flags=(*flags, *own, "-c"))
         at_level.compile([GLUE_FILE], objects[-1], folder)
-        # The levels have functions with the same names.
+        # The functions of all levels have the same names.
         run(["objcopy", "--localize-hidden", objects[-1]], folder)
     # The flag -s removes the debugger's symbols.
     replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)

@@ -90,5 +90,5 @@ def rounded(number: float, digits: int) -> float:
 
 
 def shown_unit(unit: str) -> str:
-    """Return the unit in which `shown` prints a number."""
+    """Return the unit in which the function `shown` prints a number."""
     return {ANGLE: "deg", LENGTH: "mm"}.get(unit, unit)

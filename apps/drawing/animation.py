@@ -43,7 +43,8 @@ def animate(
             configurations (k, n) [rad or m], one per frame.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: As for `draw`, or None for the plane of a planar robot, else the axonometric view.
+        views: The view, as for `draw`; None selects the plane of a planar robot, else the
+            axonometric view.
         fps: Frames per second.
 
     Returns:
@@ -123,7 +124,7 @@ def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
 
 
 def _ffmpeg(target: Path) -> str:
-    """Return the path of ffmpeg: of the system, or else of the package imageio-ffmpeg."""
+    """Return the path of ffmpeg: the installed program, or that of the package imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is not None:
         return found

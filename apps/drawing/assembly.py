@@ -25,9 +25,9 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at given actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. The rotation of a rod about its own axis keeps the value of the
-            start configuration, because no body depends on it.
-        margin: (k,) margins; 0 if the platform is singular and two modes coincide.
+        z: (k, n_z) configurations. A rod keeps the rotation about its axis of the start
+            configuration, because no body depends on this rotation.
+        margin: (k,) margins of the modes; 0 if the platform is singular and two modes coincide.
     """
 
     z: FloatArray
@@ -45,7 +45,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
     Args:
         bodies: The bodies of a robot that has the function `modes`.
         q: (n,) actuated coordinates [rad or m].
-        near: (n_z,) start configuration for the passive leg joints.
+        near: (n_z,) configuration from which the passive leg joints start.
 
     Returns:
         The modes, without modes whose loops Newton's method cannot close from any start
@@ -88,7 +88,7 @@ def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
 
 
 def others(modes: AssemblyModes, z: FloatArray, bodies: Skeleton) -> AssemblyModes:
-    """Return all modes except the current one, which has the current tool pose."""
+    """Return all modes except the current mode, which has the current tool pose."""
     tips = bodies.tip_poses(bodies.poses_from_configuration(modes.z))
     tip = bodies.tip_poses(bodies.poses_from_configuration(z))
     size = np.where(np.arange(4) == 3, bodies.size, 1.0)  # noqa: PLR2004 - lengths

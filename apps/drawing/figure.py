@@ -53,7 +53,7 @@ _LINES: dict[str, dict[str, Any]] = {
     "hatch": {"color": _DARK, "linewidth": 0.4},
 }
 _HALO = ("link", "rod", "ram", "piston")
-"""Line styles with a white border, so that crossings are clear."""
+"""Line styles with a white border, so that crossing lines are distinguishable."""
 _AREAS: dict[str, dict[str, Any]] = {
     "joint": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
     "driven": {"facecolor": "#e69f00", "edgecolor": _DARK, "linewidth": 0.6},
@@ -296,7 +296,7 @@ def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -
 
 
 def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float] | None) -> None:
-    """Set the axis limits to a box, or to a rectangle of a given size with the same center."""
+    """Set the axis limits to a box, or to a rectangle of a specified size with the same center."""
     low, high = box
     if size is not None:
         middle = (low + high) / 2

@@ -197,7 +197,7 @@ class Lettering:
         box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
         for cost, place, angle in tried:
             if cost >= least:
-                continue  # the remaining costs are not negative
+                continue  # the remaining terms of the cost are not negative
             x, y = self.to_pixels(place)
             total = cost + self._cost(box0 + np.array([x, y, x, y]))
             if total < least:
@@ -241,7 +241,7 @@ def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
     way = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
-    # If a line lies along a side of the box, 0 / 0 gives NaN.
+    # If a line lies along a side of the box, the division 0 / 0 gives NaN.
     is_along = np.isnan(parts).any(axis=(0, 2))
     enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
     inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)

@@ -40,7 +40,7 @@ class Mark:
     """A line or an area in a drawing.
 
     Attributes:
-        style: The drawing style: "link", "plate", "joint", "driven" and so on.
+        style: The drawing style, such as "link", "plate", "joint" or "driven".
         points: (k, 2) points of the line or outline [m].
         depth: Drawing order; a line or area with a larger depth is drawn later.
         name: Name of the body, joint or strut.
@@ -123,7 +123,7 @@ def _moved(T: FloatArray, points: FloatArray) -> FloatArray:
 
 
 class _Marks:
-    """Generator of the lines and areas, shape by shape."""
+    """Generator of the lines and areas of all shapes."""
 
     def __init__(self, skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> None:
         self.skeleton, self.poses, self.view, self.unit = skeleton, poses, view, unit
@@ -162,7 +162,7 @@ class _Marks:
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:
-        """Return the style of a joint symbol: actuated or passive."""
+        """Return the style of a joint symbol, which shows whether the joint is actuated."""
         joint = body.joint
         is_own = joint is not None and joint.name == shape.name
         is_driven = is_own and self.skeleton.actuator(joint) is not None

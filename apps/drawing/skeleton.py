@@ -15,7 +15,7 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""Position within the range, from 0 to 1, for coordinates whose reference is at a limit."""
+"""Position within the range, from 0 to 1, of coordinates whose reference is at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
@@ -54,7 +54,7 @@ class Skeleton:
         size: Diagonal of the bounding box at the reference configuration, or at zero [m].
         q_drawn: (n,) default configuration of drawings; for loops, the reference configuration.
         closures: The joints that close loops, except the struts.
-        actuators: Index in q, keyed by index in the configuration, of each actuated coordinate.
+        actuators: Index of each actuated coordinate in q, keyed by its index in the configuration.
     """
 
     robot: Robot
@@ -119,7 +119,7 @@ class Skeleton:
         return tips
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
-        """Return the index in q of the coordinate that moves a joint, None for passive ones."""
+        """Return the index in q of the coordinate that moves a joint; None for a passive joint."""
         k = None if joint is None else self.actuators.get(joint.coordinate)
         is_serial = not self.robot.configuration_variables
         if joint is None or k is None or not is_serial:
@@ -138,7 +138,7 @@ class Skeleton:
 
 
 def _between_limits(robot: Robot) -> FloatArray:
-    """Return the reference coordinates, moved off their limits if the loops still close."""
+    """Return the reference coordinates, moved away from their limits if the loops still close."""
     assert robot.reference is not None
     q = np.array(robot.reference.q)
     with np.errstate(invalid="ignore"):
@@ -146,13 +146,13 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # For a batch of one row, the result is NaN; a single configuration would raise an error.
+    # For a batch of one row, an open loop gives NaN; a single configuration would raise an error.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 
 
 class _Motions:
-    """Bodies on joints as arrays: local pose = P + sin v A + (1 - cos v) B + v C."""
+    """Bodies on joints as arrays: the local pose is P + sin v A + (1 - cos v) B + v C."""
 
     def __init__(self, bodies: list[Body]) -> None:
         self.parents = [body.parent for body in bodies]

@@ -71,8 +71,8 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies.
         names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
-            "plane" for a planar robot. None: "plane" for a planar robot, otherwise the other four
-            views.
+            "plane" for a planar robot. None selects "plane" for a planar robot, otherwise the other
+            four views.
 
     Raises:
         InputValueError: A name is unknown.

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 Rng = int | np.random.Generator | None
 
 _SEEDS = 2**63
-"""Seeds drawn from a random generator are below this number."""
+"""Upper bound of the seeds that a random generator supplies."""
 
 
 def real(name: str, values: Any) -> FloatArray:

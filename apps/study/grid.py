@@ -6,11 +6,12 @@ To first order, the volume of the visited cells exceeds the volume of the body b
 of their open faces. Here, h is the side of a cell, and the open faces along x are the surface
 projected along x. The correction along each axis is a factor 1 - c, where c is half the number of
 open faces per cell. The product of the three factors is exact for boxes and never negative. If a
-random half of the points misses many of the visited cells, the points are too few, and the cells
-are enlarged. Four errors remain:
+random half of the points misses many of the visited cells, the points are too few, and the estimate
+enlarges the cells. Four errors remain:
 
 - If the surface is parallel to the grid, all lines end at the same position within their cells, and
-  the excess is between 0 and h per face. Such a face is coplanar with the adjacent faces.
+  the excess is between 0 and h per open face. A face of this kind is coplanar with the
+  adjacent faces.
 - The points may miss a cell that contains only a small corner of the body. The number of missed
   cells is extrapolated as a power of the number of points, from a random half of the points.
 - If there are few cells, the lines end at few positions, so their average is uncertain.
@@ -177,7 +178,7 @@ class SizeEstimate(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        """Text with value, error and unit, such as volume 3.25 ± 0.02 m^3."""
+        """Text with value, error and unit, such as "volume 3.25 ± 0.02 m^3"."""
         name = {"m": "length", "m^2": "area"}.get(self.unit, "volume")
         return f"{name} {self.value:.4g} ± {self.error:.2g} {self.unit}"
 
@@ -199,7 +200,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells contain too few points, so the box is the only bound.
+    # Even the largest cells contain too few points, so the volume of the box is the only bound.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
@@ -207,7 +208,8 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
     """Return the number of filled cells and its error.
 
-    The arguments are the cells visited by all points, and by a random half of the points.
+    The arguments are the cells that all points visit, and the cells that a random half of the
+    points visits.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
@@ -257,7 +259,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Count the open faces along each axis: faces coplanar with adjacent faces, and other faces."""
+    """Count the open faces along each axis, separately for faces coplanar with adjacent faces."""
     level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

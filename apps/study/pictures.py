@@ -227,7 +227,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 def plot_reach(found: Any, ax: Any = None) -> Any:
     """Plot the fraction of the orientations that are reached, and the limit counts.
 
-    Each view shows the mean over the reached cells along the line of sight.
+    Each view shows the mean over the reached cells on the line of sight.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415

@@ -140,7 +140,7 @@ def reach(
             within its limits; solutions are counted for all values.
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar; None shows the bar only on a terminal.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -179,7 +179,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar; None shows the bar only on a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.
@@ -256,7 +256,7 @@ def _poses_and_rotations(
 
 
 def _redundancy_values(robot: Robot, count: int) -> FloatArray:
-    """Return values (k, r) of the r redundancy parameters; shape (1, 0) if there are none."""
+    """Return values (k, r) of the r redundancy parameters; shape (1, 0) if the robot has none."""
     values = []
     for item in robot.redundancy:
         if item.index is not None:
@@ -275,7 +275,7 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Results for each pose, which is solved once, so that counts can be added."""
+    """Results for each pose, which is solved only once, so that counts can be added."""
 
     def __init__(self, count: int) -> None:
         self.n_solutions = np.zeros(count, dtype=np.uint8)
@@ -319,7 +319,7 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # The codes of limits are larger than the code for poses that are out of reach.
+            # The codes of limits are larger than the code for poses out of reach.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 

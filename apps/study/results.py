@@ -53,7 +53,7 @@ def ranges(extents: Any) -> str:
 
 
 class StudyResult:
-    """Base class of frozen dataclasses that are saved to files and loaded from files.
+    """Base class of frozen dataclasses that can be saved to files and loaded from files.
 
     `_parts` lists the dataclasses and named tuples among its fields.
     """
@@ -147,7 +147,7 @@ def write_table(
 
 
 def _packed(value: Any, name: str, arrays: Arrays) -> Any:
-    """Return a value as JSON, and store its arrays in `arrays`, keyed by the name of the value."""
+    """Return a value as JSON data; store its arrays in `arrays`, keyed by the value's name."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
         return {"array": name}

@@ -27,7 +27,7 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece: enough work for a thread; the Sobol net of a piece fits in the
+"""Number of points of a piece: a thread has enough work, and the Sobol net of a piece fits in the
 cache."""
 BLOCK = 1 << 12
 """Number of points processed at once; the poses and Jacobians fit in the cache."""
@@ -67,7 +67,7 @@ class Samples:
     def blocks(self, piece: int) -> Iterator[FloatArray]:
         """Yield the points of a piece in blocks (m, n), with m at most `BLOCK`.
 
-        Each block overwrites the previous block.
+        Each block overwrites the memory of the previous block.
 
         Args:
             piece: Index of the piece, from 0.

@@ -1,8 +1,8 @@
 """Processing of the pieces of a sample set on threads, or on the workers of a dask cluster.
 
-Tallies must not depend on the order of the pieces: counts, bits and extremes are suitable, sums of
-floats are not. Then the result is identical, bit for bit, for any number of threads and workers,
-and a piece whose worker was killed can be repeated.
+Counts over the pieces must not depend on the order of the pieces: counts, bits and extremes are
+suitable, sums of floats are not. The result is then identical, bit for bit, for any number of
+threads and workers, and a piece whose worker was killed can be repeated.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _PIECES_A_TASK = 64
 """Number of pieces per task of a worker: a few seconds of work, so that communication is cheap and
 a killed worker loses little."""
 _TASKS_A_WORKER = 2
-"""Number of tasks per worker at a time, so that workers do not wait; more would only fill memory
-with finished tallies."""
+"""Number of tasks per worker at a time, so that workers do not wait; more tasks would only fill
+memory with finished counts."""
 _RETRIES = 5
 """Maximum number of repetitions of a task whose worker was killed."""
 
@@ -65,7 +65,7 @@ def tallied(
     Args:
         work: The function to apply to each piece.
         pieces: Number of pieces.
-        threads: Threads of this process, or of each worker; "all": one per core.
+        threads: Number of threads of this process, or of each worker; "all": one thread per core.
         client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
             process.
         progress: Whether to show a progress bar, where None shows it if standard error is a

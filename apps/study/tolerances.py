@@ -6,15 +6,16 @@ ON_CURVE = 1e-11
 """Maximum residual [m, rad] of a configuration on a curve: a hundredth of the documented
 accuracy of motions."""
 IN_PLACE = 1e-12
-"""Distance [m] and angle [rad] between two poses that count as rounding errors. Farther than 1 m
+"""Distance [m] and angle [rad] between two poses that count as rounding errors. At more than 1 m
 from the base, the distance is relative to the distance from the base."""
 STRAIGHT = 1e-9
 """Sine of the angle below which three points count as collinear: the radius of their circle is a
-billion times their distance. This is also the relative distance up to which points are coplanar."""
+billion times their distance. This sine is also the relative distance up to which points count as
+coplanar."""
 NODES_APART = 2e-3
-"""Node spacing of fourth-order finite differences, relative to the curve length. The fourth power,
-2e-11, is the truncation error relative to higher derivatives. Second derivatives amplify rounding
-errors to about 2e-10."""
+"""Node spacing of fourth-order finite differences, relative to the curve length. The truncation
+error relative to higher derivatives is the fourth power of the spacing, 2e-11. Second derivatives
+amplify rounding errors to about 2e-10."""
 
 # --- planar regions bounded by arcs ---
 

@@ -25,7 +25,8 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound. The function has only a few local optima."""
+"""Number of start configurations for each bound. The function that is optimized has only a few
+local optima."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
@@ -168,7 +169,7 @@ def workspace(
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar; None shows the bar only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any
@@ -313,7 +314,7 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a coordinate of the tool from a start; for sign -1, maximize it."""
+    """Minimize a tool coordinate from a start configuration; for sign -1, maximize it."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 

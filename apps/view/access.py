@@ -48,7 +48,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header of a host; cookies of two ports would share a plain name."""
+        """Return the Set-Cookie header of a host; with a plain name, two ports would share it."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod
@@ -73,7 +73,8 @@ def _cookie_name(host: str) -> str:
 def checked_by(access: Access) -> Iterator[None]:
     """Context in which a started viser server checks each request.
 
-    viser has no hook for requests, so its call of `websockets.asyncio.server.serve` is wrapped.
+    viser has no hook for requests, so this context wraps its call of
+    `websockets.asyncio.server.serve`.
     """
     from websockets.asyncio import server  # noqa: PLC0415
 

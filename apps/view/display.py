@@ -57,10 +57,11 @@ class Displayed:
         z: (n_z,) configuration of the loops; q for a serial robot.
         bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
         tool: (4, 4) pose of the tool.
-        closes: Whether the loops close at the requested coordinates; if not, this is the previous
-            configuration.
+        closes: Whether the loops close at the requested coordinates; if not, this configuration is
+            the previous configuration.
         reached: Whether the tool is at the requested pose.
-        branches: The branches of the inverse for the requested pose, or None without such a pose.
+        branches: The branches of the inverse for the requested pose, or None if no pose is
+            requested.
     """
 
     q: FloatArray
@@ -178,7 +179,7 @@ class Display:
         return replace(there, reached=reached, branches=found)
 
     def ghosts(self, displayed: Displayed) -> Ghosts:
-        """Return the other branches for the requested pose, or for the current tool pose."""
+        """Return the other branches for the requested pose, or else for the current tool pose."""
         found = displayed.branches or branches(self.robot, displayed.tool, displayed.q)
         z = self._configurations(found.q, displayed.z)
         is_other = np.abs(found.q - displayed.q).max(-1, initial=0.0) > SAME_SOLUTION
@@ -216,7 +217,7 @@ class Display:
         return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
     def limits(self, displayed: Displayed) -> Mapping[str, Nearness]:
-        """Return the limit state of each actuated coordinate, keyed by the joint that it moves."""
+        """Return the limit state of each actuated coordinate, keyed by the joint it moves."""
         lower, upper = self.robot.lower, self.robot.upper
         beyond = (displayed.q < lower - AT_LIMIT) | (displayed.q > upper + AT_LIMIT)
         gap = np.minimum(displayed.q - lower, upper - displayed.q)

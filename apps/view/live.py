@@ -37,7 +37,7 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points: enough to show the workspace, few enough for smooth rotation."""
+"""Number of workspace points: enough to show the workspace, and few enough for smooth rotation."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
@@ -243,7 +243,8 @@ class LiveView:
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
         # The function is not a coroutine, because viser would wake its event loop for each value
-        # that the view itself sets. Events for values that the view itself sets have no client.
+        # that the view itself sets. Events for values that the view itself sets have no client
+        # attribute.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.displayed.q.copy()
@@ -319,7 +320,7 @@ class LiveView:
             self._show_limits(displayed)
             for slider, unit, q in zip(self._sliders, self._units, displayed.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # While the user drags the handle, it keeps its pose; after release, the handle returns
+            # While the user drags the handle, the handle keeps its pose; after release, it returns
             # to the tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(displayed.tool)

@@ -35,15 +35,15 @@ class BodyMesh:
 def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     """Return the visual meshes and primitive shapes of a URDF file.
 
-    A link belongs to the body with its name. A link without such a body, such as a gripper link,
-    is attached to its nearest ancestor with a body, at zero joint positions.
+    A link belongs to the body with its name. A link without a body of its name, such as a gripper
+    link, is attached to its nearest ancestor with a body, at zero joint positions.
 
     Args:
         file: The URDF file. Mesh files are searched relative to this file and in its ROS package.
         skeleton: The skeleton of the robot derived from this file.
 
     Returns:
-        A mesh for each link with an available shape; () for files other than .urdf.
+        A mesh for each link with an available shape; () if the file is not a .urdf file.
 
     Raises:
         NotInstalledError: yourdfpy is not installed.

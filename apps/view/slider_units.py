@@ -53,7 +53,7 @@ def slider_units(robot: Robot, start: FloatArray) -> tuple[SliderUnit, ...]:
     Args:
         robot: The robot.
         start: (n,) initial coordinates [rad or m]. Without a limit, the slider extends from the
-            initial coordinate by half a turn, or half the robot size.
+            initial coordinate by half a turn, or by half the robot size.
     """
     found, length = [], skeleton(robot).size
     for k, coordinate in enumerate(robot.coordinates):

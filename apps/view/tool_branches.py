@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _MIN_ERROR_BUDGET = 60
-"""Maximum number of forward kinematics evaluations for a pose out of reach. Few evaluations are
+"""Maximum number of forward kinematics evaluations for a pose out of reach. A few evaluations are
 enough, because the tool moves little per frame; additional start configurations would leave the
 branch."""
 
@@ -29,8 +29,8 @@ class Branches:
             configuration, or at turns within the limits if the nearest turns violate the limits.
         inside: (k,) whether a branch is within the limits.
         margin: (k,) margin of each branch; 0 at the workspace border.
-        followed: (n,) coordinates of the nearest branch within the limits; without one, coordinates
-            nearby with the smallest tool error.
+        followed: (n,) coordinates of the nearest branch within the limits; if no branch is within
+            the limits, nearby coordinates with the smallest tool error.
         reached: Whether `followed` reaches the pose.
     """
 
@@ -70,7 +70,7 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
     if hasattr(robot, "ik_planar"):
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
-        # A moved tool may be in a different assembly mode than fk(q).
+        # A moved tool may be in a different assembly mode than the pose fk(q).
         reached = found.valid | found.other_mode
         q = _unwound(robot, found.q[reached], last)
         return q, robot.is_within_limits(q), found.margin[reached]

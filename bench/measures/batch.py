@@ -22,7 +22,8 @@ PEER = "Pinocchio C++"
 BARS = {PEER: 10.0, LOOP: 4.0}
 MEMSET_BAR = 0.6
 NOT_ZERO = 7
-"""The byte that memset writes; some machines write zeros several times faster than other values."""
+"""The byte that memset writes, because some machines write zeros several times faster than other
+values."""
 THREADS_BAR = 1.8
 
 

@@ -1,6 +1,6 @@
 """Time of the exported languages, compared with the generated C that they call or print again.
 
-Both loops call the same object code. Times are minima of short alternating loops.
+Both loops call the same compiled C code. Times are minima of short alternating loops.
 """
 
 import ctypes

@@ -21,7 +21,7 @@ from ..report import Plan, Ratio, alternated, ratio, table
 CHAINS = (6, 12, 24, 48)
 POSES = 20_000
 BAR = 1 / 1.2
-"""The cost per joint of any chain may be 1.2 times the cost of the shortest chain."""
+"""The cost per joint of any chain may be 1.2 times the cost per joint of the shortest chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
@@ -43,7 +43,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 
 def twisted(joints: int) -> SerialRobot:
-    """Return a chain of revolute joints with lengths, offsets and right-angled twists."""
+    """Return a chain of revolute joints with lengths, offsets and twist angles of 90 degrees."""
     length, offset, zero = sp.Rational(1, 3), sp.Rational(1, 5), sp.Integer(0)
     rows = [
         dh("revolute", a=length, alpha=sp.pi / 2 * (-1) ** k, d=offset, theta=zero)

@@ -23,7 +23,7 @@ from .one_call import VECTORS, repeated
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
-"""Required ratios: a robot with loops may take twice the time of the main chain."""
+"""Required ratios: a robot with loops may take twice the time of its main chain without loops."""
 CHAINS = ("well_manipulator", "excavator", "board_installer")
 FIVE_BAR_BAR = 100.0
 TIMED = (
@@ -37,9 +37,9 @@ TIMED = (
 )
 POSES = 20_000
 SWING = 0.075
-"""Amplitude of the cranks [rad]: a step is below a milliradian, as in control."""
+"""Amplitude of the crank angles [rad]: a step is below a milliradian, as in control."""
 ITERATED = 1000
-"""Batch size for iterative functions."""
+"""Number of poses in a batch for iterative functions."""
 FOLLOWED = (
     ("planar_3rrr", "fk", {"C": 2.0, "Python": 4.0}),
     ("planar_3rrr", "fk_near", {}),
@@ -50,7 +50,7 @@ FOLLOWED = (
 FREE = 0.3
 """Range to both sides of the reference for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Distance between a seed and the solution [rad or m]: one step of a controller."""
+"""Distance between a seed and the solution [rad or m]: the motion in one step of a controller."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:

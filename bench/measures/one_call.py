@@ -10,7 +10,7 @@ from ..peers.forward import Call, setups
 from ..report import Limit, Plan, Ratio, alternated, ratio
 
 OVERHEAD_NS = 100
-"""Overhead that a call from Python may add to the C function [ns]."""
+"""Time that a call from Python may add to the C function [ns]."""
 OWN = "chasles"
 KERNEL = "the C alone"
 VECTORS = 500

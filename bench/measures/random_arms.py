@@ -1,7 +1,7 @@
 """Time the inverses of random arms: ``python -m bench arms``.
 
 The arms have geometry errors or no closed-form structure. ``tests/campaigns/displaced.py`` and
-``tests/campaigns/general.py`` check their solutions.
+``tests/campaigns/general.py`` check the solutions of these arms.
 """
 
 import time
@@ -19,7 +19,7 @@ from tests.campaigns.general import Judged, configurations, loaded
 from ..report import out, seconds, table
 
 SINGLES, BATCH = 1000, 10_000
-"""Number of poses for single calls and for a batch."""
+"""Number of poses for single calls and for a batch of poses."""
 ROUNDS = 3
 MICRO = 1e6
 MAX_P99 = 50.0

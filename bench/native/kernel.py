@@ -26,7 +26,7 @@ void run(const double *in, long size, long count, double *out)
 """The empty assembly statement makes the compiler assume that the results are read after each
 call."""
 ROOM = 512
-"""Maximum number of doubles in a result, a multiple of a cache line."""
+"""Maximum number of doubles in a result, which fill a whole number of cache lines."""
 
 
 @dataclass(frozen=True)

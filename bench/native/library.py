@@ -61,7 +61,7 @@ class Loop:
 def aligned(*shape: int) -> np.ndarray:
     """Return zeros aligned to a cache line, for a result that is written repeatedly.
 
-    Otherwise, stores across two cache lines would slow down some runs.
+    Without this alignment, stores across two cache lines would slow down some runs.
     """
     memory = np.zeros(math.prod(shape) + 8)
     start = -memory.ctypes.data % 64 // 8

@@ -20,7 +20,7 @@ class CleanedNumber:
     """A value of a description that was replaced by an exact value.
 
     Attributes:
-        at: Name of the joint or parameter, or "base" or "tool".
+        at: Name of the joint or parameter with the value, or "base" or "tool".
         field: Name of the field or component, such as alpha, x or roll; "" for a parameter.
         found: The value as written (metre, radian or 1), exact.
         taken: The exact value that the robot uses.

@@ -24,7 +24,7 @@ class Capability:
     Attributes:
         item: The method or cached property, or None if the attribute is a generated function.
         functions: Names of the generated functions that the attribute needs.
-        when: A further condition on the robot, or None.
+        when: An additional condition on the robot, or None.
     """
 
     def __init__(

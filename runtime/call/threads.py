@@ -125,7 +125,7 @@ def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
 
 
 def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[FloatArray]:
-    """Return the parts of an operand; for a broadcast axis each part is the complete operand."""
+    """Return the parts of an operand; along a broadcast axis, each part is the complete operand."""
     if axis < 0 or array.shape[axis] == 1:
         return itertools.repeat(array, len(cuts))
     before = (slice(None),) * axis
@@ -181,7 +181,7 @@ def _get_pool() -> ThreadPoolExecutor:
     with _pool_lock:
         if _pool is None:
             pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
-            # Ctrl-C interrupts the main thread only. A thread whose start is interrupted would
+            # Ctrl-C interrupts only the main thread. A thread whose start is interrupted would
             # never end, and the program would not exit.
             starter = threading.Thread(target=_start_threads, args=(pool,))
             starter.start()

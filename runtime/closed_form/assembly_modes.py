@@ -1,4 +1,4 @@
-"""All assembly modes of parallel platforms at given actuated coordinates."""
+"""All assembly modes of parallel platforms at specified actuated coordinates."""
 
 from __future__ import annotations
 

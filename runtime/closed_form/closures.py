@@ -20,7 +20,7 @@ _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 
 class ChainBranches(NamedTuple):
-    """All configurations of the main chain at given actuated coordinates.
+    """All configurations of the main chain at specified actuated coordinates.
 
     Attributes:
         theta: (..., k, n_theta) main-chain joints [rad or m], NaN for an open branch.
@@ -34,7 +34,7 @@ class ChainBranches(NamedTuple):
 
 
 class ActuatorBranches(NamedTuple):
-    """All actuated coordinates at given joints of the main chain.
+    """All actuated coordinates at specified joints of the main chain.
 
     Attributes:
         q: (..., k, n) actuated coordinates [rad or m], NaN for an open branch.

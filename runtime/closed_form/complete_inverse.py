@@ -23,7 +23,7 @@ _GENERIC = 0.4
 """Multiples [rad or m] are the values of the other joints, at which the axes that these joints move
 have no relation."""
 _SEARCH = 16
-"""Steps of Newton's method from each start configuration; then only configurations near the pose
+"""Number of Newton steps from each start configuration; then only configurations near the pose
 continue."""
 _TURNS = 96
 """Number of start configurations with random revolute joints for each solution slot."""
@@ -79,7 +79,7 @@ class CompleteInverse:
         return _with_slots(solutions, further)
 
     def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
-        """Test for values (..., f) with relations between axes that hold at no other value."""
+        """Test for values (..., f) at which axes have relations that hold at no other value."""
         offsets = np.array([0.0, *_OTHER_VALUES])[:, None]
         n = len(kind.wraps)
         q = np.tile(_GENERIC * np.arange(1, n + 1), (*at.shape[:-1], len(offsets), 1))

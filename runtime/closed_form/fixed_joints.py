@@ -30,7 +30,7 @@ _MAX_KEPT = 256
 
 @dataclass(frozen=True, eq=False)
 class FixedJoints:
-    """Calls of `ik` that the C code does not handle; robot_of returns the robot of a manifest."""
+    """Calls of `ik` that the C code does not handle; `robot_of` returns the robot of a manifest."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
@@ -141,7 +141,7 @@ class FixedJoints:
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
-        # If a loop cannot be closed, a batch contains NaN and a single value raises an error.
+        # If a loop cannot be closed, a batch contains NaN and a single call raises an error.
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:

@@ -47,7 +47,7 @@ class Chosen:
         inverse: The inverse.
         moves: The distance metric.
         parameters: (N,) values of each input of the inverse after the target.
-        exact: Values (N,) of coordinates that are kept exactly, by index in q.
+        exact: Values (N,) of coordinates that must not change, keyed by index in q.
         threads: The number of threads, 0 for one per core.
     """
 
@@ -125,8 +125,8 @@ class NearestMethods(RobotFacts):
             fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
                 mapping sets values (...). For joints that are not in `robot.redundancy`, an inverse
                 is derived on first use.
-            limits: "robot", None for no limits, or (n, 2). A joint that exceeds a limit by rounding
-                is set to the limit.
+            limits: "robot", None for no limits, or (n, 2) limits. A joint that exceeds a limit by
+                rounding is set to the limit.
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
             redundancy: The choice of the redundancy parameters. "fixed": their values at `q_seed`.
                 "nearest": the smallest distance over the self-motion. "limits", "manipulability":

@@ -48,7 +48,7 @@ class JointPath:
         next_value: The next value of this coordinate, else NaN.
         min_margin: The smallest margin on the path: 0 at the workspace boundary (a stretched elbow,
             not an aligned wrist), or NaN if no pose was reached.
-        min_margin_index: The index of this pose, -1 if no pose was reached.
+        min_margin_index: The index of the pose with this margin, -1 if no pose was reached.
         max_step: (n,) the largest displacement of each coordinate between successive poses.
     """
 
@@ -109,7 +109,7 @@ class InverseMethods(RobotFacts):
         Raises:
             InputTypeError: If `fixed` is not a mapping.
             InputValueError: If a name is unknown, or other than three revolute joints are free.
-            DerivationError: If neighbors among them are parallel, or a joint is mimic or helical.
+            DerivationError: If adjacent free joints are parallel, or a joint is mimic or helical.
         """
         label = f"{self.name}.ik_orientation"
         if not isinstance(fixed, Mapping):

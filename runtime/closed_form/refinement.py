@@ -94,7 +94,7 @@ class Refinement:
     def __call__(
         self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
-        """Refine slots in place; without convergence a slot keeps its least-squares solution."""
+        """Refine slots in place; a slot that does not converge keeps its least-squares solution."""
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
@@ -105,7 +105,7 @@ class Refinement:
         enough[some] = self.enough(targets[some])
         # A translation may look rounded and be exact; then a nearby solution is wrong.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
-        if is_doubtful.any():  # No target of a partial pose is rounded.
+        if is_doubtful.any():  # No target of a partial pose counts as rounded.
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)
         fields = q, residual, valid
@@ -189,7 +189,7 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        ``aside`` (N,) also allows fixing a joint far from the target.
+        ``aside`` (N,) also allows fixing a joint at configurations far from the target.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -275,7 +275,7 @@ class Refinement:
         """Refine q (N, n) for targets (N, ...) with one of the joints ``turning`` (N, n) fixed.
 
         A joint along a self-motion would dominate each step without reducing the error. Therefore
-        it is fixed at values in a full turn.
+        this joint is fixed at several values over a full turn.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():

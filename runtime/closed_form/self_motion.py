@@ -1,7 +1,7 @@
 """The best redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the parameter ranges. Random steps from the best samples follow, and are halved after
-a failure. Steps in fixed directions would stop at limits, where the optimum often lies.
+Samples cover the parameter ranges. Random steps from the best samples follow; the steps are halved
+after a failure. Steps in fixed directions would stop at limits, where the optimum often lies.
 """
 
 from __future__ import annotations

@@ -59,15 +59,15 @@ class Solutions(Fields):
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
             result on that branch, or NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
-            (projected) pose and the angle times `unit_length`. Infinite in a different assembly
-            mode, see `other_mode`.
+            (projected) pose and the angle times `unit_length`. The residual is infinite in a
+            different assembly mode, see `other_mode`.
         margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
             boundary, negative outside.
         valid: (..., k) whether the solution slot holds a solution that no filter has removed: its
             residual is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times
             the rounding: `se3.deviation`, or half a unit of the last decimal of the rotation if
             that is larger.
-        unit_length: The length [m] that is equivalent to 1 rad, as for the robot.
+        unit_length: The length [m] that is equivalent to 1 rad, as defined for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged: true for revolute joints
@@ -103,9 +103,9 @@ class Solutions(Fields):
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
         the mode of the reference configuration: its result is a different pose or a singularity.
-        A solution slot in another assembly mode is not valid. `fk_all(q)` has all modes of some
-        platforms. The result is False for robots whose loops have a closed form. Filters do not
-        change this field.
+        A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
+        returns all modes. The result is False for robots whose loops have a closed form. Filters do
+        not change this field.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
@@ -144,8 +144,8 @@ class Solutions(Fields):
         fastest. Windings are counted down from the upper limit, which is included; of values at
         both limits, only the upper is listed. Joints without limits keep their value. Joints with
         one limit are moved
-        within it by the fewest turns. Afterwards each winding is a separate solution: distances
-        from a seed wrap only for joints without limits.
+        within it by the fewest turns. Each winding is then a separate solution: distances from a
+        seed wrap only for joints without limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
@@ -330,7 +330,7 @@ class Solutions(Fields):
         return start if start.flags.c_contiguous else np.ascontiguousarray(start)
 
     def _remade(self, *fields: Any) -> Self:
-        """Return solutions of the same class, faster than a call of the class."""
+        """Return solutions of the same class, faster than by a call of the class."""
         return tuple.__new__(type(self), fields)
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:

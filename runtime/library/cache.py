@@ -132,8 +132,8 @@ def _key(sources: Mapping[str, bytes], machine: str) -> str:
 def check_header(manifest: Manifest, header: str) -> None:
     """Raise a ManifestError if array sizes in the header and in the manifest differ.
 
-    The C compiler does not check them: it treats the parameter `double T[16]` as a pointer. A
-    kernel that writes 16 doubles into an array of 12 would corrupt memory.
+    The C compiler does not check array sizes: it treats the parameter `double T[16]` as a pointer.
+    A kernel that writes 16 doubles into an array of 12 would corrupt memory.
     """
     code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", header, flags=re.DOTALL)
     declarations = dict(re.findall(r"\bvoid\s+(\w+)\s*\(([^()]*)\)\s*;", code))

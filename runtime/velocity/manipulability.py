@@ -82,7 +82,7 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Manipulability:
         """Return Yoshikawa's measure, the singular values and the condition number.
 
-        These values are computed from the dimensionless Jacobian J'. For a planar two-link arm,
+        The measures are computed from the dimensionless Jacobian J'. For a planar two-link arm,
         `components="linear"` and `characteristic_length=1`, the measure is a1 a2 |sin q2|.
         Directions in which the tool can never move, such as out of the plane, do not count.
 
@@ -157,10 +157,10 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        Its axes are those of the velocity ellipsoid, with reciprocal semi-axes. "linear" components
-        are forces without a torque, in 1/metre (newton per newton metre), inf at a singularity.
-        "all" components are wrenches (force * length, torque). Arguments, result and errors are
-        those of `velocity_ellipsoid`.
+        The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. "linear"
+        components are forces without a torque, in 1/metre (newton per newton metre), inf at a
+        singularity. "all" components are wrenches (force * length, torque). Arguments, result and
+        errors are those of `velocity_ellipsoid`.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.

@@ -109,7 +109,7 @@ class TrackMethods(ManipulabilityMethods):
                 fixes the coordinate.
             fixed: Coordinates that keep their values of `q_start` exactly, by names or indices; a
                 joint of the main chain stands for the coordinate that moves it. Singular values and
-                damping do not include them.
+                damping do not include the fixed coordinates.
             gain: The gain of the error correction [1/s], above 0, at most 1 / dt; 0.5 / dt if None.
             characteristic_length: The length [m] that scales angles to distances; a smaller length
                 reduces position errors and increases orientation errors.

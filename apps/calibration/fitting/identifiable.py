@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 SEPARABLE = 1e-4
-"""Minimum relative pivot of an identifiable column; a smaller pivot would amplify noise more than
-ten thousand times."""
+"""Minimum relative pivot of an identifiable column; a column with a smaller pivot would amplify
+noise more than ten thousand times."""
 VISIBLE = 1e-3
 """Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
 pivots come from rounding errors or second-order effects."""

@@ -3,8 +3,8 @@
     (J^T W J + mu I) step = -J^T v
 
 in scaled variables. W and v contain the weights of a robust loss, which reduces the influence of
-large errors. Normal equations cost a fifth of a singular value decomposition. Normal
-equations are less accurate, but the next step corrects the inaccuracy.
+large errors. Normal equations cost a fifth of a singular value decomposition. Normal equations are
+less accurate, but the next step of the iteration corrects the inaccuracy.
 
 Source:
     K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares problems, 2004, 3.2,
@@ -105,7 +105,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the step; by least squares if rounding errors make the matrix indefinite."""
+    """Return the step, computed by least squares if rounding makes the matrix indefinite."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

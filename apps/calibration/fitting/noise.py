@@ -1,7 +1,8 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
-Errors near the solution are e + J dx, with dx in scaled variables. Known standard deviations of
-parameters add d + D dx, the scaled deviations from nominal. With s the noise, the matrix
+Errors near the solution are e + J dx, with the change dx in scaled variables. Known standard
+deviations of parameters add d + D dx, the scaled deviations from nominal. With s the noise, the
+matrix
 
     H = J^T J + s^2 D^T D
 
@@ -9,10 +10,11 @@ gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The fit ad
 only the fraction 1 - h of the error's variance remains. sum(1 - h) is the residual number of
 degrees of freedom.
 
-Without known standard deviations, s^2 = sum e^2 / (M - k). With known standard deviations, s
-maximizes the marginal likelihood of the measurements: along the singular vectors of J D^-1, an
-error has the variance lambda + s^2. With few measurements, s is uncertain. A wide prior of log s
-about the stated noise regularizes the estimate; thirty degrees of freedom outweigh the prior.
+Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
+standard deviations, s maximizes the marginal likelihood of the measurements: along the singular
+vectors of J D^-1, an error has the variance lambda + s^2, with lambda the squared singular value.
+If there are few measurements, s is uncertain. A wide prior of log s about the stated noise
+regularizes the estimate; thirty degrees of freedom outweigh the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
@@ -40,7 +42,8 @@ degrees of freedom, Student's distribution gives the limit with the same probabi
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 MIN_NOISE = 1e-3
-"""Minimum noise relative to the stated standard deviations, below the noise of any device."""
+"""Minimum noise relative to the stated standard deviations, smaller than the noise of any
+device."""
 _MIN_DEVIATION = 0.01
 """Minimum robust standard deviation, relative to the stated standard deviation. With exact
 measurements, only rounding errors and small effects of unidentified parameters remain, which do not

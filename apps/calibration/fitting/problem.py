@@ -4,8 +4,8 @@ The identified parameters and unknowns minimize the sum of squared errors, each 
 standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the generated
 identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
-s is the noise relative to the stated standard deviations, t_k the standard deviation of parameter k
-about nominal. The most probable parameters minimize the sum
+s is the noise relative to the stated standard deviations, and t_k the standard deviation of
+parameter k about its nominal value. The most probable parameters minimize the sum
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
@@ -56,8 +56,8 @@ _NEARNESS = 0.3
 """Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
 smaller than the noise, but it selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
-"""Penalty on frames and targets, which the design does not determine, in the unit of the penalty
-on the design."""
+"""Penalty on frames and targets, which the design does not determine, relative to the penalty on
+the design."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes target positions
 and base position only weakly, so the estimates may be far from the start values."""
@@ -158,11 +158,11 @@ def problem_nearby(
 
     Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
     real delta robot, for example, are not parallel. A first fit therefore varies all candidates;
-    candidates with the same effect share the deviation. The variables of the problem are identified
-    at this fit.
+    candidates with the same effect share the deviation. The variables of the returned problem are
+    identified at this fit.
 
     Args:
-        first: The problem with the variables identified at the nominal robot.
+        first: The problem with the variables that are identified at the nominal robot.
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
@@ -201,7 +201,7 @@ def _candidates(
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
     # The device frame is never exactly known. Free axes absorb the error of the device frame;
-    # otherwise base corrections absorb it.
+    # without free axes, base corrections absorb the error.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -231,7 +231,8 @@ class Problem:
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
-        known: Standard deviations of the identified parameters about nominal; 0 if not stated.
+        known: Standard deviations of the identified parameters about their nominal values; 0 if not
+            stated.
         unidentifiable: Parameters that the measurements do not distinguish.
         weights: (N,) weight of each configuration.
     """
@@ -354,7 +355,7 @@ class Problem:
         return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
-        """Alternate solving and updating outliers and noise until all are consistent.
+        """Alternate solutions with updates of outliers and noise until all are consistent.
 
         Args:
             fit: Start values of the iteration.
@@ -409,7 +410,7 @@ class Problem:
 
     def within(self, fit: Fit) -> BoolArray:
         """Return a mask of the rows that are not outliers."""
-        # Errors are NaN if a loop does not close at x.
+        # Errors are NaN if a loop does not close at the variables x.
         closed = np.isfinite(self.errors(fit.x))
         open_ = np.zeros(len(fit.used), dtype=bool)
         open_[self._rows[~closed]] = True
@@ -421,7 +422,7 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # If these rows were removed, the variables would be undetermined.
+            return used  # If the rows with NaN were removed, the variables would be undetermined.
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:
@@ -434,7 +435,7 @@ class Problem:
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Linearize the selected errors and the parameter deviations near x."""
+        """Linearize the selected errors and the parameter deviations near the variables x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.prior_jacobian())
 

@@ -1,7 +1,7 @@
 """Tables without a header: the columns are inferred from their count and values.
 
-Coordinates are the first or the last columns. Constant distances between targets distinguish
-several target positions from a pose.
+Coordinates are the first or the last columns of the table. Constant distances between targets
+distinguish several target positions from a pose.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _MIN = 3
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """Return the inferred header of a table, and append the assumption to `said`.
+    """Return the inferred header of a table, and append the assumption about the columns to `said`.
 
     Raises:
         InputValueError: The columns are ambiguous; the message suggests a header.

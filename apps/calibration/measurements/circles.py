@@ -1,6 +1,6 @@
 """Circle point analysis: positions measured while one joint at a time rotates.
 
-For the joint angle t_i, up to an offset, a target moves on the circle
+For the joint angle t_i, up to an offset, a target moves on a circle with center c:
 
     y_i = c + a cos t_i + b sin t_i,
 
@@ -71,7 +71,8 @@ class CirclePoints(Positions):
             T: (N, 4, 4) nominal tool poses; they determine the joint angles.
 
         Raises:
-            InputValueError: On a circle, the tool does not rotate about one axis by 0.2 rad.
+            InputValueError: On one of the circles, the tool does not rotate about a single axis by
+                at least 0.2 rad.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])
@@ -79,7 +80,7 @@ class CirclePoints(Positions):
         )
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the base frame from the axes; from positions if all axes are parallel."""
+        """Estimate the base frame from the axes; if all axes are parallel, from the positions."""
         nominal = [_turned(T[self.circle == k], k)[0] for k in self._numbers()]
         T_W_base = register_axes(_lines(nominal), _lines(self.axes(T)))
         if T_W_base is None:
@@ -112,8 +113,9 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Tolerance for rotation about a different axis [rad], as coordinates may be rounded to six digits.
-This is also the relative singular value below which a direction is undetermined."""
+"""Tolerance for rotation about a different axis [rad], because coordinates may be rounded to six
+digits. This tolerance is also the relative singular value below which a direction is
+undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:

@@ -113,7 +113,7 @@ class Distances(_OneNumber):
 
     def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin, and the fixed point from a linear fit."""
-        # d^2 = |p|^2 - 2 p . c + |c|^2
+        # The squared distance of point p from the center c is d^2 = |p|^2 - 2 p . c + |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
         # At height 0 above coplanar points, the derivative with respect to the height is 0.
@@ -128,7 +128,7 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Uses the velocity of the target along the line to the center."""
+        """Return the derivatives, from the target velocity along the line to the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -168,7 +168,7 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Uses the velocity of the target along the line to the center."""
+        """Return the derivatives, from the target velocity along the line to the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
@@ -243,7 +243,7 @@ _FLAT = 1e-6
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Solve 2 p . c + rest = right for c (3,) and rest, with points p (N, 3) of mean 0.
+    """Solve 2 p . c + rest = right for center c (3,) and rest, with points p (N, 3) of mean 0.
 
     The third result is a direction in which c is undetermined; 0 if the points determine c.
     """

@@ -81,7 +81,8 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
         measured: (N, 4, 4) probe poses in the device frame.
     """
     R, Y = T[:, :3, :3], measured[:, :3, :3]
-    # R_base_W = R_i R_tool_probe Y_i^T for all i: singular vectors of the largest singular value.
+    # For all i, R_base_W = R_i R_tool_probe Y_i^T: the singular vectors of the largest singular
+    # value.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
     _, sizes, vectors = np.linalg.svd(products)
     if sizes[1] > _REPEATED * sizes[0]:
@@ -89,7 +90,7 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
     X = vectors[0].reshape(3, 3)
     R_tool_probe = _rotation(X * np.sign(np.linalg.det(X)))
     R_base_W = _rotation(np.einsum("nij,jk,nlk->il", R, R_tool_probe, Y))
-    # R_base_W y_i - p_i = R_i t_tool_probe - t_base_W
+    # For each measurement i, R_base_W y_i - p_i = R_i t_tool_probe - t_base_W.
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], -1).reshape(-1, 6)
     right = measured[:, :3, 3] @ R_base_W.T - T[:, :3, 3]
     found = np.linalg.lstsq(rows, right.ravel())[0]
@@ -113,7 +114,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """Return the base frame that fits nominal to measured axes best, or None if axes are parallel.
+    """Return the base frame that fits nominal to measured axes best; None if they are parallel.
 
     Args:
         nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.
@@ -123,7 +124,8 @@ def register_axes(
     if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
         return None
     R = _rotation(n.T @ h)
-    # The component of R p + t - c perpendicular to the axis is zero.
+    # The component of R p + t - c perpendicular to the axis is zero for each point p and circle
+    # center c.
     across = np.eye(3) - n[:, :, None] * n[:, None, :]
     right = np.einsum("kij,kj->ki", across, c - p @ R.T)
     return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
@@ -176,7 +178,7 @@ class _Registrations:
         everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
         triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
         rows, right = np.split(triangle, [rows.shape[1]], axis=1)
-        # Minimum norm: a target that is never visible is at the tool origin.
+        # A target that is never visible is at the tool origin, which has minimum norm.
         u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
         rank = int((sizes > _FULL * sizes[0]).sum())
         along = u[:, :rank].T @ right
@@ -264,4 +266,4 @@ _GENERATORS = np.array(
     ],
     dtype=np.float64,
 )
-"""[e_k]x: R [w]x is the derivative of R exp([w]x)."""
+"""The matrices [e_k]x; the derivative of R exp([w]x) at w = 0 is R [w]x."""

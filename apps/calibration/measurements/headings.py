@@ -11,9 +11,9 @@
 | r11 ... r33 | r11, R_1_1, T[0][0], m00; nx, ox, ax ... |
 | target, station | target, marker, SMR, point, ball; station |
 
-Units are written in brackets, after an underscore or a space, or directly: "q1 [deg]", "q1_deg",
-"J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with "commanded",
-"nominal" or "computed" are used only for coordinates without a measured column.
+Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
+"q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with
+"commanded", "nominal" or "computed" are used only for coordinates without a measured column.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 def _heading(cell: str, number: int) -> _Heading | None:
     """Return the heading in a cell.
 
-    None for columns with errors, velocities and other quantities.
+    The result is None for columns with errors, velocities and other quantities.
     """
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
@@ -299,7 +299,7 @@ def _all_of(
     names: Sequence[str],
     spellings: Sequence[Collection[tuple[str, ...]]],
 ) -> dict[int, str]:
-    """Return the columns of all names, or nothing if a column is missing."""
+    """Return the columns of all names, or no column if one of them is missing."""
     columns = [next((by_core[s] for s in own if s in by_core), None) for own in spellings]
     if any(column is None for column in columns):
         return {}

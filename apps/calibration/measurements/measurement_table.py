@@ -153,7 +153,7 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """Return a column in m or rad; of kind "1", unscaled."""
+        """Return a column in m or rad; a column of kind "1" is not scaled."""
         factor = self._factor(self.columns[name], kind)
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
@@ -177,7 +177,7 @@ class _Table(NamedTuple):
         return np.asarray(found[np.isfinite(found).all(-1)])
 
     def names_of_rows(self, name: str) -> list[str]:
-        """Return the cells of a column, without surrounding spaces."""
+        """Return the cells of a column, without spaces at either end."""
         return [_cell(row, self.columns[name].number) for row in self.rows]
 
     def _factor(self, column: Column, kind: str) -> float:
@@ -209,7 +209,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """Return the table with units of angles and positions inferred, if the file states none."""
+    """Return the table with inferred units of angles and positions, if the file states no units."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]

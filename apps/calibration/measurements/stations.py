@@ -3,7 +3,7 @@
 A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
 station. The frame of station s in W is T_W_station[s], identified together with the robot:
 
-    y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j),   s the station at configuration i
+    y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j), with s the station at configuration i
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _LINE = 1e-3
-"""Spread of positions perpendicular to a line [m] below which they count as collinear."""
+"""Spread of positions perpendicular to a line [m] below which the positions count as collinear."""
 _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -130,8 +130,8 @@ class StationPositions(Measurements):
     def _start(self, T: FloatArray) -> Start:
         """Estimate the frames, beginning with the station that measured most targets.
 
-        :func:`register_points` estimates the targets from this station. With known targets, the
-        frames of the other stations have a closed form.
+        :func:`register_points` estimates the targets from this station. If the targets are known,
+        the frames of the other stations have a closed form.
         """
         seen = np.bincount(self.station[self.configurations], minlength=self.count)
         most = self.station == np.argmax(seen)
@@ -157,7 +157,7 @@ class StationPositions(Measurements):
         return start._replace(unknowns=x, measurements=measurements)
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured positions in W, in standard deviations."""
+        """Return computed minus measured positions in the frame W, in standard deviations."""
         return replace(self._placed, points=self._in_W(x))._errors(T, self._targets(x))
 
     def _derivatives(

@@ -112,7 +112,7 @@ def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
 def number(cell: str) -> float:
     """Return the number in a cell, or NaN if the cell contains no number.
 
-    A comma is a decimal mark. If a cell has a point and a comma, the first mark is a
+    A comma in a number is a decimal mark. If a cell has a point and a comma, the first mark is a
     thousands separator and the second mark the decimal mark.
     """
     text = cell.strip().replace("\u2212", "-")

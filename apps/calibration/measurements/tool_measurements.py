@@ -65,7 +65,7 @@ class Measurements(ABC):
 
         Raises:
             InputTypeError: An array does not contain real numbers.
-            ShapeError: An array has the wrong shape.
+            ShapeError: An array of measurements has the wrong shape.
         """
         for name, sizes in self._shapes.items():
             array = real_array(type(self).__name__, name, getattr(self, name))
@@ -164,7 +164,7 @@ def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
 
 
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
-    """Return the velocities v + omega x (R x) of targets (m, 3) for mixed Jacobians J (N, 6, p).
+    """Return the velocities v + omega x (R x) of targets x (m, 3) for mixed Jacobians J (N, 6, p).
 
     The result has shape (N, m, 3, p).
     """
@@ -260,7 +260,7 @@ class Positions(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return v + omega x (R x_j) for parameters and R for targets x_j."""
+        """Return v + omega x (R x_j) for the parameters, and R for the targets x_j."""
         N, m, _ = self.points.shape
         by_p = velocities_on_tool(T, J, x.reshape(-1, 3))
         by_x = np.zeros((N, m, 3, 3 * m))

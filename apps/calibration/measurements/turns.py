@@ -21,7 +21,7 @@ _TURN = 2 * math.pi + 0.01
 _MOVED = 0.1
 """Minimum range [rad] of the joint that moves most; a range of 0.1 degree would be useless."""
 _ROUNDED = 0.02
-"""Tolerance for values with two decimal places: relative error of a quaternion's length, or
+"""Tolerance for values with two decimal places: relative error of the length of a quaternion, or
 deviation of a rotation matrix from orthogonality."""
 
 
@@ -70,7 +70,7 @@ def of_quaternions(found: FloatArray) -> FloatArray:
     """Return rotations (N, 3, 3) from quaternions (N, 4) w, x, y, z of equal length.
 
     Raises:
-        WrongRow: A quaternion is longer or shorter than the other quaternions.
+        WrongRow: A quaternion is longer or shorter than the other quaternions of the table.
     """
     size = np.linalg.norm(found, axis=-1)
     usual = float(np.median(size))

@@ -27,7 +27,7 @@ _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def plot_residuals(found: Calibration, ax: Any = None) -> Any:
-    """Plot the errors [mm] before and after against the configurations on a logarithmic axis."""
+    """Plot the errors [mm] before and after the calibration, on a logarithmic axis."""
     if ax is None:
         return _on_new_figure(plot_residuals, found)
     before, after = lengths(found)

@@ -1,13 +1,14 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
-In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic is x^T C x = 0. The
-pole W of its chord from P to Q is the intersection of the tangents at P and Q. The arc is
+In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic with the symmetric
+matrix C is x^T C x = 0. The pole W of its chord from P to Q is the intersection of the tangents at
+P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1,
 
 with W scaled so that W^T C W = -P^T C Q / 2; the sign of W selects one of the two arcs. For half an
-ellipse, W is at infinity. The arc length has no closed form: it is computed by Gauss quadrature on
-pieces and inverted by Newton's method.
+ellipse, the pole W is at infinity. The arc length has no closed form: it is computed by Gauss
+quadrature on pieces and inverted by Newton's method.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -145,7 +146,8 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     if square <= 0:  # the end points are on different branches of a hyperbola
         raise InputValueError(_NO_ARC)
     controls = np.array([start, np.sqrt(square) * pole, end])
-    # In the basis of the control points, a point of the arc is k ((1 - t)^2, 2 t (1 - t), t^2).
+    # In the basis of the control points, a point of the arc is k ((1 - t)^2, 2 t (1 - t), t^2),
+    # with a factor k.
     before, twice_between, _ = np.linalg.solve(controls.T, points.T)
     if twice_between[1] * before[1] < 0:
         controls[1] *= -1
@@ -171,7 +173,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _way(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return arc lengths (m,) between parameters (m,) within a piece [m]."""
+    """Return arc lengths (m,) between parameters (m,) that belong to the same piece [m]."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2
     t = middle[:, None] + half[:, None] * nodes

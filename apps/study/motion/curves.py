@@ -151,7 +151,7 @@ class TaskCurve:
     Attributes:
         curve: The curve; its orientation is ignored.
         start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]; it is linear in s.
+        end: Pitch or angle at the end [rad]; the pitch or angle is linear in s.
         task: "position", "position_pitch" or "planar".
         length: Length of the curve [m].
     """
@@ -183,7 +183,7 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
         task: "position", "position_pitch" or "planar", as in `task_line`.
         curve: The curve of the tool; its orientation is ignored.
         start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]; it is linear in s.
+        end: Pitch or angle at the end [rad]; the pitch or angle is linear in s.
 
     Raises:
         InputValueError: The task is unknown, or an angle is not finite.
@@ -266,7 +266,7 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
             ambiguous.
 
     Returns:
-        The line. For a pure rotation, the length of the line is the angle [rad].
+        The line. For a pure rotation, the length s of the line is the rotation angle [rad].
 
     Raises:
         ShapeError: A pose is not (4, 4).
@@ -355,7 +355,7 @@ def _require_way(name: str, length: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A curve through poses, or past corners of poses; s is the chord length."""
+    """A curve through poses, or past the corners that poses define; s is the chord length."""
 
     positions: Any
     rotations: Any
@@ -377,8 +377,8 @@ def curve_poses(
     `v` and `a` are the first and second derivatives of the positions.
     """
     R = rotations(s).as_matrix()
-    # SciPy returns the angular velocity in body axes. The derivative in base axes needs no further
-    # term, because omega x omega = 0.
+    # SciPy returns the angular velocity in body axes. The derivative in base axes needs no
+    # additional term, because omega x omega = 0.
     turn, turn_rate = ((R @ rotations(s, order)[..., None])[..., 0] for order in (1, 2))
     return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
@@ -428,9 +428,9 @@ def parabola(poses: ArrayLike) -> Spline:
 def blend(poses: ArrayLike, radius: float) -> Spline:
     """Return straight lines between poses with corners blended by parabolas.
 
-    A parabola replaces each corner between two points at the same distance from the corner. The
-    direction is continuous; the curvature jumps. The distance from the corner is at most half of
-    the blend radius. The curve has the orientation of each pose at its corner.
+    A parabola replaces each corner, between two points at the same distance from the corner. The
+    direction of the curve is continuous; the curvature jumps. The distance from the corner is at
+    most half of the blend radius. At its corner, the curve has the orientation of the pose.
 
     Args:
         poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)

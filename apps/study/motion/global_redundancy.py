@@ -1,9 +1,9 @@
 """The redundancy parameters of a motion, resolved over the whole curve.
 
 Dynamic programming over the self-motion: at knots on the curve, the inverse solves the pose for a
-grid of parameters. Among all sequences of these configurations within the limits, the one with the
-least integral of squared joint rates is chosen. Finer grids around this sequence follow, then cubic
-splines through the parameters.
+grid of parameters. Among all sequences of these configurations within the limits, the sequence with
+the smallest integral of squared joint rates is chosen. The search continues with finer grids around
+this sequence, and then with cubic splines through the parameters.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from chasles.fixed import values_at
 FloatArray = NDArray[np.float64]
 
 _TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001), (65, 4.0, 0.001))
-"""Knots, relative grid resolution, and margin from the limits relative to their range.
+"""Attempts of the search: number of knots, relative grid resolution, and margin from the limits
+relative to their range.
 
-The next try follows if no sequence exists, or if the joints between the knots leave the limits. A
-spline between configurations at a limit exceeds this limit.
+The next attempt follows if no sequence exists, or if the joints between the knots leave the limits.
+A spline between configurations at a limit exceeds the limit between them.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Parameter values per parameter on the grid, by the number of parameters."""
@@ -70,8 +71,9 @@ def resolve_redundancy(
     The coordinates minimize the integral of the squared joint rates over the whole path, plus the
     squared joint displacement from `q_seed` to the start, among all motions within the limits.
     Prismatic joints are scaled by `unit_length`. Dynamic programming finds the best sequence on a
-    grid; finer grids follow, so the result is a minimum near the best sequence. This takes a
-    fraction of a second for one parameter, and up to some seconds for two.
+    grid, and finer grids refine it, so the result is a minimum near the best sequence. The
+    computation takes a fraction of a second for one parameter, and up to some seconds for two
+    parameters.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
@@ -83,7 +85,7 @@ def resolve_redundancy(
         The coordinates of all poses.
 
     Raises:
-        InputValueError: The robot has no redundancy parameters, or no pose is given.
+        InputValueError: The robot has no redundancy parameters, or the path has no pose.
         OutOfReachError: No continuous motion within the limits reaches all poses.
     """
     label = f"{robot.name}.resolve_redundancy"
@@ -103,7 +105,7 @@ def parameter_curve(
     Args:
         robot: A robot with redundancy parameters.
         s: (m,) positions on the curve in ascending order, the first 0.
-        T: (m, 4, 4) the poses there, closely spaced.
+        T: (m, 4, 4) poses at these positions, closely spaced.
         q_seed: (n,) coordinates before the motion.
         bounds: (n, 2) lower and upper limits.
     """
@@ -129,7 +131,7 @@ def parameter_curve(
 
 
 class _Blocked(Exception):
-    """No configuration at a knot continues a configuration at the knot before."""
+    """No configuration at a knot continues a configuration at the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)
@@ -146,11 +148,11 @@ class _States:
 
 @dataclass(frozen=True)
 class _Search:
-    """The search at K knots.
+    """The search for the best sequence at K knots.
 
     Attributes:
         robot: The robot.
-        T: (K, 4, 4) the poses.
+        T: (K, 4, 4) the poses at the knots.
         q_seed: (n,) coordinates before the motion.
         bounds: (n, 2) limits of the coordinates.
     """
@@ -167,7 +169,7 @@ class _Search:
 
     @property
     def listed(self) -> str:
-        """The names in a sentence."""
+        """The names of the parameters as part of a sentence."""
         return " and ".join(self.names)
 
     def best(self, resolution: float) -> tuple[FloatArray, FloatArray]:
@@ -210,7 +212,7 @@ class _Search:
         return float(np.nanmin(values)), float(np.nanmax(values))
 
     def _sequence(self, parameters: FloatArray) -> tuple[_States, float]:
-        """Return the best sequence with parameters out of (K, c, p), and its cost."""
+        """Return the best sequence among parameters (K, c, p), and its cost."""
         states = self._states(parameters)
         features = [self._features(state.q) for state in states]
         weight = max(len(states) - 1, 1)
@@ -246,7 +248,7 @@ class _Search:
         return found
 
     def _features(self, q: FloatArray) -> FloatArray:
-        """Return vectors (k, f) whose distances are those of configurations (k, n).
+        """Return vectors (k, f) whose distances are the distances of configurations (k, n).
 
         A revolute coordinate without limits becomes a point on the unit circle.
         """

@@ -35,7 +35,7 @@ Redundancy = Literal["fixed", "minimum_norm", "global"]
 _HALVINGS = 4
 """Number of times that the sample spacing is halved before a jump of a joint is reported."""
 _SAMPLES = 521
-"""Number of poses at which a redundancy that is resolved over the curve keeps the limits."""
+"""Number of poses at which a redundancy that is resolved over the curve satisfies the limits."""
 _ROUNDING = 1e-9
 """Relative excess of a time scaling over the curve length that counts as a rounding error."""
 
@@ -49,8 +49,8 @@ class Motion:
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
         q_seed: (n,) coordinates near the start that select the branch on a curve of the tool.
-        fixed: Joints with constant values on a curve of the tool pose: joints given by name or
-            index keep the values at q_seed, a mapping sets values. If joints other than redundancy
+        fixed: Joints with constant values on a curve of the tool pose: joints named or indexed keep
+            their values at q_seed, and a mapping sets values. If joints other than redundancy
             parameters are fixed, the configurations are computed by iteration.
         redundancy: The treatment of redundant joints. "fixed": redundancy parameters keep their
             values at q_seed, and the coordinates stay on one branch. "minimum_norm": each pose is

@@ -8,8 +8,8 @@ chain, from the same start configuration:
 The pseudo-inverse J^+ gives the smallest joint step; cylinder lengths do not affect the norm. The
 configuration at a pose depends only on the start configuration and the pose, not on the path or on
 the samples. So a closed curve returns to the same configuration, unlike integrated minimum-norm
-rates. The configuration is near the start, but not the nearest possible, because each step
-minimizes only its own norm.
+rates. The configuration is near the start, but not the nearest possible configuration, because each
+step minimizes only its length.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -60,7 +60,7 @@ def minimum_norm(
     """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
 
     Derivatives with respect to s match the twist of the curve and the derivative of the twist up to
-    rounding errors. The null-space components are fourth-order differences, which are inaccurate
+    rounding errors. The null-space components are fourth-order differences. They are inaccurate
     near singularities, where joints move far within a hundredth of the curve.
 
     Args:
@@ -91,7 +91,7 @@ def minimum_norm(
 def parametrized(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, moves: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of the coordinates on a curve, for given motions of the parameters.
+    """Return derivatives of the coordinates on a curve, for known motions of the parameters.
 
     Args:
         robot: A robot whose redundancy parameters are joints of the main chain.
@@ -139,7 +139,7 @@ def _solved(
         theta[:, moving] += _pinv(J[..., moving], error)
         if met:
             return theta
-        # After convergence, a final Newton step squares the residual.
+        # After convergence, a last Newton step squares the residual.
         met = bool((np.abs(error) < ON_CURVE * robot.unit_length).all())
         if not np.isfinite(theta).all():
             break
@@ -157,7 +157,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates; the twist corrects them."""
+    """Convert joint positions and differences to coordinates, corrected by the curve's twist."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)
@@ -210,7 +210,7 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weights (3, 5) of the nodes for the value and both derivatives."""
+    """Return the weights (3, 5) of the nodes for the value and for both derivatives."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

@@ -114,7 +114,8 @@ class MotionSequence:
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of the path fraction, from 0 to 1.
+            limits: duration, speed, acceleration and jerk of the path fraction, which runs from 0
+                to 1.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:
@@ -155,8 +156,8 @@ class MotionSequence:
         Args:
             curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
-            fixed: Joints with constant values, as in `Motion`; joints given by name keep the
-                values at the start of the stage.
+            fixed: Joints with constant values, as in `Motion`; named joints keep their values at
+                the start of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
                 start of the stage.
             name: The name of the stage.
@@ -247,4 +248,4 @@ class MotionSequence:
 
 
 _CHECKS = 100
-"""Number of samples for checking a new stage."""
+"""Number of samples with which a new stage is checked."""

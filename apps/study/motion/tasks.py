@@ -27,8 +27,8 @@ from .redundancy import parametrized
 FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
-"""Step of fourth-order differences [rad or m]. The truncation error is about the fourth power
-of the step, 2e-11; second derivatives divide rounding errors by the square of the step."""
+"""Step of fourth-order differences [rad or m]. The truncation error is about the fourth power of
+the step, 2e-11; second derivatives divide rounding errors by the squared step."""
 
 
 def task_rates(
@@ -101,7 +101,8 @@ def parameter_rates(
     """Return derivatives like `curve_rates`, for motions of the redundancy parameters.
 
     An angle a(q), such as the swivel angle, has the rate a' if a motion c along the null vector n
-    of the Jacobian compensates the difference: D_n a c = a' - D_p a for a particular rate p.
+    of the Jacobian compensates for the difference: D_n a c = a' - D_p a, where D_n and D_p are
+    derivatives along n and along a particular rate p.
 
     Args:
         robot: The robot.

@@ -1,7 +1,7 @@
 """Time-optimal motion: at each moment, a rate or an acceleration is at its limit.
 
-The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis gives the
-fastest profile s(t) on this grid. Limits may be exceeded slightly between the nodes, so the time
+The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
+fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly, so the time
 scaling is stretched by the largest excess on a ten times finer grid.
 
 Source:
@@ -39,7 +39,7 @@ _FINER = 10
 _REFINEMENTS = 3
 """Number of rounds in which samples are added near the largest values."""
 _ROUNDS = 4
-"""Maximum number of grids; each adds nodes at excesses of the previous time scaling."""
+"""Maximum number of grids; each grid adds nodes at excesses of the previous time scaling."""
 _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length; rounding errors of rates over smaller
 distances would look like accelerations."""
@@ -48,7 +48,7 @@ _LOCAL = 1.01
 _HIDDEN = 1.0
 """Maximum height of a peak between two samples, relative to the difference of the samples."""
 _BEFORE = 1e-9
-"""Distance of the last sample before a node, relative to the time between nodes."""
+"""Distance of the last sample from the next node, relative to the time between nodes."""
 _NONE = 1e9
 """Acceleration limit for the path length of the tool, too large to be reached."""
 _MARGIN = 1e-5
@@ -192,7 +192,7 @@ def _stretch(
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
-        # The acceleration jumps at a node: its value before the node is also checked.
+        # The acceleration jumps at a node, so the value just before the node is also checked.
         parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
         times = begin[:, None] + width[:, None] * parts
         used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)

@@ -108,7 +108,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """Return a derivative just before and just after each break; outside the motion it is 0."""
+        """Return a derivative just before and just after each break; 0 outside the motion."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])

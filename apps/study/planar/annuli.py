@@ -52,8 +52,8 @@ class BorderArc:
     Attributes:
         center: (2,) center [m].
         radius: Radius [m].
-        start: Angle at the start [rad].
-        end: Angle at the end [rad]; less than the start for a clockwise arc.
+        start: Angle at the start of the arc [rad].
+        end: Angle at the end of the arc [rad]; less than the start angle for a clockwise arc.
     """
 
     center: FloatArray
@@ -77,7 +77,7 @@ class BorderArc:
 
 
 def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
-    """Return the border arcs of the intersection of annuli; none if it is empty."""
+    """Return the border arcs of the intersection of annuli; none for an empty intersection."""
     found = []
     for k, own in enumerate(annuli):
         for radius, outward in ((own.outer, True), (own.inner, False)):
@@ -99,7 +99,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles of a circle's crossings over one turn; the first repeats at the end."""
+    """Return the angles at which other circles cross a circle; the first repeats after a turn."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

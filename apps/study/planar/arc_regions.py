@@ -30,7 +30,7 @@ _TURN = 2 * math.pi
 _BLOCK = 20_000
 """Maximum number of point-arc pairs processed at once, so that they fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Angle of the rays for counting crossings [rad], chosen so that rays are not tangent to arcs."""
+"""Direction of the rays that count crossings [rad], chosen so that rays are not tangent to arcs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ def bounded(
 
     Args:
         candidates: Arcs that contain the whole border.
-        inside: Test whether points (m, 2) next to the arcs belong to the region.
+        inside: Test whether points (m, 2) next to the candidate arcs belong to the region.
     """
     size = max(arc.radius + float(np.abs(arc.center).max()) for arc in candidates)
     circles = _circles(candidates, size)
@@ -278,7 +278,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Return the angles of one turn at which other circles cross a circle, or arcs end on it.
+    """Return the angles of one turn at which circles cross a circle, or arcs end on it.
 
     If two arcs are tangent, rounding decides whether they cross.
     """
@@ -313,7 +313,7 @@ def _extremes(arc: BorderArc) -> FloatArray:
 
 
 def _moment(arc: BorderArc) -> float:
-    """Integrate max(x, 0)^2 / 2 dy along an arc, with x = c + r cos t and dy = r cos t dt."""
+    """Integrate max(x, 0)^2 / 2 dy along an arc x = c + r cos t, with dy = r cos t dt."""
     c, r = float(arc.center[0]), arc.radius
     least, most = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = [least, most]

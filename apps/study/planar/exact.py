@@ -4,8 +4,8 @@ If the axes that move the point are parallel, the workspace is planar, or a pris
 joints move along the axes. If the first axis is vertical and the other axes are normal to a plane
 that the first joint rotates, the workspace is a body of revolution. The plane may be offset from
 the axis. In both cases, the point sweeps the section by rotating about one axis after the other,
-from the tip to the base, within limits; its border consists of arcs. `meridian.py` computes
-volumes.
+from the tip to the base, within limits; the border of the section consists of arcs. `meridian.py`
+computes volumes.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class ExactWorkspace(StudyResult):
         joints: The names of the joints that move the point.
         section: The reachable region in the plane. For a body of revolution, its coordinates are
             (u, z); u is 0 at the points nearest to the first axis and negative on the far side.
-        origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
+        origin: (3,) origin of the plane [m]; for a body of revolution, a point on the first axis.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0
             for a planar workspace.
@@ -108,8 +108,8 @@ class ExactWorkspace(StudyResult):
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
-        # At each angle of the first joint, x and y are linear in u, so their extremes are at
-        # extreme u.
+        # At each angle of the first joint, x and y are linear in u, so that their extremes are at
+        # the extremes of u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
         ends = []
         for u in (u_0, u_1):
@@ -181,7 +181,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
 
 def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
-    """Return the region that the point sweeps in the plane by rotations about axes along n."""
+    """Return the region that the point sweeps in the plane by rotations about parallel axes n."""
     section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
     for k in np.flatnonzero(rest.turns)[::-1]:
         by = np.sort(rest.limits[k] * (rest.directions[k] @ n))

@@ -1,12 +1,13 @@
 """Bodies of revolution swept by a planar region that rotates about an axis outside its plane.
 
-The plane has the distance d from a vertical axis and contains a region of points (u, v), with u = 0
-nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 + d^2) at
-height v; (-u, v) describes the same circle. Since rho d(rho) = u du, the volume is an integral over
-the region (Pappus).
+The plane has the distance d from a vertical axis and contains a region of points (u, v), where u =
+0 is nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 + d^2)
+at height v; (-u, v) describes the same circle. Since rho d(rho) = u du, the volume is an integral
+over the region (Pappus).
 
-In a rotation by s, less than a full turn, u describes an arc of angle s. The arc of -u begins
-pi - 2 a(u) later, with a(u) = atan2(d, u). If both points belong to the region, the arcs overlap by
+In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
+arc of the point -u begins at an angle larger by pi - 2 a(u), with a(u) = atan2(d, u). If both
+points belong to the region, the arcs overlap by
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
@@ -161,7 +162,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # At these values of u, the overlap of the two arcs begins or ends.
+    # At these values of u, the overlap of both arcs begins or ends.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:
@@ -200,7 +201,7 @@ def _along(
 
 
 def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
-    """Return the end angles of an arc, and the angles between them at which u has given values."""
+    """Return the end angles of an arc, and the angles between them at specified values of u."""
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:

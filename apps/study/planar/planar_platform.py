@@ -95,7 +95,8 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is not such a platform, or the angle is not finite.
+        InputValueError: The robot is not a planar platform of this kind, or the angle is not
+            finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -111,15 +112,16 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     """Return the positions of a planar platform's tool at which every angle is possible.
 
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
-    point. A tool at the distance t from that point has a distance between |t - r| and t + r from
-    the center. The tool stays in the annulus if t <= outer - r and t >= inner + r. If the hole of
-    the annulus moves around the tool, the second condition is t <= r - inner.
+    fixed point. A tool at the distance t from this fixed point has a distance between |t - r| and t
+    + r from the center. The tool stays in the annulus if t <= outer - r and t >= inner + r. If the
+    hole of the annulus moves around the tool, the condition t <= r - inner replaces the second
+    condition.
 
     Args:
         robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot is not such a platform.
+        InputValueError: The robot is not a planar platform of this kind.
     """
     legs = []
     turned = (constant_orientation_workspace(robot, phi).pieces[0] for phi in (0.0, np.pi))
@@ -200,7 +202,7 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
         resolution: Number of cells along the longest side.
 
     Raises:
-        InputValueError: The robot is not such a platform, or there is no angle.
+        InputValueError: The robot is not a planar platform of this kind, or there is no angle.
     """
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))
     if not len(angles):
@@ -240,7 +242,7 @@ def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
 def _of_distance(
     robot: Robot, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit the center and the coefficients of a polynomial in d^2 to samples."""
+    """Fit the center and the coefficients of a polynomial in distance^2 to samples."""
     size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
@@ -262,7 +264,8 @@ def _of_distance(
 def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
     """Return the center of a leg's annulus, from the two leading orders of a polynomial in x and y.
 
-    a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
+    For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)
+    + lower orders.
     """
     x, y = p.T
     orders = [(i, j) for i in range(2 * degree + 1) for j in range(2 * degree + 1 - i)]

@@ -1,16 +1,16 @@
 """Workspaces of planar platforms for a range of angles.
 
-At the angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves on an arc
-of radius r about a point m. A leg reaches a position at all angles if its distance is at most b
-from the farthest point of this arc and at least a from the nearest point. The borders of both
-conditions consist of circles: about the ends of the arc with radii a and b, about m with radii
-b - r, r + a and |r - a|. So the total workspace is bounded by arcs.
+At the platform angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves
+on an arc of radius r about a point m. A leg reaches a position at all angles if its distance is at
+most b from the farthest point of this arc and at least a from the nearest point. The borders of
+both conditions consist of circles: about the ends of the arc with radii a and b, about m with radii
+b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 
-The border of the inclusive workspace contains other curves, where two legs reach their limits. A
-square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs reach its
-center with a margin of d. The square is outside if, at each angle, a leg misses the center of the
-square by d. Both tests, inside and outside, have a closed form. Other squares are subdivided; the
-remaining undecided area is the error.
+The border of the inclusive workspace also contains other curves, on which two legs reach their
+limits. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs
+reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
+center of the square by d. Both tests, inside and outside, have a closed form. Other squares are
+subdivided; the remaining undecided area is the error.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def orientation_range_workspace(
         tolerance: Relative error of the inclusive area at which the subdivision stops.
 
     Raises:
-        InputValueError: The robot is not such a platform, the angles are not ascending, or the
-            tolerance is not positive.
+        InputValueError: The robot is not a planar platform of this kind, the angles are not
+            ascending, or the tolerance is not positive.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
@@ -212,7 +212,7 @@ def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArra
     """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
 
     The angle intervals in which a leg reaches a point end at the border of the leg's annulus or of
-    the range, so it is enough to test these angles.
+    the range, so that testing these angles is enough.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

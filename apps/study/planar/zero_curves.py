@@ -20,8 +20,8 @@ Values = Callable[[FloatArray], FloatArray]
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
     """Return the zero curves of a function on a grid with at most one zero on each cell edge.
 
-    Zeros on edges are bisected to double precision and connected by straight segments. A
-    sign change at a pole is not a zero.
+    Zeros on edges are bisected to double precision and connected by straight segments. A sign
+    change at a pole of the function is not a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # The lines start with open curves, at one end of each curve.
+    # The lines start with open curves, at one end of each open curve.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         way = [start]
         while neighbors[way[-1]]:

@@ -46,8 +46,8 @@ class ConfigurationSpace:
     """The configurations within limits; free if no body touches an obstacle or another body.
 
     Bodies, rods and cylinders have the rounded lines and plates of the robot's drawing as shapes.
-    Bodies connected by a joint may touch, as well as bodies that touch in each of many random
-    configurations.
+    Bodies that are connected by a joint may touch, and so may bodies that touch in each of many
+    random configurations.
 
     Attributes:
         robot: The robot.
@@ -260,7 +260,7 @@ def configuration_space(
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Return the limits; a revolute actuator of a loop without limits has the range of a full turn.
 
-    The full turn is centered at the reference configuration, where loops close.
+    The full turn is centered at the reference configuration, at which the loops close.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:

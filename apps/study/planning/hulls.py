@@ -4,7 +4,7 @@ The shapes follow the drawing: each line of a body is a capsule, each plate a ro
 corners, each rod or cylinder a capsule between its ends. Lines and plates of the ground between
 several joints are ignored.
 
-The motion of a point is bounded by the sum over the joints before it, of joint motion times lever
+The motion of a point is bounded by a sum over the joints before the point: joint motion times lever
 arm at the middle configuration. The lever arms at the middle configuration are enough, because a
 joint moves all following axes together with the point. The bound is a convex function of the point,
 so the corners bound the whole shape.
@@ -132,7 +132,7 @@ class Hulls:
         Returns:
             (bodies, hulls) maximum distances [m] from the position of each hull at the center. Row
             k excludes the joints up to the joint of body k, which move all following shapes
-            together and do not change the distances between these shapes.
+            together and so do not change the distances between these shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints

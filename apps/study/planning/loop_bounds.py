@@ -3,17 +3,17 @@
 Loops are equations c(z) = 0 in all joints z: trigonometric polynomials in angles, polynomials in
 prismatic coordinates. At the middle of the segment, the actuators are at q0 and the other joints at
 x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all
-joints, with d for the actuators, Taylor's formula gives
+joints, of which d is the step of the actuators, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
 If a box of x satisfies this inequality strictly, the joints stay inside the box, since the
-inequality would not hold on the border. The box is the limit, from below, of iterating the
-right-hand side F, which is convex and increasing in w. The steps of the iteration satisfy d' >=
-F'(w) d > 0 and converge to 0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds the
-difference of B dc/dx from the identity in the box; its eigenvalues are below 1, since the box is
-slightly widened. So B dc/dx is regular in the box, and the solution is continuous and on one
-branch. The bounds do not include rounding errors, which are about 1e-13.
+inequality would not hold on the border. The box is the limit, from below, of the iteration of the
+right-hand side F, which is convex and increasing in w. The steps d of the iteration satisfy d' >=
+F'(w) d > 0, with d' the next step, and converge to 0, so no eigenvalue of F' exceeds 1. The matrix
+|B| H w bounds the difference of B dc/dx from the identity in the box; its eigenvalues are below 1,
+since the box is slightly widened. So B dc/dx is regular in the box, and the solution is continuous
+and on one branch. The bounds do not include rounding errors, which are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -75,9 +75,10 @@ class LoopBounds:
         turns: (z,) whether a joint is revolute.
         widest: (z,) joint motion up to which the bounds hold [m]; inf for revolute joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
-        lengths: (equations, 1 + z) strut length as a linear function of the joints: its value at 0
-            and its slopes; zeros for other equations. A strut equation d - l, with the distance d
-            of the strut ends, is bounded in the form d^2 - l^2.
+        lengths: (equations, 1 + z) strut length as a linear function of the joints: the length at
+            joint values 0, and the slopes; zeros for other equations. A strut equation d - l, with
+            the distance d of the strut ends and the strut length l, is bounded in the form d^2 -
+            l^2.
     """
 
     robot: Robot
@@ -133,7 +134,7 @@ class LoopBounds:
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
-        """Return bounds (equations,) of w^T H w."""
+        """Return bounds (equations,) of w^T H w, with H the second derivatives of each equation."""
         return np.asarray((self.curvature @ w) @ w)
 
 
@@ -272,7 +273,7 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
 
 
 def _equation(robot: Robot, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return a loop equation as a function; a strut equation d - l is squared to d^2 - l^2."""
+    """Return a loop equation as a function; a strut equation d - l becomes d^2 - l^2."""
 
     def value(z: FloatArray) -> FloatArray:
         found = robot.constraint(z)[:, row]
@@ -289,7 +290,7 @@ def _coefficients(
     turns: BoolArray,
     scale: FloatArray,
 ) -> NDArray[np.complex128]:
-    """Return coefficients of an equation, in e^(i m angle), m = 0, 1, 2, -2, -1, and in powers."""
+    """Return an equation's coefficients of e^(i m angle), m = 0, 1, 2, -2, -1, or of powers."""
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
         raise InputValueError(

@@ -102,7 +102,7 @@ def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
-    # Frames of Frisvad and Duff: x and y from z without a cross product.
+    # The frames by Frisvad and Duff have x and y axes that follow from z without a cross product.
     sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
     u = -1 / (sign + z[:, 2])
     v = z[:, 0] * z[:, 1] * u

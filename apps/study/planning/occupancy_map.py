@@ -18,7 +18,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """A planar grid of cells; the space outside is occupied.
+    """A planar grid of cells; the space outside the grid is occupied.
 
     Attributes:
         occupied: (nx, ny) whether each cell is occupied. Cell (i, j) extends from `origin` +

@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 Algorithm = Literal["dijkstra", "astar"]
 
 _TRIES = 200
-"""Maximum number of random points per point of the roadmap."""
+"""Maximum number of random points that are sampled per point of the roadmap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,8 @@ class Roadmap:
         Args:
             q_start: (n,) the start point.
             q_goal: (n,) the goal point.
-            algorithm: "astar", or "dijkstra", which finds the same length but visits more points.
+            algorithm: "astar", or "dijkstra", which finds a path of the same length but visits more
+                points.
 
         Returns:
             The path, or the reason for a missing path.

@@ -38,7 +38,7 @@ def rrt_connect(
         q_start: (n,) the start point.
         q_goal: (n,) the goal point.
         time_limit: Time after which the search ends [s].
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first call of a
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first seed of a
             process has an effect; ompl ignores later seeds.
 
     Returns:
