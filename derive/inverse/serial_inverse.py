@@ -47,7 +47,6 @@ from .steps.work import Work
 from .structure.lines import Lines, axes_of, home_of
 from .structure.numeric_arm import NumericArm
 from .structure.self_motion import joints_of_self_motion, self_motion
-from .tasks.partial_poses import POSITION_TASK
 from .tasks.slots import (
     POSE_SYMBOLS,
     function_of,
@@ -176,11 +175,11 @@ def _by_structure(
 def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
     """Returns the tasks of partial poses that a structure solves.
 
-    A structure that is numbered from the tool has only the position task, which numbers the chain
-    from the base; with fixed joints, it has no such task.
+    A structure that is read from the tool has only tasks that read the chain from the base. A
+    structure with fixed joints has none.
     """
     tasks = [] if found.given else found.family.tasks
-    usable = [task for task in tasks if found.is_whole or task is POSITION_TASK]
+    usable = [task for task in tasks if found.is_whole or task.reads_base]
     return [task for task in usable if task.applies(robot, lines)]
 
 

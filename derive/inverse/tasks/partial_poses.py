@@ -101,7 +101,7 @@ def _move_in_space(robot: SerialRobot, lines: Lines) -> bool:
     return moves_in_space(replace(lines, axes=lines.axes[:3]), numbers(lines.terms, column))
 
 
-POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space)
+POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space, reads_base=True)
 
 
 def position(robot: SerialRobot, work: Work) -> Solved:

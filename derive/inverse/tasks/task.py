@@ -79,8 +79,11 @@ class Task:
         name: The name of the generated function, for example ``ik_position``.
         solved: Solves the task for a robot and its axes.
         applies: Returns whether the task applies to a robot of the family.
+        reads_base: Whether the task reads the chain from the base even if the family reads the
+            chain from the tool.
     """
 
     name: str
     solved: Callable[[SerialRobot, Lines], Solved]
     applies: Callable[[SerialRobot, Lines], bool] = _always
+    reads_base: bool = False
