@@ -32,6 +32,7 @@ NAMES = (
         "legs",
         "carried",
         "slides",
+        "small_arms",
         "urdf",
         "convert",
         "calibration",
