@@ -22,7 +22,7 @@ EXTENSIONS = {
 """Modules written in C, each with its source files under runtime/."""
 
 
-APPS = ("calibration", "cli", "drawing", "study", "view")
+APPS = ("autodiff", "calibration", "cli", "drawing", "study", "view")
 
 
 def packages_under(folder):
@@ -61,6 +61,7 @@ setup(
     package_data={
         "chasles": ["py.typed", "*.pyi", "*/*.pyi", "call/hints.toml", "library/_kernel.h"],
         "chasles.contract": ["*.h"],
+        "chasles.autodiff": ["*.cpp"],
         "chasles.view": ["page/*", "three/*"],
         "chasles.derive": [
             "py.typed",

@@ -22,6 +22,7 @@ COMMANDS = {
     "arms": ("measures.random_arms", "time the inverses of random arms"),
     "studies": ("measures.studies", "compare workspaces and reach with plain loops"),
     "nearest": ("measures.nearest", "compare ik_nearest with ik, in C and from Python"),
+    "autodiff": ("measures.autodiff", "compare JAX and PyTorch with the batches in C"),
     "exports": ("measures.exports", "compare exported C++ with the generated C"),
     "view": ("measures.frames", "time the computation of a frame of the live view"),
 }

@@ -18,6 +18,7 @@ MODULES = (
     "chasles.study.motion",
     "chasles.study.planning",
     "chasles.calibration",
+    "chasles.autodiff",
     "chasles.drawing",
     "chasles.view",
     "chasles.derive",

@@ -34,7 +34,10 @@ _PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
 _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
 """The name at the start of a requirement, such as lxml in "lxml>=5"."""
-_EXTRAS = ("cli", "derive", "files", "calibration", "study", "planning", "draw", "film", "view")
+_EXTRAS = (
+    *("cli", "derive", "files", "calibration", "study", "planning", "draw", "film", "view"),
+    *("jax", "torch"),
+)
 
 
 def add_to(app: typer.Typer) -> None:

@@ -1,0 +1,56 @@
+"""The functions of a robot as differentiable functions of JAX or PyTorch."""
+
+from __future__ import annotations
+
+from chasles import InputValueError, Robot
+from chasles.contract import requires
+
+from .differentiable_arm import DifferentiableArm
+
+
+def for_jax(robot: Robot) -> DifferentiableArm:
+    """Return the functions of a robot for JAX, on the processor (CPU).
+
+    They support `jit`, `grad`, `vmap` and `jacrev`. Arrays are float64, or float32 without
+    `jax_enable_x64`. The C++ compiler of this machine builds a small library on first use.
+
+    Args:
+        robot: A robot with `fk`, `jacobian_mixed` and `hessian_mixed`.
+
+    Raises:
+        NotInstalledError: JAX is not installed.
+        InputValueError: The robot has no such function.
+    """
+    with requires("chasles[jax]"):
+        from . import jax_functions  # noqa: PLC0415
+    return jax_functions.arm(checked(robot))
+
+
+def for_torch(robot: Robot) -> DifferentiableArm:
+    """Return the functions of a robot for PyTorch, on the processor (CPU).
+
+    The functions are custom operators with autograd that `torch.compile` supports. Tensors of
+    float64 are not copied; tensors of float32 are converted.
+
+    Args:
+        robot: A robot with `fk`, `jacobian_mixed` and `hessian_mixed`.
+
+    Raises:
+        NotInstalledError: PyTorch is not installed.
+        InputValueError: The robot has no such function.
+    """
+    with requires("chasles[torch]"):
+        from . import torch_functions  # noqa: PLC0415
+    return torch_functions.arm(checked(robot))
+
+
+def checked(robot: Robot) -> Robot:
+    """Return a robot that has the functions for derivatives.
+
+    Raises:
+        InputValueError: A function is missing.
+    """
+    missing = {"fk", "jacobian_mixed", "hessian_mixed", "ik"} - robot.functions.keys()
+    if missing:
+        raise InputValueError(f"{robot.name} has no {', '.join(sorted(missing))}")
+    return robot

@@ -1,0 +1,58 @@
+"""The results of differentiable functions, and the fixed coordinates of a robot's inverse."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from chasles import InputValueError, Robot
+
+
+class Solutions(NamedTuple):
+    """All solutions of the inverse kinematics, in slots.
+
+    Attributes:
+        q: (..., slots, n) coordinates [rad or m].
+        residual: (..., slots) deviation of `fk(q)` from the target; NaN if a slot has no solution.
+        margin: (..., slots) distance from the boundary of the reachable set, negative beyond it.
+    """
+
+    q: Any
+    residual: Any
+    margin: Any
+
+
+@dataclass(frozen=True)
+class DifferentiableArm:
+    """Differentiable functions of a robot. Leading dimensions of their arrays are batches.
+
+    Attributes:
+        robot: The robot.
+        fk: `fk(q)` returns poses (..., 4, 4).
+        jacobian: `jacobian(q)` returns mixed Jacobians (..., 6, n): twists (v, omega) of the tool's
+            origin, in base axes.
+        hessian: `hessian(q)` returns derivatives (..., 6, n, n) of the Jacobian. It has no
+            derivative of its own.
+        ik: `ik(T)` returns `Solutions`, or `ik(T, *fixed)` with the values of the fixed joints. The
+            derivatives of q follow from the inverse Jacobian. They are NaN at a singular solution,
+            and 0 in slots without a solution. The derivatives of residual and margin are 0.
+    """
+
+    robot: Robot
+    fk: Callable[..., Any]
+    jacobian: Callable[..., Any]
+    hessian: Callable[..., Any]
+    ik: Callable[..., Solutions]
+
+
+def fixed_coordinates(robot: Robot) -> tuple[int, ...]:
+    """Return the indices in q of the coordinates that `ik` takes after the pose.
+
+    Raises:
+        InputValueError: An input of `ik` is not a coordinate, such as a swivel angle.
+    """
+    indices = [item.index for item in robot.redundancy]
+    if None in indices:
+        raise InputValueError(f"{robot.name}: ik takes an angle that is not a coordinate")
+    return tuple(index for index in indices if index is not None)

@@ -1,0 +1,184 @@
+"""Functions of a robot in JAX, through the foreign function interface of XLA."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shlex
+import subprocess
+from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import chasles
+from chasles import ChaslesError, Robot
+from chasles.contract import temporary_folder
+
+from .differentiable_arm import DifferentiableArm, Solutions, fixed_coordinates
+from .tolerances import MAX_INVERSE, SOLVED
+
+_SOURCE = Path(__file__).with_name("_rows.cpp")
+_KERNEL = Path(chasles.__file__).parent / "library"
+_FLAGS = ("-std=c++17", "-O2", "-fPIC", "-shared")
+_TARGET = "chasles_rows"
+
+
+def arm(robot: Robot) -> DifferentiableArm:
+    """Return the functions of a robot for JAX."""
+    _register()
+    hessian = _raw(robot, "hessian_mixed")
+    jacobian = _jacobian(_raw(robot, "jacobian_mixed"), hessian)
+    fk = _fk(_raw(robot, "fk"), jacobian)
+    return DifferentiableArm(robot, fk, jacobian, hessian, _ik(robot, jacobian))
+
+
+@cache
+def _register() -> None:
+    """Compile the library for this version of JAX if the cache lacks it, and register it."""
+    library = ctypes.CDLL(str(_library()))
+    function = jax.ffi.pycapsule(getattr(library, _TARGET))
+    jax.ffi.register_ffi_target(_TARGET, function, platform="cpu")
+
+
+def _library() -> Path:
+    parts = (_SOURCE.read_text(encoding="utf-8"), jax.__version__, *_FLAGS)
+    path = _cache() / f"jax-{sha256(repr(parts).encode()).hexdigest()[:32]}.so"
+    if path.exists():
+        return path
+    path.parent.mkdir(parents=True, exist_ok=True)
+    command = [*shlex.split(os.environ.get("CXX", "c++")), *_FLAGS, str(_SOURCE)]
+    command += ["-isystem", jax.ffi.include_dir(), "-I", str(_KERNEL)]
+    with temporary_folder(path.parent, "jax") as folder:
+        target = folder / path.name
+        try:
+            subprocess.run([*command, "-o", str(target)], check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            output = getattr(error, "stderr", b"") or b""
+            text = output.decode(errors="replace")
+            raise ChaslesError(
+                f"JAX needs a C++17 compiler, CXX or c++: {error}\n{text}"
+            ) from error
+        target.replace(path)
+    return path
+
+
+def _cache() -> Path:
+    """Return the folder of compiled libraries, as chasles itself chooses it."""
+    chosen, xdg = os.environ.get("CHASLES_CACHE"), os.environ.get("XDG_CACHE_HOME", "")
+    if chosen:
+        return Path(chosen).absolute()
+    return (Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache") / "chasles"
+
+
+def _raw(robot: Robot, name: str) -> Callable[..., Any]:
+    """Return a function without derivatives; it returns a tuple if it has several results."""
+    function = robot.functions[name]  # the closure keeps the kernel loaded
+    address = _address(function.kernel)
+
+    def call(*inputs: Any) -> Any:
+        arrays = [jnp.asarray(item) for item in inputs]
+        kind = jnp.result_type(float, *arrays)
+        shapes = [item.shape for item in function.inputs]
+        leading = [a.shape[: a.ndim - len(s)] for a, s in zip(arrays, shapes, strict=True)]
+        batch = jnp.broadcast_shapes(*leading)
+        rows = [
+            jnp.broadcast_to(array.astype(kind), (*batch, *shape))
+            for array, shape in zip(arrays, shapes, strict=True)
+        ]
+        results = [jax.ShapeDtypeStruct((*batch, *item.shape), kind) for item in function.outputs]
+        values = jax.ffi.ffi_call(_TARGET, results, vmap_method="broadcast_all")(
+            *rows, kernel=address
+        )
+        return tuple(values) if len(results) > 1 else values[0]
+
+    return call
+
+
+def _address(capsule: object) -> np.int64:
+    """Return the address of a kernel as an attribute of XLA."""
+    pointer = ctypes.pythonapi.PyCapsule_GetPointer
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    return np.int64(pointer(capsule, b"chasles.kernel"))
+
+
+def _jacobian(raw: Callable[..., Any], hessian: Callable[..., Any]) -> Callable[..., Any]:
+    jacobian = jax.custom_jvp(raw)
+
+    @jacobian.defjvp
+    def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[Any, Any]:
+        (q,), (q_dot,) = primals, tangents
+        return jacobian(q), jnp.einsum("...ijk,...k->...ij", hessian(q), q_dot)
+
+    return jacobian
+
+
+def _fk(raw: Callable[..., Any], jacobian: Callable[..., Any]) -> Callable[..., Any]:
+    fk = jax.custom_jvp(raw)
+
+    @fk.defjvp
+    def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[Any, Any]:
+        (q,), (q_dot,) = primals, tangents
+        T = fk(q)
+        V = jnp.einsum("...ij,...j->...i", jacobian(q), q_dot)
+        R_dot = _skew(V[..., 3:]) @ T[..., :3, :3]
+        top = jnp.concatenate([R_dot, V[..., :3, None]], axis=-1)
+        return T, jnp.concatenate([top, jnp.zeros_like(top[..., :1, :])], axis=-2)
+
+    return fk
+
+
+def _ik(robot: Robot, jacobian: Callable[..., Any]) -> Callable[..., Solutions]:
+    raw = _raw(robot, "ik")
+    fixed = fixed_coordinates(robot)
+    free = [k for k in range(robot.n) if k not in fixed]
+    order = jnp.argsort(jnp.array([*free, *fixed]))
+
+    @jax.custom_jvp
+    def solve(*inputs: Any) -> Solutions:
+        return Solutions(*raw(*inputs))
+
+    @solve.defjvp
+    def _(primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Solutions, Solutions]:
+        found = solve(*primals)
+        (T, *_), (T_dot, *fixed_dot) = primals, tangents
+        W = T_dot[..., :3, :3] @ jnp.swapaxes(T[..., :3, :3], -1, -2)
+        omega = [W[..., i, j] - W[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
+        V = jnp.concatenate([T_dot[..., :3, 3], 0.5 * jnp.stack(omega, axis=-1)], axis=-1)
+        solved = found.residual <= SOLVED[str(found.q.dtype)]
+        J = jacobian(jnp.where(solved[..., None], found.q, 0))
+        V = jnp.broadcast_to(V[..., None, :], J.shape[:-1])
+        for k, rate in zip(fixed, fixed_dot, strict=True):
+            V = V - J[..., k] * rate[..., None, None]
+        # A product of NaN and a derivative 0 is NaN, so the inverse is 0 without a solution.
+        inverse = jnp.where(solved[..., None, None], _inverse(J[..., jnp.array(free)]), 0)
+        rates = jnp.einsum("...ij,...j->...i", inverse, V)
+        own = [(rate[..., None] * solved)[..., None] for rate in fixed_dot]
+        q_dot = jnp.concatenate([rates, *own], axis=-1)[..., order]
+        zeros = jnp.zeros_like(found.residual)
+        return found, Solutions(q_dot, zeros, zeros)
+
+    return solve
+
+
+def _inverse(J: Any) -> Any:
+    """Return the (pseudo)inverse of regular matrices, and NaN for singular matrices."""
+    transposed = jnp.swapaxes(J, -1, -2)
+    if J.shape[-2] == J.shape[-1]:
+        inverse = jnp.linalg.inv(J)
+    else:
+        inverse = jnp.linalg.inv(transposed @ J) @ transposed
+    largest = jnp.max(jnp.abs(inverse), axis=(-2, -1), keepdims=True)
+    return jnp.where(largest < MAX_INVERSE[str(J.dtype)], inverse, jnp.nan)
+
+
+def _skew(omega: Any) -> Any:
+    x, y, z = omega[..., 0], omega[..., 1], omega[..., 2]
+    zero = jnp.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return jnp.stack([jnp.stack(row, axis=-1) for row in rows], axis=-2)
