@@ -115,7 +115,7 @@ class Body:
         placement: The first three rows of the pose in the parent, at joint value 0.
         joint: The joint that carries the body, or None for the ground and for bodies of struts.
         span: The end points of a strut body, or None for other bodies.
-        shapes: The shapes in the body's own frame. If several bodies are fixed to each other, the
+        shapes: The shapes in the frame of the body. If several bodies are fixed to each other, the
             first body has all shapes.
     """
 

@@ -32,7 +32,7 @@ from .errors import ManifestError
 Record = TypeVar("Record")
 _SPACE = 3
 INLINE = MappingProxyType({"inline": True})
-"""Metadata of a record field whose own fields are stored in the enclosing JSON object."""
+"""Metadata of a record field whose fields are stored in the enclosing JSON object."""
 NOT_STORED = MappingProxyType({"stored": False})
 """Metadata of a field that is not stored in JSON."""
 

@@ -238,7 +238,7 @@ def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatA
 
     `p = (1 - s) p_a + s p_b` and `R = R_a exp(s log(R_a^T R_b))`: the origin moves at a constant
     velocity, and the body rotates about a fixed direction at a constant rate. For a rotation by pi,
-    the result is one of two possible motions. Arguments and result are those of `interpolate`.
+    the result is one of two possible motions. Arguments and result are as for `interpolate`.
 
     Source: Lynch and Park, section 9.2.1.
     """

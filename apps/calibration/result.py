@@ -38,7 +38,8 @@ class Calibration(StudyResult):
         values: (k,) values of the variables [m, rad, 1].
         deviations: (k,) differences from the nominal parameters; for unknowns, their values.
         covariance: (k, k) covariance of the values.
-        parameter_std: Stated standard deviation of each value about nominal; 0 if it is free.
+        parameter_std: Stated standard deviation of each value about nominal; 0 if the value is
+            free.
         p: All geometry parameters of the calibrated robot.
         unidentifiable: Parameters that the measurements do not distinguish; they stay nominal.
         T_W_base: (4, 4) the base frame in the frame of the measuring device.

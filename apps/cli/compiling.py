@@ -368,7 +368,7 @@ def _counted(jobs: list[Job]) -> str:
 
 
 def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
-    """Return the output folder: the package's own folder for unmodified shipped robots."""
+    """Return the output folder: for unmodified shipped robots, the folder in the package."""
     from chasles.derive.build import GENERATED, ROBOTS  # noqa: PLC0415
 
     own = [file for file in files if file.parent.resolve() != ROBOTS or changed]

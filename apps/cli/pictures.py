@@ -78,7 +78,7 @@ def view(
     tip: Tip = None,
     exact: Exact = False,
 ) -> None:
-    """Show a moving robot in the browser; The view ends when the user presses Ctrl-C."""
+    """Show a moving robot in the browser; the view ends when the user presses Ctrl-C."""
     # The other verbs of the command line do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415

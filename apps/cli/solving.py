@@ -105,7 +105,7 @@ def ik(
     exact: Exact = False,
     as_json: Json = False,
 ) -> None:
-    """Compute all configurations with a given pose of the tool.
+    """Compute all configurations with a specified pose of the tool.
 
     The exit status is 1 if there is no solution within the limits.
     """

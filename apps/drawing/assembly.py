@@ -22,7 +22,7 @@ _STEPS = 20
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes at given actuated coordinates.
+    """The assembly modes at specified actuated coordinates.
 
     Attributes:
         z: (k, n_z) configurations. A rod keeps the rotation about its axis of the start

@@ -410,7 +410,7 @@ def circle() -> FloatArray:
 def hull(points: FloatArray) -> FloatArray:
     """Return the corners (k, 2) of the convex hull of points (m, 2), counterclockwise."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
-    if len(ordered) < 3:  # noqa: PLR2004 - two points are their own hull
+    if len(ordered) < 3:  # noqa: PLR2004 - two points are already their convex hull
         return np.array(ordered)
     lower, upper = _half(ordered), _half(ordered[::-1])
     return np.array(lower[:-1] + upper[:-1])

@@ -3,9 +3,9 @@
 The inverse tests cell centers on all branches, within limits. Cells next to cells with a
 different result are subdivided down to the resolution, so the effort grows with the surface only.
 The border lies between cell centers with different results. Half of the volume of the cells at the
-border is counted, and the other half is the error. This error is a bound unless the border also
-lies between centers with equal results. The actual error is usually much smaller and decreases with
-the cell size.
+border is counted, and the other half is the error. This error is an upper bound unless the border
+also lies between centers with equal results. The actual error is usually much smaller and decreases
+with the cell size.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class Samples:
         sampling: "sobol": each piece is a Sobol net with its own random digital shift, so that both
             a piece and the set are evenly distributed; "uniform": independent random points;
             "grid": the nodes of a grid that includes both limits, with equal counts per coordinate.
-        key: Seed of the random numbers; the same seed gives the same points.
+        key: Seed of the random numbers; equal seeds generate equal points.
     """
 
     lower: FloatArray

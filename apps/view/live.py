@@ -387,7 +387,7 @@ def _viser() -> Any:
 
 
 def _free_port(port: int | None) -> int:
-    """Return the port if it is free; for None, any free port."""
+    """Return the port if it is free; for None, return any free port."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -69,7 +69,7 @@ def aligned(*shape: int) -> np.ndarray:
 
 
 def complete(source: Source) -> Source:
-    """Return the source code together with the file loop.h, which it includes."""
+    """Return the source code together with the included file loop.h."""
     files = {**source.files, LOOP.name: LOOP.read_text(encoding="utf-8")}
     return Source(source.name, files, source.flags)
 

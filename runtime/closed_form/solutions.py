@@ -212,7 +212,7 @@ class Solutions(Fields):
         """Keep the solutions on branches whose label contains "elbow +" or "shoulder -, elbow +".
 
         Raises:
-            InputValueError: If no label has such a part, or sorting has removed the labels.
+            InputValueError: If no label has this part, or sorting has removed the labels.
         """
         parts = {part.strip() for part in branch.split(",")}
         labels = [set(label.split(", ")) for label in self.labels]

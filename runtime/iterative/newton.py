@@ -1,7 +1,7 @@
 """Loop configurations without a closed form, by Newton's iteration in C.
 
 The generated functions follow the straight line in q from the reference configuration, or start at
-a given configuration.
+a specified configuration.
 """
 
 from __future__ import annotations

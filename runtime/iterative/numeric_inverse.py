@@ -1,7 +1,7 @@
 """Iterative inverse kinematics for every robot, within its limits, for weighted poses.
 
-The iteration in C (_numeric.c) calls the compiled robot functions. It starts from a table of
-configurations within the limits, sorted by distance from the pose.
+The iteration in C (_numeric.c) calls the compiled robot functions. The iteration starts from a
+table of configurations within the limits, sorted by distance from the pose.
 
 Source:
     Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.

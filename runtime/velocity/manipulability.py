@@ -121,7 +121,7 @@ class ManipulabilityMethods(LengthMethods):
         dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values except the
         i-th; away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink,
         like |x| at 0, and the gradient is one-sided. The gradient is NaN if q is not finite or a
-        loop is open. Arguments and errors are those of `manipulability`.
+        loop is open. Arguments and errors are as for `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -160,7 +160,7 @@ class ManipulabilityMethods(LengthMethods):
         The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. "linear"
         components are forces without a torque, in 1/metre (newton per newton metre), inf at a
         singularity. "all" components are wrenches (force * length, torque). Arguments, result and
-        errors are those of `velocity_ellipsoid`.
+        errors are as for `velocity_ellipsoid`.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.

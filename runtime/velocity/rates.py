@@ -186,7 +186,7 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> Accelerations:
         """Return damped joint accelerations for a derivative of the twist, J qdd = A - J_dot qd.
 
-        Damping and limits are those of `joint_rates`. The acceleration has minimum norm, so that a
+        Damping and limits are as for `joint_rates`. The acceleration has minimum norm, so that a
         redundant robot continues its self-motion. A fixed coordinate, or an acceleration limit of
         0, results in an acceleration of exactly 0: the coordinate keeps its rate.
 

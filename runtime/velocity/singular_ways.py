@@ -52,7 +52,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
     ) -> Determinants:
         """Return the determinants `J_x (...,)` and `J_q (...,)`, or NaN if a loop is open.
 
-        The Jacobians, the arguments and the errors are those of `singularity`.
+        Jacobians, arguments and errors are the same as for `singularity`.
         """
         J_x, J_q = self._pure_relation("determinants", theta, q, characteristic_length)
         return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])

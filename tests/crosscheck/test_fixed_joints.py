@@ -191,7 +191,7 @@ def test_fixed_values_are_kept_per_pose_on_any_thread_count():
     assert np.array_equal(one.q, many.q)
     assert np.array_equal(one.q[:, 1], q[:, 1])
     assert one.valid.mean() > 0.99
-    # A fixed value that violates a joint limit is also kept.
+    # A fixed value that violates a joint limit stays fixed, too.
     beyond = np.array([0.0, 9.0, 0.4, 0.1, 0.2, 0.3])
     kept = robot.ik_numeric(robot.fk(beyond), beyond + 0.1 * np.eye(6)[0], fixed=1)
     assert kept.q[1] == 9.0

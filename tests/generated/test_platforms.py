@@ -355,7 +355,8 @@ def spheres(q):
     """Returns both points (N, 2, 3) at the rod length from all three shifted elbows.
 
     The elbows are shifted inward by the platform radius. The differences of the sphere equations
-    are equations of planes. The intersection line of the planes meets the first sphere twice.
+    are equations of planes. The intersection line of the planes intersects the first sphere in two
+    points.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     centre = elbows(q) - R_P * inwards

@@ -1,4 +1,4 @@
-"""The differential of exp and its inverse against their series and against differences."""
+"""The differential of exp and its inverse agree with their series and with differences."""
 
 import mpmath
 import pytest

@@ -52,7 +52,7 @@ def test_length_errors_match_first_order_derivatives(length_errors):
 
 
 def test_drawn_members_keep_their_lengths():
-    """Rods and arms keep the distance between their drawn pins at random configurations."""
+    """The distance between the drawn pins of rods and arms is constant at random configurations."""
     value = paper.parameters()
     a, b, gamma0 = value["a"], value["b"], value["gamma0"]
     push_rod = np.sqrt(a**2 + b**2 - 2 * a * b * np.cos(gamma0))

@@ -35,7 +35,7 @@ def needs(program: str) -> pytest.MarkDecorator:
 
 
 def path_of(program: str) -> str:
-    """Returns the path of a program; skips the test if it is missing."""
+    """Returns the path of a program; skips the test if the program is missing."""
     path = shutil.which(program)
     if path is None:
         pytest.skip(reason(program))

@@ -6,9 +6,9 @@ matrix
 
     H = J^T J + s^2 D^T D
 
-gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The fit adapts to an error, so
-only the fraction 1 - h of the error's variance remains. sum(1 - h) is the residual number of
-degrees of freedom.
+The inverse of this matrix gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The
+fit adapts to an error, so only the fraction 1 - h of the error's variance remains. sum(1 - h) is
+the residual number of degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
 standard deviations, s maximizes the marginal likelihood of the measurements: along the singular

@@ -36,9 +36,9 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s on a curve in task coordinates.
 
-    Joints that the inverse for the task keeps constant do not move. The number of moving joints
-    must equal the number of task coordinates; otherwise the task does not determine the joint
-    rates.
+    Joints that the inverse for the task sets to constant values do not move. The number of moving
+    joints must equal the number of task coordinates; otherwise the task does not determine the
+    joint rates.
 
     Args:
         robot: A robot with the inverse of the task.

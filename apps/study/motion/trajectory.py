@@ -214,7 +214,7 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 
 
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
-    """Return arrays t and q of a table, and qd and qdd if it has these columns."""
+    """Return arrays t and q of a table, and qd and qdd if the table has these columns."""
     try:
         lines = io.StringIO(read_input(path, MAX_TABLE).decode("utf-8-sig"), newline="")
         head, *rows = [row for row in csv.reader(lines) if row]

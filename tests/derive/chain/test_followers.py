@@ -18,7 +18,7 @@ CHAINS = (
 
 
 def followed(chain, laws):
-    """Returns a random chain with a given structure and coupled joints."""
+    """Returns a random chain with a specified structure and coupled joints."""
     robot = robot_of(chain)
     couplings = (
         Coupling(name, ((leader, ratio),), offset) for name, (leader, ratio, offset) in laws.items()

@@ -99,7 +99,8 @@ def test_malformed_files_raise_short_errors_quickly(tmp_path):
             assert "Traceback" not in message
             assert len(message) < 1000
     assert refused == MALFORMED
-    # Mutations that keep a robot valid, such as a deleted limit, show that some files are accepted.
+    # Mutations that preserve a valid robot, such as a deleted limit, show that some files are
+    # accepted.
     assert survived > 0
     assert list(tmp_path.iterdir()) == [path]
 

@@ -1,4 +1,4 @@
-"""Robot files with loops: their fields, their errors, and files that extend others."""
+"""Robot files with loops: their fields, their errors, and files that extend other files."""
 
 import numpy as np
 import pytest

@@ -100,7 +100,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Returns the tool position for a given wrist angle relative to the boom."""
+    """Returns the tool position for a specified wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))

@@ -1,4 +1,5 @@
-"""Inverses that miss right-angle poses: the derivation reports them or selects others.
+"""Inverses that miss right-angle poses: the derivation reports these inverses or selects other
+inverses.
 
 All arms are random with fixed seeds. Poses come from the product of exponentials of their screws.
 """

@@ -241,7 +241,8 @@ def roots():
 
 
 def polynomial_of(angles):
-    """Returns the coefficients of a polynomial with four given roots, largest coefficient 1.
+    """Returns the coefficients of a polynomial with four specified roots; the largest coefficient
+    is 1.
 
     The roots r of the polynomial are the roots of sum(c_k e^(i k phi)), k = -2 ... 2, with c_2 =
     e^(-i s/2), where s is the sum of the roots.

@@ -36,7 +36,7 @@ SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure; the printed text of a UR arm is evaluated in `test_printed_text`."""
 PRINTED = ("jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry", "slider_crank")
-"""Arms with and without a closed form, loops with and without their own inverse."""
+"""Arms with and without a closed form, and loops with and without a closed-form inverse."""
 
 
 class Reader:

@@ -277,7 +277,8 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # A swing angle may be wrong although the rod ends are correct, but not vice versa.
+            # A swing angle may be wrong although the rod ends are correct; rod ends may not be
+            # wrong if the swing angle is correct.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 
@@ -398,8 +399,8 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_closer(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # A single ball joint keeps its center. The centers of two ball joints keep their
-            # distance, which for a cylinder is its length.
+            # A single ball joint keeps its center. The distance of the centers of two ball joints
+            # is constant, or for a cylinder the length of the cylinder.
             begin, end = centre(turning[:3]), centre(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

@@ -1,4 +1,4 @@
-"""Loops outside the main chain: if such a loop is open, every function returns NaN."""
+"""Loops outside the main chain: if a loop of this kind is open, every function returns NaN."""
 
 import numpy as np
 import pytest

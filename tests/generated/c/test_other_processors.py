@@ -1,4 +1,5 @@
-"""The scalar C gives the same values on an emulated 64-bit ARM processor as on this one.
+"""The scalar C gives the same values on an emulated 64-bit ARM processor as on the processor of
+this machine.
 
 The continuous integration does not install the cross compiler and the emulator.
 """

@@ -129,7 +129,7 @@ def test_labels_follow_slots_through_solution_filters():
     times = wound.valid.shape[-1] // 8
     assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
     assert solutions.distinct().labels == solutions.labels
-    # After sorting, each pose has its own order of solution slots.
+    # After sorting, the order of the solution slots differs from pose to pose.
     assert solutions.sorted_by_distance(np.zeros(6)).labels == ()
 
 

@@ -162,7 +162,7 @@ def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     if child == 0:
         same = np.array_equal(arrays, expected)
         arrays *= 0.0
-        # The child process reuses its own copy of the freed memory block.
+        # The child process reuses a copy of the freed memory block.
         right = np.array_equal(arm.fk(q), expected)
         chasles.release_memory()
         os._exit(0 if same and right else 1)

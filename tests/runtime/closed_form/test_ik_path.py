@@ -299,7 +299,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     start = robot.fk(q)
     T = np.broadcast_to(start, (300, 4, 4)).copy()
     T[:, :3, 3] += line([0, 0, 0], [-0.03, 0.04, 0.02], 300)
-    # An arm with five axes cannot keep the complete orientation along the path.
+    # An arm with five axes cannot preserve the complete orientation along the path.
     assert robot.ik_path(T, q).ended_at == 1
     path = robot.ik_path(T, q, task="position_pitch")
     assert path.complete

@@ -138,7 +138,7 @@ def test_unreachable_and_non_finite_poses_are_invalid(arm):
 
 
 def test_tolerance_decides_validity(arm):
-    # Some poses are out of reach by less than the tolerance, others by more.
+    # Some poses are out of reach by less than the tolerance, and other poses by more.
     reach = scara.A1 + scara.A2
     for beyond, valid in ((0.5e-9, True), (2e-9, False)):
         T = scara.fk(np.zeros(4))

@@ -57,7 +57,7 @@ def here(monkeypatch, compiler_in_process):
 
 
 def command(*words):
-    """Runs a command, and raises an error if it prints anything but one error message."""
+    """Runs a command, and raises an error if the command prints anything but one error message."""
     done = run(*words)
     assert "Traceback" not in done.output
     if done.exit_code:

@@ -7,8 +7,10 @@ A text describes the axes and the relations between adjacent axes, from the base
     P    a prismatic joint
     p    a prismatic joint that no rotation follows
     =    parallel axes
-    x +  intersecting axes; + at right angles
-    / L  skew axes; L at right angles
+    x    intersecting axes
+    +    axes that intersect at right angles
+    /    skew axes
+    L    skew axes at right angles
 
 A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values that
 the text does not determine are random. Test poses are computed from the screws with NumPy,

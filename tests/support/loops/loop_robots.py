@@ -52,7 +52,7 @@ def random_rates(name, n, seed=1):
 
 
 def held(name, z):
-    """Whether configurations keep a distance from dead points."""
+    """Whether configurations are far enough from dead points."""
     m = model(name)
     if not m.mechanism.closers:
         return np.ones(len(z), dtype=bool)

@@ -1,4 +1,4 @@
-"""Finds faulty solution slots of loop inverses with the robot's own forward kinematics."""
+"""Finds faulty solution slots of loop inverses with the forward kinematics of the robot."""
 
 from collections import Counter
 

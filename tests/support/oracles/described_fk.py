@@ -30,7 +30,8 @@ def tool_pose(robot: SerialRobot, q: Sequence[float]) -> Matrix:
 def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
     """Returns the pose (4, 4) of the tool from a CSV table in `dh`, `mdh` or `poe`.
 
-    The link transforms are the textbook products; those of `poe` are exponentials of screws.
+    The link transforms are the textbook products; the link transforms of `poe` are exponentials of
+    screws.
     """
     with mpmath.workdps(DIGITS):
         base, *rows, tool = csv.DictReader(text.splitlines())

@@ -41,7 +41,7 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function from a prepared pose to the other library's own type of result.
+        call: The timed function from a prepared pose to the result type of the other library.
         read: Function from the other library's result to joint values (k, n) and claims (k,).
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
         batch: Function from prepared poses (m, 4, 4) to the other library's results, on one thread.

@@ -1,4 +1,4 @@
-"""Minimum-norm steps against SciPy's least squares; joint velocities against differences."""
+"""Minimum-norm steps agree with SciPy's least squares, joint velocities with differences."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Lines in position and pitch, for arms with fewer than six axes, against differences."""
+"""Rates on lines in position and pitch agree with differences, for arms with few axes."""
 
 from itertools import pairwise
 
