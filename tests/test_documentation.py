@@ -15,7 +15,7 @@ README = "../README.md"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """A separate folder, because examples read and write files; robots in it are derived
+    """A separate folder for the examples, which read and write files; robots in it are derived
     quickly."""
     monkeypatch.chdir(tmp_path)
     with own_robots_compiled_quickly(), deriving_only():

@@ -111,7 +111,7 @@ def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
 
 
 def _on(normal: FloatArray) -> View:
-    """Return the view along a normal, with z up if the plane is not horizontal, else y."""
+    """Return the view along a normal, with z up, or with y up if the plane is horizontal."""
     main = int(np.argmax(np.abs(normal)))
     if abs(normal[main]) > 1 - _SAME_PLANE:
         base = (SIDE, FRONT, TOP)[main]

@@ -10,7 +10,8 @@ def test_inverse_of_built_arm_stays_within_error_limits():
 
 
 def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
-    """The arm has a column and two joints; the last joint rotates the tool about its own origin."""
+    """The arm has a column and two joints; the last joint rotates the tool about the tool
+    origin."""
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 

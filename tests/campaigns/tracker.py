@@ -1,9 +1,9 @@
 """Simulated laser tracker measurements, from the table to errors at validation configurations.
 
 Each arm has zero offsets up to three degrees, axis errors of 0.7 mm and 0.7 mrad, and periodic
-drive errors. Its links also sag by 0.2 mm, which no model of the program describes. A table in mm
-and degrees contains 36 configurations with three targets each; the poses of base and targets are
-unknown. The model error is measured at 200 further configurations.
+drive errors. The links of each arm also sag by 0.2 mm, which no model of the program describes. A
+table in mm and degrees contains 36 configurations with three targets each; the poses of base and
+targets are unknown. The model error is measured at 200 further configurations.
 
 The program must read the values of the table exactly. The error of the selected model must be
 smaller than the error of free axes without drives, and smaller than the sag, the only unmodelled

@@ -110,7 +110,7 @@ def rods(q, p):
     for k in range(3):
         c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
         out, cross_p, up = c * p[0] + s * p[1], -s * p[0] + c * p[1], p[2]
-        # Each arm rotates about y of its own frame; a positive angle lowers the arm.
+        # Each arm of the delta rotates about y of the arm frame; a positive angle lowers the arm.
         x = out + PLATFORM - BASE - ARM * np.cos(q[..., k])
         z = up + ARM * np.sin(q[..., k])
         f.append(x**2 + cross_p**2 + z**2 - ROD**2)

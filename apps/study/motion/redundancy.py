@@ -60,8 +60,8 @@ def minimum_norm(
     """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
 
     Derivatives with respect to s match the twist of the curve and the derivative of the twist up to
-    rounding errors. The null-space components are fourth-order differences. They are inaccurate
-    near singularities, where joints move far within a hundredth of the curve.
+    rounding errors. The null-space components are fourth-order differences. The differences are
+    inaccurate near singularities, where joints move far within a hundredth of the curve.
 
     Args:
         robot: A robot with as many joints in its main chain as coordinates.

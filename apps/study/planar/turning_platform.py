@@ -9,8 +9,8 @@ b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 The border of the inclusive workspace also contains other curves, on which two legs reach their
 limits. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs
 reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
-center of the square by d. Both tests, inside and outside, have a closed form. Other squares are
-subdivided; the remaining undecided area is the error.
+center of the square by d. The inside test and the outside test have a closed form. Other squares
+are subdivided; the remaining undecided area is the error.
 """
 
 from __future__ import annotations

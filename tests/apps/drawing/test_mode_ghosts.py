@@ -41,7 +41,7 @@ def near_reference(robot, count):
 
 
 def tools(robot, q):
-    """Returns the tool poses (k, 4, 4) in all modes from the robot's own functions."""
+    """Returns the tool poses (k, 4, 4) in all modes from the functions of the robot."""
     if hasattr(robot, "fk_all"):
         found = robot.fk_all(q)
         return found.T[found.valid]

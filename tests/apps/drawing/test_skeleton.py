@@ -1,4 +1,4 @@
-"""Body poses agree with the robot's own functions and with Pinocchio."""
+"""Body poses agree with the functions of the robot and with Pinocchio."""
 
 import itertools
 import json

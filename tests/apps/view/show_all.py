@@ -2,7 +2,7 @@
 
 A Chromium shows the shipped robots, the shelf, the robot files of a folder and N random mechanisms.
 Each page must load without console messages. After moves of all sliders, each body must agree with
-the robot's own functions. The tool must then follow the drag handle back.
+the functions of the robot. The tool must then follow the drag handle back.
 
 Prints for each robot the page size, the frame times of a slider and of the handle with ghosts, the
 number of ghosts, the largest errors of bodies and tool, and all failures. The pictures are written

@@ -1,4 +1,4 @@
-"""Displayed configurations, ghosts and limits agree with the robot's own functions."""
+"""Displayed configurations, ghosts and limits agree with the functions of the robot."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The offline page in a browser moves bodies as the robot's own functions do."""
+"""The offline page in a browser moves bodies as the functions of the robot do."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The inverse on the page agrees with the robot's own functions, and follows mouse drags."""
+"""The inverse on the page agrees with the functions of the robot, and follows mouse drags."""
 
 import json
 

@@ -18,7 +18,8 @@ pytestmark = [needs("g++"), needs("cmake")]
 NAMES = ["ur5e", "excavator", "planar_3rrr"]
 """A serial arm, a robot with loops in closed form, and a platform with iterated loops."""
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
-"""Functions that the tests compile: with one result, several results, and solutions in slots."""
+"""Functions that the tests compile: with one result, with several results, and with solutions in
+solution slots."""
 PAGE = "how-to/cpp.md"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 CONSUMER = """\

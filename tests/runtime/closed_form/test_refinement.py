@@ -22,7 +22,7 @@ SPOILT = 1e-7
 """Error of the shoulder angle in radians at poses above the height HIGH."""
 HIGH = 0.2
 
-# Both singularities of the Panda nearly coincide.
+# The two singularities of the Panda nearly coincide.
 PANDA = [
     -0.677318948519789,
     0.012915840615937757,

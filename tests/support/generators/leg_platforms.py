@@ -98,7 +98,7 @@ def _tripteron(rng):
         end[i] += upper * np.cos(a) + lower * np.cos(b)
         end[j] += upper * np.sin(a) + lower * np.sin(b)
         if letter == "x":
-            # The first leg carries the platform, whose axes are parallel to those of the base.
+            # The first leg carries the platform, whose axes are parallel to the axes of the base.
             text += _joint("platform", "x2", "revolute", lower * link, axis)
             reference["platform"] = -first - second
             origin = end

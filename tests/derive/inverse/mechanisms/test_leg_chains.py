@@ -17,7 +17,8 @@ REACH = {"revolute": 0.2, "prismatic": 0.05}
 FOLDED = {"3-RUU": 1, "3-RUU with offsets": 2}
 """Number of ways to fold a rod, of which the formula has one."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-RUU": 8, "3-RUU with offsets": 64}
-"""Number of slots: one for a decoupled robot, else two per leg, or four with a folded rod."""
+"""Number of solution slots: one for a decoupled robot, else two per leg, or four with a folded
+rod."""
 
 
 @cache
