@@ -86,7 +86,7 @@ class Derivation:
         """Returns the function with the given name, derived or handwritten.
 
         Raises:
-            KeyError: There is no function with this name.
+            KeyError: The derivation has no function with this name.
         """
         by_hand = next((f for f in self.written if f.name == name), None)
         return by_hand if by_hand is not None else self.function(name)
@@ -95,7 +95,7 @@ class Derivation:
         """Returns the derived function with the given name.
 
         Raises:
-            KeyError: There is no function with this name.
+            KeyError: The derivation has no function with this name.
         """
         for function in self.functions:
             if function.name == name:
@@ -120,8 +120,8 @@ def derive(
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
         functions: Names of functions; all functions of the robot by default.
-        fixed: Names of the joints with fixed values, which ``ik`` takes after the pose; () for the
-            default choice of a redundant robot.
+        fixed: Names of the joints with fixed values, which are inputs of ``ik`` after the pose; ()
+            for the default choice of a redundant robot.
         parametric: Whether functions with geometry as input, such as ``fk_p``, are derived too.
         families: The families of inverses to try, in order.
 

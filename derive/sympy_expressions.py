@@ -20,15 +20,15 @@ _OWN = re.compile("_([a-z]+)([0-9]+)")
 class Expressions:
     """A function of a robot in SymPy.
 
-    Substituting the parameters, the inputs and the signs in the terms in their order, and all of
-    them in the outputs, gives the values of the compiled function.
+    Substituting the parameters, the inputs and the signs into the terms in their order, and all
+    these values into the outputs, gives the values of the compiled function.
 
     Attributes:
         robot: Name of the robot.
         function: Name of the function.
         inputs: The symbols of each input in its shape; a vector is a column.
-        signs: For a function with branches, a symbol with the value 1 or -1 for each choice between
-            two branches. The outputs belong to a single branch.
+        signs: For a function with branches, one symbol with the value 1 or -1 for each choice
+            between two branches. The outputs belong to a single branch.
         parameters: The value of each parameter, exact.
         terms: The shared terms in their order, each expressed in inputs, parameters, signs and
             earlier terms; empty after expansion.
@@ -78,8 +78,8 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
         expand: Whether shared terms are substituted. An expanded inverse may be very long.
 
     Raises:
-        InputValueError: The robot has no such function; or the function is iterated, or its solver
-            is written in C, so that no expressions exist.
+        InputValueError: The robot has no such function, or no expressions exist because the
+            function is iterated or its solver is written in C.
     """
     derivation = derive(robot, functions=[function])
     if function in {written.name for written in derivation.written}:

@@ -42,7 +42,8 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     everything = joined(derive(description, functions=[name]))
     if everything is None or name not in everything.name_out():
         raise MissingFunctionError(
-            f"{description.name}: {name!r} is not a function of positions; differentiate one"
+            f"{description.name}: {name!r} is not a function of positions; choose a function such "
+            "as 'fk' and differentiate it"
         )
     return output_of(everything, name)
 
@@ -67,6 +68,6 @@ def _of_folder(folder: Path, name: str) -> ca.Function:
         raise MismatchError(f"{found[0]}: CasADi cannot read it; derive the robot again") from error
     if name not in everything.name_out():
         raise MissingFunctionError(
-            f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
+            f"{found[0]} has no {name!r}; it has {everything.name_out()} to differentiate"
         )
     return output_of(everything, name)

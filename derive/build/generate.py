@@ -107,8 +107,8 @@ def write(
 ) -> list[Path]:
     """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
 
-    Files that only an earlier run generated are removed; all files that chasles did not generate
-    are kept.
+    Files that only an earlier run generated are removed; files that chasles did not generate are
+    never removed.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.

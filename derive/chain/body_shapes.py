@@ -131,7 +131,7 @@ class _Attached:
 
 
 class _Shapes:
-    """Builds the shapes of all bodies, one member of the robot at a time."""
+    """Builds the shapes of all bodies, member by member."""
 
     def __init__(self, rigid: RigidBodies, actuated: set[str]) -> None:
         self.rigid, self.actuated = rigid, actuated

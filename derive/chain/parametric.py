@@ -1,8 +1,8 @@
 """Parametric functions of a serial robot, with geometry and coordinates as inputs.
 
-Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain. So
-the Jacobian of the extended chain contains the screw of every motion. With v_m the value of motion
-m and S_m its screw,
+Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain.
+Therefore, the Jacobian of the extended chain contains the screw of every motion. With v_m the value
+of motion m and S_m its screw,
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 

@@ -2,9 +2,9 @@
 
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
 (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
-rotations by multiples of 15 degrees about a frame axis map them to each other. The point with the
-fewest decimal places is unchanged, and the other points become exact copies of this point. A
-rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
+rotations by multiples of 15 degrees about a frame axis map these points to each other. The point
+with the fewest decimal places is unchanged, and the other points become exact copies of this point.
+A rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
 exact root.
 """
 

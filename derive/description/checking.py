@@ -134,7 +134,7 @@ class _Repairs:
     Attributes:
         file: Name of the file.
         text: The text; misspelt words are replaced by the suggested words.
-        values: Values that replace the values of the file; None removes a value.
+        values: Values that replace the values of the file, where None removes a value.
         removed: Names of removed parameters.
         respelled: Paths of fields with a replaced word.
     """

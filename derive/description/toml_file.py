@@ -410,7 +410,7 @@ def is_name(text: str) -> bool:
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """Returns a parameter with a different value; unit and meaning are kept."""
+    """Returns a parameter with a different value; its unit and meaning do not change."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 

@@ -46,8 +46,8 @@ class TurnedBase:
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding of relative angles (radian).
         length: Rounding of coordinates in the axes (metre).
-        lengths: Lengths of other bodies and of rods; a coordinate may equal one of them.
-        angles: Angles of other bodies; a base angle may equal one of them.
+        lengths: Lengths of other bodies and of rods; a coordinate may equal one of these lengths.
+        angles: Angles of other bodies; a base angle may equal one of these angles.
     """
 
     owner: str

@@ -1,8 +1,8 @@
 """Writes the robot file of a robot with loops, with placeholders for its geometry.
 
 The runtime replaces ``$xyz_k`` and ``$rpy_k`` of frame k (degrees) and single values ``$x_k``, in
-the order of :func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. It also replaces
-``$name``, ``$title``, ``$source`` and ``$closure``.
+the order of :func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also
+replaces ``$name``, ``$title``, ``$source`` and ``$closure``.
 """
 
 import json

@@ -99,7 +99,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error for fixed joints that leave no closed form; lists suitable joint sets."""
+    """Returns the error for fixed joints without a closed form; lists suitable joint sets."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]

@@ -1,7 +1,7 @@
-"""Shortens a coupled chain, so that each joint of the shorter chain has its own freedom.
+"""Shortens a coupled chain, so that each joint of the shorter chain moves independently.
 
-A coupled joint that follows other joints has no independent motion. Three identities remove such
-joints; M is the constant placement between two consecutive axes:
+A coupled joint that follows other joints has no independent motion. Three identities remove joints
+that do not move independently; M is the constant placement between two consecutive axes:
 
     Rz(a) M Rz(b) = Rz(a + s b) M                           coaxial axes, s = 1 or -1
     Tz(a) M Tz(b) = Tz(a + s b) M                           equal or opposite directions

@@ -27,7 +27,8 @@ def in_coordinates(
         solved: The task of the chain.
 
     Returns:
-        None if the task does not solve joints that share coordinates with other joints.
+        The result is None if the task does not solve joints that share coordinates with other
+        joints.
     """
     function = solved.function
     free = _coordinates_of(chain, function.role.free)

@@ -149,7 +149,8 @@ def explain(
 
     Args:
         description: A serial robot, or a mechanism, whose main chain is explained.
-        fixed: Names of the fixed joints, whose values ``ik`` takes; () for the default choice.
+        fixed: Names of the fixed joints, whose values are inputs of ``ik``; () for the default
+            choice.
         families: The families to try, in order.
 
     Returns:

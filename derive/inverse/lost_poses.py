@@ -2,8 +2,8 @@
 
 If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
 selects one value. If the other joints reach the pose only for certain values of this angle, the
-closed form may miss the solution. Such misses occur at right angles, in arms with round dimensions,
-and if a fixed prismatic joint makes axes intersect.
+closed form may miss the solution. An inverse misses poses at right angles, in arms with round
+dimensions, and if a fixed prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -79,8 +79,8 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
     """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle revolute joints.
 
-    A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. Such a
-    position may cancel an offset and make axes intersect.
+    A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. A
+    prismatic joint at a sum of link offsets may cancel an offset and make axes intersect.
     """
     rng = np.random.default_rng(0)
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])

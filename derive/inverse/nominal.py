@@ -1,8 +1,8 @@
 """Nominal arm of a calibrated arm: the axes are moved slightly to an exact structure.
 
-In a measured arm, no two axes are exactly parallel, and no two axes intersect exactly. Its inverse
-starts from the solutions of the nominal arm, and Newton's method refines each solution for the
-measured arm.
+In a measured arm, no two axes are exactly parallel, and no two axes intersect exactly. The inverse
+of a measured arm starts from the solutions of the nominal arm, and Newton's method refines each
+solution for the measured arm.
 """
 
 from collections.abc import Iterable, Sequence

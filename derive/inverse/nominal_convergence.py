@@ -49,7 +49,7 @@ class Sampled:
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
         """Samples the true arm and solves its poses with the task ``ik`` of a nominal arm.
 
-        Fixed joints keep their sampled values.
+        Fixed joints have their sampled values.
         """
         arm, given = NumericArm.of(robot, lines), nominal.role.fixed
         q, T = _configurations(arm)

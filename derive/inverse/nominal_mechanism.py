@@ -1,11 +1,11 @@
 """Nominal mechanism of a robot with loops as built: its design, or rounded lengths.
 
 The lengths and axis directions of a built robot differ slightly from its design. If the file
-specifies the design, the design is the nominal mechanism. Otherwise the design probably has round
-lengths, and equal or proportional lengths with which its loops have a closed form. So lengths are
-rounded to decimal grids, from coarse to fine, and axes to multiples of 15 degrees. The nominal
-mechanism is the first candidate with a closed-form inverse from which Newton's method converges to
-the true robot.
+specifies the design, the design is the nominal mechanism. If the file does not specify a design,
+the design probably has round lengths, and equal or proportional lengths with which its loops have a
+closed form. Therefore, lengths are rounded to decimal grids, from coarse to fine, and axes to
+multiples of 15 degrees. The nominal mechanism is the first candidate with a closed-form inverse
+from which Newton's method converges to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,8 +39,8 @@ rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
-"""Number of test configurations, and of random trials to find them; many loops can be closed in
-only one of five trials."""
+"""Number of test configurations, and of random trials that search for them; many loops can be
+closed in only one of five trials."""
 STEPS = 8
 CONVERGED = 1e-12
 """Newton step below which a configuration counts as converged (radian, or relative length)."""

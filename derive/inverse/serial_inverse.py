@@ -103,7 +103,7 @@ class Inverses:
     def self_motion(self) -> str:
         """Describes the joints that move without moving the tool, in every configuration.
 
-        The text is empty for arms without such a self-motion, for arms with more joints than a pose
+        The text is empty for arms without a self-motion, for arms with more joints than a pose
         determines, and for chains whose surplus joints are coupled by loops.
         """
         lines = self.classification.lines
@@ -269,8 +269,8 @@ def _by_couplings(
 ) -> Inverses | None:
     """Derives the inverse of a coupled robot from a chain whose joints are free.
 
-    The free chain has no joint that other joints can absorb. Its solutions include all solutions of
-    the robot; the coordinates are a linear function of these solutions.
+    The free chain has no joint that other joints can absorb. The solutions of the free chain
+    include all solutions of the robot; the coordinates are a linear function of these solutions.
     """
     if not robot.couplings:
         return None
@@ -336,7 +336,7 @@ STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
 def _by_free_followers(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the task ``ik`` of a robot with joints that follow others, with all joints free.
+    """Derives the task ``ik`` of a robot with coupled joints, with all joints free.
 
     The residual is evaluated at the coordinates, so solutions that violate a coupling are invalid.
 
@@ -347,8 +347,8 @@ def _by_free_followers(
         families: The families to try, in order.
 
     Returns:
-        None if a joint follows a fraction of another joint (full turns are then ambiguous), or if
-        the pose does not determine all free joints.
+        The result is None if a joint follows a fraction of another joint (full turns are then
+        ambiguous), or if the pose does not determine all free joints.
     """
     if not chain.keeps_turns:
         return None

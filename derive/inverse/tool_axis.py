@@ -41,7 +41,8 @@ def by_tool_axis(
         families: The families to try, in order.
 
     Returns:
-        None unless exactly five joints are free and fit a family together with the added axis.
+        The result is None unless exactly five joints are free and fit a family together with the
+        added axis.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):

@@ -1,4 +1,4 @@
-"""Numbers in a file that were replaced by exact values, and the resulting pose error."""
+"""Numbers of a file that were replaced by exact values, and the resulting pose error."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -44,11 +44,11 @@ class Cleaning:
     """All cleaned values of a description, and the combined effect on the tool pose.
 
     Attributes:
-        numbers: The cleaned values in order from the base.
-        position: Upper bound of the distance (metre) between the tool positions with written and
-            used values, at any joint values within the limits.
+        numbers: The cleaned values, in order from the base.
+        position: Upper bound of the distance (metre) between the tool positions for the written and
+            the used values, at any joint values within the limits.
         orientation: Upper bound of the angle (radian) between the tool's orientations.
-        samples: For a robot with loops, the number of random configurations over which both values
+        samples: For a robot with loops, the number of random configurations over which both bounds
             are maxima; 0 for bounds that hold at all configurations.
     """
 
@@ -59,7 +59,7 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """The bounds as text; a zero angle is omitted."""
+        """The bounds as text; an angle of zero is omitted."""
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
         drawn = f" at {self.samples} random configurations" if self.samples else ""
         return f"{rounded_up(self.position)} m{turned}{drawn}"
@@ -97,7 +97,7 @@ class Cleaning:
 
 
 def places(numbers: Iterable[CleanedNumber]) -> str:
-    """Lists fields with joints or frames, such as ``alpha, theta of joint2; x of tool``."""
+    """Lists fields with their joints or frames, such as ``alpha, theta of joint2; x of tool``."""
     fields: dict[str, list[str]] = {}
     for number in numbers:
         fields.setdefault(number.at, []).append(number.field)
@@ -112,7 +112,7 @@ def rounded_up(bound: float) -> str:
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Returns the number of decimal places of a finite decimal, or None."""
+    """Returns the number of decimal places of a finite decimal, or None for other numbers."""
     if not value.is_Rational:
         return None
     places, rest = 0, value.q

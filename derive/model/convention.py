@@ -3,7 +3,7 @@
 A robot file uses the fields, the compiler uses the placements, and the article prints one table
 column per field. The conventions of chasles are listed in
 :data:`chasles.derive.description.conventions.CONVENTIONS`. Custom conventions are objects of the
-same kind.
+same class.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,17 +31,17 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a joint.
+    """A field that describes a joint.
 
     Attributes:
         name: Name in robot files.
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings; a scalar uses its name.
         default: Value if a file omits the field, or None for zero.
-        needed_to: Meaning of a required field of moving joints, for the error message; empty for
+        needed_to: Meaning of a field that moving joints require, for the error message; empty for
             optional fields.
-        is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore such
-            fields.
+        is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore the fields
+            that describe a motion.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Field:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the scalars in the field: the field's name, or ``<name>_x`` and so on."""
+        """Names of the scalars in the field: the name of the field, or ``<name>_x`` and so on."""
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
@@ -113,8 +113,9 @@ class Convention:
             convention without a ``transform``; "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
             without the joint's motion; empty if no such product exists.
-        turning: Field to which a revolute joint adds its variable; empty if there is none.
-        sliding: Field to which a prismatic joint adds its variable; empty if there is none.
+        turning: Field to which a revolute joint adds its variable; empty if there is no such field.
+        sliding: Field to which a prismatic joint adds its variable; empty if there is no such
+            field.
         second_part: First field of the second table, if a single table is too wide.
         numbers: Function that returns, for a joint's kind, the product of elementary motions in the
             values that a calibration corrects, where None selects the link transform.
@@ -135,7 +136,7 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name, because a robot's repr is hashed and function reprs vary."""
+        """Returns the name, because a robot's repr is hashed and the repr of a function varies."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:
@@ -209,8 +210,8 @@ def of_transform(
         source: Publication in which the convention is defined.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
-        sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint
-            slides along the z axis of a revolute joint.
+        sliding: Field to which a prismatic joint adds its variable. Without this field, a prismatic
+            joint slides along the z axis of a revolute joint.
         fit: See :class:`Convention`.
 
     Raises:
@@ -227,10 +228,10 @@ def of_transform(
 
 
 def motions_before(transform: Placement, variable: str) -> int:
-    """Returns the number of motions in a link transform before the joint's own motion.
+    """Returns the number of motions in a link transform before the motion of the joint itself.
 
-    The joint motion follows the factor with the joint variable, and adjacent rotations about z and
-    translations along z, which commute with the motion.
+    The joint motion comes after the factor with the joint variable, and after adjacent rotations
+    about z and translations along z, which commute with the motion.
     """
     indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not indices or not _is_along_z(transform[indices[0]], variable):

@@ -16,7 +16,7 @@ MotorKind = Literal["revolute", "prismatic"]
 
 @dataclass(frozen=True)
 class Motor:
-    """An actuated coordinate that is not a joint: it moves joints through couplings.
+    """An actuated coordinate that is not a joint, but moves joints through couplings.
 
     Attributes:
         name: Unique name among joints and motors.
@@ -49,14 +49,15 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate is a motor or a joint with its own coordinate. A joint that names itself has its
-    own coordinate, to which other coordinates are added. A leader may itself be a coupled joint
-    without its own coordinate; its equation is then inserted.
+    A coordinate is a motor, or a joint with a separate coordinate. A joint whose coupling contains
+    the joint itself has a separate coordinate, to which other coordinates are added. A leader may
+    itself be a coupled joint without a separate coordinate; the equation of this joint is then
+    inserted.
 
     Attributes:
         joint: Name of the joint.
-        ratios: The coordinates or leaders, each with the joint motion per unit of it. A joint
-            without nonzero ratios is constant.
+        ratios: The coordinates or leaders, each with the joint motion per unit of the coordinate or
+            leader. A joint without nonzero ratios is constant.
         offset: Value of the joint if all coordinates are 0 (radian or metre).
     """
 
@@ -72,12 +73,12 @@ class Coupling:
 
     @property
     def has_own(self) -> bool:
-        """Whether the joint has its own coordinate."""
+        """Whether the joint has a separate coordinate."""
         return self.joint in dict(self.ratios)
 
 
 Row = tuple[Mapping[str, sp.Expr], sp.Expr]
-"""The ratios of a joint, keyed by coordinate, and its offset."""
+"""The ratios of a joint, keyed by coordinate, and the offset of the joint."""
 
 
 @dataclass(frozen=True)
@@ -96,16 +97,18 @@ class LinearMap:
 
     def at(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
         """Returns theta = C q + c."""
-        # A sum over all columns would give long expressions that SymPy has to shorten.
+        # A sum over all columns would give long expressions, which SymPy would then simplify
+        # slowly.
         return tuple(
             sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
             for j in range(self.C.rows)
         )
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L with q = L (theta - c), and the joints on which L depends.
+        """Returns L, where q = L (theta - c), and the joints on which L depends.
 
-        L has a column for each of these joints, the first independent ones from the base.
+        L has one column for each of these joints, which are the first independent joints from the
+        base.
         """
         _, pivots = self.C.T.rref()
         return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)
@@ -115,15 +118,15 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
     """Returns the map from the coordinates to the moving joints.
 
     The coordinates are in the order of the joints; a motor precedes the coordinates of the joints
-    behind the first joint that it moves.
+    after the first joint that the motor moves.
 
     Args:
         joints: Names of the moving joints, in order from the base.
         couplings: The equations of the coupled joints.
 
     Raises:
-        DescriptionError: A coupling has no moving joint, a chain of leaders is a circle, or the
-            joints do not determine the coordinates.
+        DescriptionError: A coupling has no moving joint, leaders form a cycle, or the joints do not
+            determine the coordinates.
     """
     rules = {rule.joint: rule for rule in couplings}
     check_unique("coupling of joint", [rule.joint for rule in couplings])
@@ -134,7 +137,8 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
                 f"coupling of {rule.joint!r}: expected a moving joint ({expected})"
             )
     rows = [_row(name, rules, ()) for name in joints]
-    # A joint's own coordinate has the place of the joint, a motor that of the first joint it moves.
+    # The separate coordinate of a joint has the position of the joint; a motor has the position of
+    # the first joint that it moves.
     placed = [
         name
         for joint, (ratios, _) in zip(joints, rows, strict=True)

@@ -1,8 +1,8 @@
 """Exact numbers: text from a file is converted to a SymPy expression and never executed.
 
-The reader traverses the Python syntax tree of the text. It accepts numbers, ``pi``, parameters, the
-four operations, small powers and a few functions. Any other syntax is an error whose message quotes
-it.
+The reader traverses the Python syntax tree of the text. The reader accepts numbers, ``pi``,
+parameters, the four operations, small powers and a few functions. Any other syntax is an error
+whose message quotes it.
 """
 
 import ast
@@ -29,7 +29,7 @@ MAX_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Maximum number of digits before the decimal point; ``1e999999999`` has too many."""
+"""Maximum number of digits before the decimal point; ``1e999999999`` has more digits."""
 SMALLEST_MAGNITUDE = 400
 """Maximum number of decimal places; exporters write ``1.2246467991473532e-16`` and smaller."""
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
@@ -76,8 +76,8 @@ def read(
         A SymPy expression of Rationals, pi and the named symbols.
 
     Raises:
-        NotExact: The value has a wrong type, or is not finite, not real, too large, or not
-            understood.
+        NotExact: The value has a wrong type, is not finite, not real or too large, or has unknown
+            syntax.
     """
     if isinstance(value, bool):
         raise NotExact("a truth value is not an exact number")
@@ -113,7 +113,7 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Converts a sequence of three values to exact numbers.
 
     Raises:
-        NotExact: There are not three values, or a value is not exact.
+        NotExact: The sequence does not have three values, or a value is not exact.
     """
     if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != 3:  # noqa: PLR2004
         raise NotExact(f"{values!r}: expected three numbers")

@@ -4,20 +4,21 @@ The pose of the tool is a product of elementary motions in the coordinates q and
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The named parameters of the description come first; they move every value that is stated with them.
-The parameters of a joint are the fields of its own convention, except directions, and the
-corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
-and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
-axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
-joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is
+The named parameters of the description come first; each of them moves every value that contains it.
+The parameters of a joint are the fields of its convention, except directions, and the corrections
+of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B and E
+correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The axis and
+tool corrections are a complete and minimal model of any chain: 4 parameters per revolute joint, 2
+per prismatic joint, and 6 for the tool. The value of a joint is
 
-    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
+    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau,
+    with the torque tau.
 
-The sine and cosine waves model eccentric encoders and gears; prismatic joints have none. If the
+The sine and cosine waves model eccentric encoders and gears; prismatic joints have no waves. If the
 robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,
-and the joint deflects like a spring. The deflection changes the torque by a product of two small
-values, which is neglected. Fixed joints have no parameters, because the parameters of the next
-joint, or of the tool, have the same effect.
+and the joint deflects like a spring. The deflection itself changes the torque by a product of two
+small values, which is neglected. Fixed joints have no parameters, because the parameters of the
+next joint, or of the tool, have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -69,7 +70,7 @@ class GeometryParameter:
     """A geometric parameter, an input of the parametric functions.
 
     Attributes:
-        name: Unique name, which joins a joint, "base" or "tool" with the quantity, such as
+        name: Unique name that consists of a joint, "base" or "tool" and of the quantity, such as
             ``elbow_alpha``.
         symbol: The symbol in the equations.
         value: The nominal value (metre, radian or 1).
@@ -161,7 +162,7 @@ class Parameters:
     ) -> sp.Expr:
         """Creates a parameter of a joint, the base or the tool, and returns the varied value.
 
-        A named parameter in the value moves the value by the same amount as in the description.
+        A named parameter in the value moves this value by the same amount as in the description.
         """
         nominal = value.xreplace(self._nominal)
         symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)
@@ -281,7 +282,7 @@ def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Param
 
 
 def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Expr:
-    """Returns the compliance symbol: rotation per torque, or translation per force."""
+    """Returns the symbol of a compliance: rotation per torque, or translation per force."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 

@@ -54,8 +54,8 @@ class Closure:
 
     Attributes:
         name: Unique name among joints, closures and struts.
-        kind: ``pin`` rotates about the common z axis, ``slider`` moves along it, ``ball`` keeps the
-            origins together, ``weld`` keeps the frames together.
+        kind: ``pin`` rotates about the common z axis, ``slider`` moves along the common z axis,
+            ``ball`` keeps the origins together, ``weld`` keeps the frames together.
         a: The frame on the first body.
         b: The frame on the second body.
     """
@@ -116,7 +116,7 @@ class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
     If a drive is not actuated, the joint moves the motor, and the motor angle is a passive
-    coordinate. An example is the second of two motors on one slide.
+    coordinate. For example, two motors may move one slide; the second motor is then not actuated.
 
     Attributes:
         name: Name of the motor's coordinate.
@@ -145,7 +145,7 @@ class Coordinate:
     Attributes:
         name: Name of the joint, cylinder or motor.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or metre), None if unbounded.
+        limits: Lowest and highest value (radian or metre), or None if unbounded.
         moves: The joint or cylinder that the coordinate moves.
         ratio: Displacement of the joint or cylinder per unit of the coordinate.
         assumed: Whether the limits are assumed because the source does not state them.
@@ -185,12 +185,12 @@ class Mechanism:
         parameters: The named lengths and angles that the placements use.
         reference: Coordinate and joint values of the configuration that selects the branch of each
             loop. For a cylinder, and for a joint whose limits exclude zero, the default is the
-            middle of the limits. For all other joints it is zero. Values of passive joints may be
-            approximate.
+            middle of the limits. For all other joints, the default is zero. Values of passive
+            joints may be approximate.
         notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
-        nominal: For an as-built robot, the design of the robot, with the same joints and struts;
+        nominal: For a robot as built, the design of the robot, with the same joints and struts;
             otherwise None.
         springs: Passive joints with springs in the description. The mobility analysis treats them
             as free joints.
@@ -325,7 +325,7 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swing angles that are neither actuated nor in the main chain.
 
-        Drives that are not actuated are last.
+        Drives that are not actuated come last.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -370,7 +370,7 @@ class Mechanism:
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
-        """Yields default reference values at the middle of the limits.
+        """Yields default reference values in the middle of the limits.
 
         Only cylinders, and joints whose limits exclude zero, have a default in the middle of the
         limits.

@@ -1,7 +1,7 @@
 """Constant poses as products of elementary motions, in exact numbers.
 
-Lengths are in metres, angles in radians. Each motion acts in the frame that the motions on its left
-reach. A placement therefore has the same order as the product of the matrices.
+Lengths are in metres, angles in radians. Each motion acts in the frame that the motions to its left
+produce. A placement therefore has the same order as the product of the matrices.
 """
 
 from collections.abc import Mapping
@@ -110,7 +110,7 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 
 
 def align_z(axis: Vector) -> Placement:
-    """Returns the rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
+    """Returns rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
 
     If the component ratios have many digits, the angles are rounded to ``AXIS_DIGITS`` digits.
 
@@ -129,7 +129,7 @@ def align_z(axis: Vector) -> Placement:
 
 
 def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the angles of a direction that is not along z, exact if the exact form is short."""
+    """Returns the angles of a direction that is not along z; exact if the exact form is short."""
     x, y, z = axis
     if not all(component.is_Rational for component in axis) or _is_short(axis):
         azimuth, tilt = angle_of(x, -y), angle_of(root(x**2 + y**2), z)
@@ -150,7 +150,7 @@ def _is_short(axis: Vector) -> bool:
 
 
 def _twelfths(angle: sp.Expr) -> sp.Expr:
-    """Returns the angle, converted to an exact multiple of pi/12 if it equals such a multiple."""
+    """Returns the angle as an exact multiple of pi/12 if it equals such a multiple."""
     twelfths = (12 * angle / sp.pi).evalf(EVALUATION_DIGITS)
     nearest = sp.Integer(round(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else angle

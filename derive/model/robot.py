@@ -2,7 +2,7 @@
 
 Every convention and file format is converted to this form. The pose of link i in link i-1 is
 
-    T_prev_link = before * motion(q) * after
+    T_prev_link = before * motion(q) * after, with the joint coordinate q.
 
 Here ``motion`` is a rotation about or a translation along the z axis of the joint frame. ``before``
 and ``after`` are products of elementary motions. All numbers are exact; lengths are in metres and
@@ -66,7 +66,7 @@ class Parameter:
 
     @property
     def symbol(self) -> sp.Symbol:
-        """The symbol that stands for the parameter in every equation."""
+        """The symbol that represents the parameter in every equation."""
         return sp.Symbol(self.name, real=True)
 
 
@@ -87,8 +87,8 @@ class Joint:
         direction: 1, or -1 if the joint moves against its coordinate.
         convention: The convention of the description, or None if the description has plain
             placements.
-        given: Values of the convention's fields in the description, vectors by component, for the
-            printed table.
+        given: Values of the convention's fields in the description, with vectors by component, for
+            the printed table.
         assumed: Names of the fields that the source of the description does not state.
     """
 
@@ -162,7 +162,7 @@ class Transmission:
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
-    The waves model eccentric encoders and gears; prismatic coordinates have none.
+    The waves model eccentric encoders and gears; prismatic coordinates have no waves.
 
     Attributes:
         coordinate: Name of the coordinate.
@@ -191,7 +191,7 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Spring:
-    """The compliance of a coordinate's joint, and the link mass whose weight deflects the joint.
+    """The compliance of a coordinate's joint, with the link mass whose weight deflects the joint.
 
     Joint axis and link refer to the nominal arm at zero coordinates, in the base frame.
 
@@ -200,7 +200,7 @@ class Spring:
         compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
         axis: Direction of the joint's axis.
         point: A point on the axis (metre).
-        mass: Mass carried by the joint (kilogram).
+        mass: Mass that the joint carries (kilogram).
         center: Center of mass of the link (metre).
     """
 
@@ -261,8 +261,9 @@ class SerialRobot:
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
-        couplings: The equations of joints that do not move with a coordinate of their own alone.
-        motors: The coordinates of the couplings that are not joints, and limits of the own
+        couplings: The equations of coupled joints, which do not move with a single separate
+            coordinate alone.
+        motors: The coordinates of the couplings that are not joints, and the limits of the separate
             coordinates of coupled joints.
 
     Raises:
@@ -393,7 +394,7 @@ class SerialRobot:
         return linear_map([joint.name for joint in self.moving], self.couplings)
 
     def is_coupled(self, joint: str) -> bool:
-        """Whether a joint moves with other coordinates than one of its own alone."""
+        """Whether a joint moves with any coordinate other than its separate coordinate."""
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:

@@ -1,7 +1,7 @@
 """Roots and angles of numbers: exact for short numbers, decimal for long numbers.
 
 A long decimal number is itself rounded, so its exact root is no better than a decimal root. For an
-exact root, SymPy would factor the number, which may take long or fail.
+exact root, SymPy would factor the number, which may take a long time or fail.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from .tolerances import WORKING_DIGITS
 from .values import Values
 
 LONGEST_EXACT = 10**15
-"""Maximum numerator and denominator of a short fraction, which correspond to the digits of a
+"""Maximum numerator and denominator of a short fraction; both have about as many digits as a
 double.
 
 SymPy can always factor the square of a number with a short square root.
@@ -57,8 +57,8 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
     """Returns atan2(y, x), as a decimal number if an argument has no short square.
 
-    The result is also a decimal if SymPy would take long to find the signs of sines and cosines, or
-    would return a complex logarithm.
+    The result is also a decimal if SymPy would need a long time to find the signs of sines and
+    cosines, or would return a complex logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
     if y.free_symbols | x.free_symbols or y == 0 or x == 0:
@@ -70,7 +70,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Substitutes numbers for symbols; evaluates roots and angles as this module does.
+    """Substitutes numbers for symbols, with the roots and angles of this module.
 
     Raises:
         NoValue: A root of a long number is not real.

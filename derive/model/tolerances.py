@@ -15,10 +15,10 @@ WORKING_DIGITS = EVALUATION_DIGITS + 20
 """Decimal digits of intermediate results in constant expressions. Chains of named constants lose a
 few digits. With these additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Correct decimal digits of a constant with many operations; rounding and cancellation may change
-the last eight."""
+"""Number of correct decimal digits of a constant with many operations; rounding and cancellation
+may change the last eight of the 40 digits."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Difference (no unit) below which a constant near 1 equals an integer: 1e-32, the last reliable
+"""Difference (no unit) up to which a constant near 1 equals an integer: 1e-32, the last reliable
 digit."""
 
 MAX_WAVES = 0.05
@@ -40,7 +40,7 @@ LARGE_CLEANING = 5e-4
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
-nines follow the written digits. One in 500 intended values has such digits by chance."""
+nines follow the written digits. One in 500 intended values has three such digits by chance."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
 radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
@@ -71,7 +71,7 @@ MAX_TURNED = 45.0
 """Joint limit (radian) above which the value may be in degrees: seven turns, more than most
 continuous joints have."""
 UNLIMITED = 10_000
-"""Width of a joint range (radian or metre) from which a joint counts as unlimited. Exporters write
+"""Width of a joint range (radian or metre) above which a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
 """Digits of axis angles without a short exact form: 1e-25 rad is far below the rounding of a
@@ -79,30 +79,30 @@ double. Decimal numbers avoid roots of long fractions, which SymPy would factori
 SHORT_PROPORTION = 1000
 """Largest integer in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Fraction of a quaternion (no unit) below which roll and yaw share one axis. Rounding in double
-precision leaves 1e-16, and rounding would determine the direction of such a small component."""
+"""Fraction of a quaternion (no unit) below which roll and yaw share an axis. Rounding in double
+precision gives 1e-16 and would alone determine the direction of such a small component."""
 COMPILED_DECIMALS = 14
-"""Decimal places (metre, radian) of values computed by a program: rounding leaves 1e-16 for a metre
-or two, and nobody writes more than 13 decimal places."""
+"""Decimal places (metre, radian) of values computed by a program: rounding gives errors of 1e-16
+for one or two metres, and no file author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Difference (radian) between an angle computed by a program and the angle in a file: a few
-roundings of an angle near pi."""
+"""Difference (radian) between an angle that a program computes and the angle in a file: a few
+rounding errors of an angle near pi."""
 CALIBRATED_TOOL = 0.05
 """Maximum tool displacement caused by a factory calibration at zero coordinates: metre, and norm of
 the difference of rotation matrices. Calibrations move the tool by millimetres. A calibration for
-the wrong robot type moves it by 80 mm or more."""
+the wrong robot type moves the tool by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
-file's lengths. At 15-digit precision, rounding gives about 1e-14. The deviation of a wrong
+file's lengths. With 15-digit numbers, rounding gives about 1e-14. The deviation of a wrong
 expression is about as large as the expression."""
 
 # --- numbers that count as integers ---
 
 MEANT = 1e-100
 """Magnitude (no unit) below which a nonzero constant is not replaced by 0. Rounding of numbers near
-1 leaves at least 1e-40, so a constant of 1e-150 comes from the file itself."""
+1 gives at least 1e-40, so a constant of 1e-150 must come from the file itself."""
 UNIT_VECTOR = 1e-12
-"""Maximum difference between a unit vector's squared length and 1 (no unit): rounding leaves about
+"""Maximum difference between a unit vector's squared length and 1 (no unit): rounding gives about
 1e-15. An exact vector must have length 1 exactly."""
 
 # --- loops: closures, ranks, branches ---
@@ -111,54 +111,54 @@ BRANCHES_APART = 1e-6
 """Distance difference below which two branches are equally near to the reference.
 
 The distance is the root of a sum of squares, in radian or relative to the mechanism size. Rounding
-in double precision leaves about 1e-8 near a dead point; references are written with three digits.
+in double precision gives about 1e-8 near a dead point; references are written with three digits.
 """
 OFF_BRANCH = 1e-6
-"""Joint gap (relative to the mechanism size, or radian) above which a branch does not exist.
+"""Closure error of a joint (relative to the size, or radian) above which a branch does not exist.
 
-Rounding in double precision leaves about 1e-8 near a dead point. The gap of an incompatible joint
-is about as large as the links.
+Rounding in double precision gives about 1e-8 near a dead point. The closure error of an
+incompatible joint is about as large as the links.
 """
 LOOPS_AGREE = 1e-6
 """Maximum loop residual for joint values that are fixed together (relative, or direction cosine).
 
-If the main chain has more joints than degrees of freedom, consistent values leave 1e-8 near a dead
-point. Inconsistent joint values, set by hand, leave far larger residuals.
+If the main chain has more joints than degrees of freedom, consistent joint values give residuals of
+1e-8 near a dead point. Inconsistent joint values, set by hand, give far larger residuals.
 """
 OFF_AXIS = 1e-12
 """Squared distance (square metre) above which a point at the reference is not on an axis."""
 ZERO_COMPONENT = 1e-25
 """Vector components below this value are zero (no unit, or metre between points).
 
-Components are evaluated at 40-digit precision, which leaves 15 digits for rounding errors. No
-intended nonzero component is as small.
+Components are evaluated at 40-digit precision, so 15 digits remain for rounding errors. No intended
+nonzero component is as small as this value.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""sin^2 of a transmission angle at the reference below which a different ring of pins is solved
-first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints by
-milliradians."""
+"""Value of sin^2 of a transmission angle at the reference below which a different ring of pins is
+solved first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints
+by milliradians."""
 CLEAR_LEG = 0.25
-"""sin^2 of a transmission angle at the reference, below which a leg farther from its dead point is
-preferred for the same joint: 30 degrees, a typical joint motion in use."""
+"""Value of sin^2 of a transmission angle at the reference below which a leg farther from its dead
+point is preferred for the same joint: 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
-"""Length relative to the longest vector below which a vector may be exactly zero. Rounding leaves
+"""Length, relative to the longest vector, below which a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
 """Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. The last
-step of its iteration is 1e-14; for redundant equations it iterates on the squared equations."""
+step of the iteration is 1e-14; for redundant equations, it uses the squared equations."""
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values below this fraction of the largest are zero (no unit).
+"""Singular values below this fraction of the largest singular value are zero (no unit).
 
 The value is far above the rounding error of a Jacobian at a closed configuration (1e-15), and far
 below the smallest singular value away from singularities (1e-3).
 """
 REPEATED_EQUATION = 1e-4
-"""Singular values of redundant equations near closure, relative to the largest.
+"""Bound for singular values of redundant equations near closure, relative to the largest.
 
 At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redundant equations still
-look independent.
+seem to be independent.
 """
 STILL_JOINT = 1e-6
 """Motion below which closed loops hold a joint still (radian, or relative to the size).
@@ -166,40 +166,40 @@ STILL_JOINT = 1e-6
 Random closed configurations differ by more, and each may be 1e-6 away from closure.
 """
 REPEATED_AS_BUILT = 0.02
-"""Limit of such singular values for as-built robots, whose tilted axes make redundant equations
-look independent. It is ten times the value observed for axes 2 mrad out of parallel."""
+"""Bound for such singular values in robots as built, whose tilted axes make redundant equations
+seem independent. The bound is ten times the value observed for axes 2 mrad out of parallel."""
 WORTHWHILE_STEP = 0.9
 """A Newton step is shortened if more than this fraction of the residual remains."""
 SAMPLED_RANGE = 0.3
 """Distance of random configurations from the reference (radian, or relative to the size).
 
-The distance is large enough to leave a singular reference, and small enough that Newton's method
-closes the loops.
+The distance is large enough to move away from a singular reference, and small enough that Newton's
+method closes the loops.
 """
 NEIGHBOURHOOD = 0.02
-"""Distance of closed configurations in the reference's neighborhood (radian, or relative to size).
+"""Distance of closed configurations near the reference (radian, or relative to the size).
 
 At larger distances, Newton's method may find a different assembly mode with different degrees of
 freedom. The distance is large enough to detect singular values that vanish at the reference (4e-4
 if they grow quadratically).
 """
 GAP = 1e-7
-"""Gap up to which a loop counts as closed in a numerical search (relative to the size, or radian).
-A search with finite differences ends about 1e-10 from closure. At a dead point the gap grows
-quadratically with the motion, so angles are then accurate to 3e-4 rad."""
+"""Closure error up to which a loop counts as closed in a numerical search (relative to the size, or
+radian). A search with finite differences ends about 1e-10 from closure. At a dead point, the
+closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""
 DIFFERENCE_STEP = 1e-6
-"""Step of central differences in such a search (radian, or relative to the mechanism size). The
-square of the step, and the rounding error of a double relative to the step, are both below 1e-9."""
+"""Step of central differences in a numerical search (radian, or relative to the size). The square
+of the step, and the rounding error of a double relative to the step, are both below 1e-9."""
 WORTHWHILE_GAIN = 1e-5
-"""Minimum relative decrease of the squared gap (no unit) per iteration while minimizing it."""
+"""Minimum relative decrease of the squared closure error (no unit) per minimization step."""
 CLOSING_GAIN = 3e-3
-"""Minimum relative decrease of the squared gap (no unit) per iteration while closing loops. With a
-smaller decrease, three quarters of the squared gap would remain after eighty iterations, but
-closing needs fourteen orders of magnitude."""
+"""Minimum relative decrease of the squared closure error (no unit) per iteration of a search for
+closed loops. With a smaller decrease, three quarters of the squared closure error would remain
+after eighty iterations, but a closed loop needs a decrease by fourteen orders of magnitude."""
 SAME_POINT = 1e-9
 """Distance below which two points of a drawing coincide (metre), also for directions (no unit).
 
-Loops closed in double precision leave a gap of 1e-12; the eye resolves 1e-4 of a robot's size.
+Loops closed in double precision have errors of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
 """Minimum difference between the description and the closed reference that is reported (radian, or
@@ -210,11 +210,11 @@ Values estimated by eye are about 10 degrees off; a different assembly mode is u
 PIN_ACROSS = 0.1
 """Cosine of the angle between a pin and its strut up to which the pin is perpendicular (no unit).
 
-In as-built robots, this cosine is a few hundredths. A frame that only locates the point of an end
+In robots as built, this cosine is a few hundredths. A frame that only locates the point of an end
 may have any orientation.
 """
 SAME_VIEW = 1e-6
-"""Angle up to which directions of a solved configuration are parallel in a drawing (radian).
+"""Angle up to which directions of a solved configuration count as parallel in a drawing (radian).
 
 A configuration that closes overconstrained loops is accurate to about 1e-7.
 """
@@ -224,9 +224,9 @@ LAYOUT_TIE = 1e-5
 The last digits of these values differ between machines, but the bytes of a drawing must not differ.
 """
 DRAWN_AS_ONE = 1e-6
-"""Distance below which points of a body are drawn as one, relative to the robot's size.
+"""Distance below which two points of a body are drawn as one point, relative to the robot's size.
 
-The eye resolves a hundred times as much, and exact placements in double precision leave 1e-15.
+The eye resolves a hundred times as much; placements in double precision have errors of 1e-15.
 """
 DRAWN_DIGITS = 9
 """Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
@@ -238,46 +238,46 @@ machines and still resolve micrometres.
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum first Newton correction after a path step; above it, a different path may be equally
-near."""
+"""Maximum first Newton correction after a path step; for a larger correction, a different path may
+be equally near."""
 PATH_ON = 1e-7
-"""Maximum second Newton correction, about the square of the first."""
+"""Maximum second Newton correction, about the square of the first correction."""
 SHORTEST_PATH_STEP = 1e-9
 """Step length below which a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
 """Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12, and this value
 is quadratic in the difference."""
 SINGULAR_POSE = 1e11
-"""Condition number from which a pose counts as singular for generic rods; regular poses have about
+"""Condition number above which a pose counts as singular for generic rods; regular poses have about
 1e4."""
 POSE_AT_INFINITY = 1e-10
 """Maximum |e.e| of a pose at infinity; for a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
 """Distance (metre) below which a centroid counts as the origin."""
 RODS_SPAN = 1e-9
-"""Relative singular value below which the rods do not vary in a direction."""
+"""Relative singular value below which the rods do not vary in the corresponding direction."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Deviation up to which axes exactly have a closed-form structure (radian, or relative to the arm's
+"""Deviation up to which axes have exactly a closed-form structure (radian, or relative to the arm's
 length).
 
 Decimal numbers in a file are read exactly, so only rounding errors of the numerical test remain.
 """
 MEASURED_STRUCTURE = 5e-3
-"""Deviation up to which a closed-form structure is intended (radian, or relative to the arm's
-length).
+"""Deviation up to which axes are intended to have a closed-form structure (radian, or relative to
+the arm's length).
 
 The value bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
 """
 NEARLY_STRUCTURE = 3e-2
-"""Deviation up to which a nominal arm with a closed-form structure is tried for an arm without one
+"""Deviation up to which a nominal arm with a closed-form structure is tried for another arm
 (radian, or relative to the arm's length). The nominal arm is used if Newton's iteration converges
 from its solutions to the solutions of the true arm, which is rare for larger deviations."""
 MIN_CONVERGED = 0.9
 """Fraction of random configurations that must be recovered from a nominal arm. About one
-configuration in ten is near a singularity, and there a small difference between the arms moves
+configuration in ten is near a singularity, where a small difference between the arms moves
 solutions by arbitrary amounts."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
@@ -294,19 +294,19 @@ MAX_REFINING_STEP = 0.3
 """Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
 different branch."""
 LOST = 1e-5
-"""Error (radian, or metre for arms of at least a metre) from which a reachable pose counts as
-missed. Smaller errors, which may be due to rounding, are refined at run time."""
+"""Error (radian, or metre for arms of at least a metre) above which a reachable pose counts as
+missed. Smaller errors, which may result from rounding, are refined at run time."""
 JACOBIAN_RANK = 1e-9
-"""Maximum singular value of the Jacobian that counts as 0; lengths are relative to the arm's."""
+"""Maximum singular value of the Jacobian that counts as 0, with lengths relative to the arm."""
 OBLIQUE_AXES = 1e-3
-"""Sine of the angle between two axes below which a slide does not determine a point of its axis."""
+"""Sine of the angle between axes below which a prismatic joint fixes no point of its axis."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Maximum distance (metre) and sine of the angle from its joint axis, or from the base plane, at
 which the tool lies on this axis or in this plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Smallest singular value up to which unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Sine of the angle between axis 6 and axes 2 to 4 up to which they count as parallel.
+"""Sine of the angle between axis 6 and axes 2 to 4 up to which all these axes count as parallel.
 
 The sum of angles 2 to 4 is then chosen to bring the elbow within reach, with an orientation error
 of at most this value.
@@ -318,9 +318,9 @@ The rotation angle is then chosen for the later joints, which moves the point by
 value.
 """
 ALIGNED_AXES = sp.Float("1e-8", 20)
-"""Two axes are aligned below this sine.
+"""Two axes count as aligned if the sine of their angle is below this value.
 
-The error of their angles from the orientation is the rounding error divided by the sine.
+The error of the two joint angles from the orientation is the rounding error divided by this sine.
 """
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
 """This value is added to the first component of a computed direction, and to divisors that may be
@@ -341,12 +341,12 @@ zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between two solutions that coincide.
 
-Rounding changes this value by about 1e-16 of its terms. If a solution moved off its singular
-position by 1e-8, later steps would not detect the singularity. An error of 4e-15 in the equation is
-harmless.
+Rounding changes this value by about 1e-16 of its terms. If a solution moved by 1e-8 from its
+singular position, later steps would not detect the singularity. An error of 4e-15 in the equation
+is harmless.
 """
 MIN_CONIC = sp.Rational(1, 10**20)
-"""Smallest g of a trigonometric polynomial with coefficients near 1, rounded to 1e-16."""
+"""Smallest g of a trigonometric polynomial with coefficients near 1 and errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
 """Value of P + Q above which the resolvent is linear up to 1e-5, and its closed form loses
 digits."""
@@ -364,21 +364,21 @@ MIN_SLOPE = sp.Rational(1, 10**10)
 GREATEST_T = sp.Rational(3, 2)
 """Upper bound of t after a step from a triple root; an exact t is at most 1."""
 MIN_T = sp.Rational(1, 10**8)
-"""Value of t below which alpha is too small to divide p by it."""
+"""Value of t below which alpha is too small to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
-"""Sine of the angle between rows that are linearly dependent up to rounding."""
+"""Sine of the angle up to which two rows are linearly dependent, except for rounding."""
 FARTHEST_POINT = sp.Integer(10) ** 6
 """Upper bound for the point X of subproblem 6; no solution exists beyond sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """Minimum squared ratio of singular values for undamped Newton steps on three angles. For a
-Jacobian of rank 1, rounding errors exceed smaller values."""
+Jacobian of rank 1, rounding errors are larger than smaller values of this ratio."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""Most negative margin at which solutions are refined; below it, Newton's method finds different
-solutions."""
+"""Most negative margin at which solutions are refined; for smaller margins, Newton's method finds
+different solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
-"""Start distance (radian) from the common point of solutions with equal squared lengths.
+"""Distance (radian) of start values from the common point of solutions with equal squared lengths.
 
 Squared lengths determine an angle up to 1e-8.
 """
@@ -393,43 +393,44 @@ POSE_DAMPING = sp.Rational(1, 10**12)
 """Minimum squared ratio of singular values at which pose steps are undamped; rounding of the normal
 equations is 1e-16."""
 DETERMINANT_TAIL = 1e-9
-"""Relative size up to which coefficients above degree 8 of a determinant are 0; rounding leaves
+"""Relative size up to which coefficients above degree 8 of a determinant count as 0; rounding gives
 1e-15."""
 SINGLE_SOLUTION = 1e-12
-"""Ratio of the second smallest to the largest singular value, below which the second smallest
-counts as 0.
+"""Ratio of the second smallest to the largest singular value below which the second smallest counts
+as 0.
 
 The six equations do not determine a unique solution in this case.
 """
 POOR_SEPARATION = 1e-5
-"""Separation of the solutions (:attr:`.Choice.separation`) below which different joints are fixed.
-The separation is 1e-4 or more for arms with six regular joints besides the prismatic joint, and
-7e-7 for an arm with a prismatic joint along two axes."""
+"""Separation of the solutions (:attr:`.Choice.separation`) below which other joints are fixed
+instead. The separation is 1e-4 or more for arms with six regular joints besides the prismatic
+joint, and 7e-7 for an arm with a prismatic joint along two axes."""
 ASKED_SEPARATION = 5e-3
-"""Separation of the solutions (:attr:`.Choice.separation`) from which the general solver is
+"""Separation of the solutions (:attr:`.Choice.separation`) above which the general solver is
 practical.
 
 The general solver may then run at every pose of an arm that nearly has a closed-form structure. The
-separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa it is at most 2e-3, and
-the solver takes five times as long.
+separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa, the separation is at most
+2e-3, and the solver takes five times as long.
 """
 ASKED_MOVE = 0.05
 """Median joint change (radian) between nominal and true solutions above which the general solver is
 needed.
 
 Joint change above which the general solver runs at every pose, if it separates the solutions well.
-Near a wrist singularity, such an arm has solutions that are on no nominal branch. With a wrist
-offset of 13 mm (median 0.06), 1 of 9 right-angled configurations was missed. The median is 0.02 for
-an IRB 120 with errors of 3.6 mm and mrad, and smaller for all tested arms with up to 3 mm and mrad.
+Near a wrist singularity, an arm with such a joint change has solutions that belong to no nominal
+branch. With a wrist offset of 13 mm (median joint change 0.06), 1 of 9 right-angled configurations
+was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and mrad, and smaller for all
+tested arms with up to 3 mm and mrad.
 """
 SEPARATE = 1e-2
-"""Joint difference (radian) above which the roots distinguish two solutions.
+"""Joint difference (radian) above which the roots of the determinant distinguish two solutions.
 
 The value is ten times the difference of two roots whose vectors may be exchanged.
 """
 NOMINAL_GUARD_DIGITS = 8
-"""Maximum number of decimal digits lost in an exact evaluation that still identifies a right
-angle."""
+"""Maximum number of decimal digits lost in an exact evaluation for which a right angle is still
+recognized."""
 
 # --- latex: printed digits ---
 
@@ -438,7 +439,7 @@ PRINTED_DIGITS = 10
 GIVEN_DIGITS = 17
 """Maximum digits of a file value that an article prints in full; a double has 17."""
 FEW_PRINTED_DIGITS = 6
-"""Number of digits if a line has no room for ``PRINTED_DIGITS``."""
+"""Number of printed digits if a line has no room for ``PRINTED_DIGITS``."""
 
 # --- emit: tolerances that the runtime reads from the manifest ---
 
@@ -451,13 +452,13 @@ MAX_THRESHOLD = 1e-8
 """Magnitude (any unit) below which a constant that only conditions use is a rounding threshold. The
 largest threshold is 4e-15 times the fourth power of twice the length of an arm in metres."""
 FLOOR_EXPONENT = 0.12
-"""Exponent that maps the floors 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first floor
-and the second floor are normal numbers in single precision."""
+"""Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first
+mapped bound, and the second mapped bound itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
 """Upper bound of constants in single precision; larger constants only detect infinite inputs."""
 SOLVED_SINGLE = 2e-5
 """Largest residual (metre or radian) of a solution in single precision: the 1e-9 of double
-precision times the root of the ratio of rounding errors, 2^29."""
+precision times the square root of the ratio of rounding errors, 2^29."""
 REGULAR = 1e-3
 """Smallest singular value of a Jacobian, and smallest margin of a loop, for which errors in single
 precision are measured (no unit, or metre). Near a singularity, these values grow without bound."""
@@ -465,31 +466,31 @@ precision are measured (no unit, or metre). Near a singularity, these values gro
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Value up to which factors of minors count as 0 (no unit, or metre for lengths near a metre): ten
-thousand times the rounding error of the sums in these factors."""
+"""Value up to which factors of minors count as 0 (no unit, or metre for lengths near one metre):
+ten thousand times the rounding error of the sums in these factors."""
 NO_WORK = 1e-12
-"""Length of J^T y or J x for unit y or x, up to which a configuration is singular; lengths are
-relative to the arm's. The value is a thousand times the rounding error of a Jacobian."""
+"""Length of J^T y or J x for unit vectors y or x up to which a configuration is singular; lengths
+are relative to the arm's length. The value is a thousand times the rounding error of a Jacobian."""
 LAST_STEP = 1e-9
 """Length of the last Newton step (radian, or relative to the arm's length) to a singular
-configuration, so that the printed digits (1e-5) are correct. If two singularities cross, J^T y is
-small long before q is accurate."""
+configuration, so that the printed digits (1e-5) are correct. If two singularities intersect, J^T y
+is small long before q is accurate."""
 OTHER_CONFIGURATION = 0.02
-"""Distance (radian, or relative to the arm's length) between different configurations: about a
-degree, which a reader notices."""
+"""Distance (radian, or relative to the arm's length) above which configurations count as different:
+about a degree, which a reader notices."""
 RANK_LOST = 1e-6
-"""Singular value of a Jacobian below which it has lost rank; lengths are relative to the arm's. At
-drawn configurations a full-rank arm has more than 1e-3, a rank-deficient arm only rounding."""
+"""Singular value below which a Jacobian is rank deficient; lengths are relative to the arm's. At
+drawn configurations, a full-rank arm has more than 1e-3, a deficient arm only rounding errors."""
 
 # --- inverse: numerical solutions of a general arm ---
 
 ALMOST_REAL = 1e-3
 """Imaginary part of a half-angle tangent, relative to 1 + |t|^2, up to which a root is tried as
-real. Double roots split by the square root of rounding, 1e-8, times their condition number.
-Newton's iteration on the pose rejects false roots."""
+real. Double roots are split by the square root of the rounding error, 1e-8, times their condition
+number. Newton's iteration on the pose rejects false roots."""
 SOLVED_POSE = 1e-13
-"""Pose error of a solution (no unit, or relative to the arm's length): a hundred times the rounding
-of six matrix products."""
+"""Maximum pose error of a solution (no unit, or relative to the arm's length): a hundred times the
+rounding error of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
 """Joint difference (radian, or relative to the arm's length) above which two solutions differ;
 printed values differ if the difference is at least 1e-4 rad."""

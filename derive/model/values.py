@@ -1,8 +1,8 @@
 """Values of constant expressions at 60-digit precision, with one evaluation per operation.
 
-SymPy's own evaluation increases the precision until a difference has nonzero digits, which is slow
-for an exact zero. In this module, a sum counts as zero if it loses nearly all digits to
-cancellation.
+The evaluation of SymPy itself increases the precision until a difference has nonzero digits, which
+is slow for an exact zero. This module counts a sum as zero if cancellation removes nearly all its
+digits.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,8 +16,8 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum operation count of a number that stays inline. Nominal dimensions have fewer operations,
-measured dimensions have hundreds."""
+"""Maximum operation count of a number that gets no name. Nominal dimensions have fewer operations;
+measured dimensions have hundreds of operations."""
 
 
 class NoValue(DescriptionError):
@@ -27,12 +27,12 @@ class NoValue(DescriptionError):
 class Values:
     """The values of symbols, with a cache of all evaluated expressions.
 
-    A value of 0 is exact: a cancellation residue below ``ROUNDING`` times the largest term counts
-    as 0.
+    A value of 0 is exact: a cancellation error below ``ROUNDING`` times the largest term counts as
+    0.
     """
 
     def __init__(self) -> None:
-        """Creates the evaluator without known symbols."""
+        """Creates the evaluator, at first without known symbols."""
         self._known: dict[sp.Basic, mpmath.mpf] = {}
 
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
@@ -104,7 +104,7 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """Evaluates a number with many operations at 40-digit precision; keeps a short number.
+    """Evaluates a number with many operations at 40-digit precision; a short number is unchanged.
 
     Products of measured rotations have very long exact forms, which are not useful.
 

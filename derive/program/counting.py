@@ -31,7 +31,7 @@ class Operations:
         return self.multiply + self.add + self.negate + self.trig + self.other
 
     def as_dict(self) -> dict[str, int]:
-        """The operation counts and their total, by name."""
+        """The operation counts and their total, keyed by name."""
         return {**asdict(self), "total": self.total}
 
 

@@ -26,7 +26,7 @@ class Operation(Enum):
     ATAN2 = auto()
     ABS = auto()
     SIGN = auto()
-    """Returns -1 or 1; returns the operand itself if it is 0 or NaN."""
+    """The operation returns -1 or 1; for 0 and NaN, it returns the operand itself."""
     MIN = auto()
     MAX = auto()
     LESS = auto()
@@ -40,10 +40,10 @@ class Operation(Enum):
     """``SELECT(condition, x, y)`` is x if the condition holds, else y; the unused value has no
     effect."""
     RECIPROCAL_SQRT = auto()
-    """1 / sqrt(x), introduced only by strength reduction."""
+    """The operation 1 / sqrt(x), which only strength reduction introduces."""
     SUPPLEMENT = auto()
-    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y, introduced only
-    by strength reduction."""
+    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y; only strength
+    reduction introduces it."""
 
 
 COMPARISONS = frozenset(

@@ -36,7 +36,7 @@ class Programs:
 
 
 NO_PROGRAMS = Programs({}, {})
-"""Empty programs, for output languages that print equations."""
+"""Empty programs, for output languages that print the equations."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
@@ -64,8 +64,8 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 def seeing_its_inputs(program: Program) -> Program:
     """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
-    If a prismatic joint is parallel to a base axis, its residual is x - x, which simplifies to 0
-    for every x. Without this change, a target with x = NaN would count as solved.
+    If a prismatic joint is parallel to a base axis, its part of the residual is x - x, which
+    simplifies to 0 for every x. Without this function, a target with x = NaN would count as solved.
 
     Args:
         program: The program of an inverse, for all solution slots or for a single slot.

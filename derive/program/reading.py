@@ -111,7 +111,7 @@ class _Reader:
         self.name = name
         self.inputs: set[Input] = set()
         self.statements: list[Statement] = []
-        # CasADi reuses its variables, so this maps each variable to its current operand.
+        # CasADi reuses its variables, so this dictionary maps each variable to its current operand.
         self._now: dict[str, Operand] = {}
         self._numbers = itertools.count(1)
 
@@ -155,7 +155,7 @@ class _Reader:
 
 
 def _with_choices(statements: Sequence[Statement]) -> list[Statement]:
-    """Replaces CasADi's (c ? x : 0) + (!c ? y : 0) by one selection, which keeps the sign of -0."""
+    """Replaces CasADi's (c ? x : 0) + (!c ? y : 0) by a selection, which preserves -0."""
     computed: dict[Operand, Compute] = {s.result: s for s in statements if isinstance(s, Compute)}
 
     def half(operand: Operand) -> Compute | None:

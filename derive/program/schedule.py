@@ -9,14 +9,14 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 def by_depth(program: Program) -> Program:
     """Reorders a program so that each statement is as early as its operands allow.
 
-    CasADi completes a sum before it starts the next sum. For a long chain, independent sums are
-    then far apart, so the processor would wait for one product after another.
+    CasADi completes one sum before it starts the next sum. For a long chain, independent sums are
+    therefore far apart, so the processor would wait for each product.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """Returns the statements by depth, the length of the longest dependency chain before them."""
+    """Returns statements by depth: the length of the longest dependency chain before each one."""
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:
@@ -28,7 +28,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements with unused results; the variables keep the same numbers."""
+    """Drops statements with unused results; the variables have the same numbers as before."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):
@@ -39,7 +39,7 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves library calls, and the statements on which these depend, to the front.
+    """Moves library calls, and the statements on which these calls depend, to the front.
 
     A library call overwrites the vector registers, so all other arithmetic should follow the calls.
     """
@@ -55,7 +55,7 @@ def calls_first(program: Program) -> Program:
 
 
 def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
-    """Returns a program of the given statements, with variables renumbered in order."""
+    """Returns a program with the given statements, with variables renumbered in order."""
     names: dict[Variable, Variable] = {}
 
     def renamed(operand: Operand) -> Operand:

@@ -29,12 +29,12 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
     sign share an arc tangent. Angles are computed from points before normalization, so the
     computation does not wait for the lengths.
 
-    Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
+    The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input that is 1 or -1; the returned program has the fewest angles that depend on
-            this input.
+        sign: An input that is 1 or -1; the returned program has the smallest number of angles that
+            depend on this input.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))
@@ -111,7 +111,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes the angle of a point with a sign factor from the angle of the point without it."""
+    """Computes the angle of a point with a sign factor from the angle without this factor."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -158,7 +158,7 @@ class _Rewriting:
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """Returns a product without one of its factors, or None for other products."""
+        """Returns a product without one of its factors, or None if it is not a product."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None

@@ -115,7 +115,7 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes a statement only if no earlier statement has the same value up to sign."""
+    """Writes a statement only if no earlier statement has the same value up to its sign."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -177,7 +177,7 @@ class _Writer:
         return self._unsigned(operation, a, b)
 
     def _comparison(self, operation: Operation, a: _Signed, b: _Signed) -> _Signed:
-        """Returns a comparison; the sides of negated values are exchanged: -a < -b is b < a."""
+        """Returns a comparison; for negated values, its sides are exchanged: -a < -b is b < a."""
         if a.negative or b.negative:
             a, b = b.times(True), a.times(True)
         return self._unsigned(operation, a, b)

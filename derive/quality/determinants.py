@@ -29,7 +29,7 @@ _Pair = tuple[sp.Symbol, sp.Symbol]
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the convention's own parameters; the unit is a power of metre."""
+    """Returns det(D^T D) for the parameters of the convention; the unit is a power of metre."""
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 
@@ -38,10 +38,10 @@ def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     """Returns det(D^T D) for the parameters that extend the link to a full pose.
 
-    The parameters are those of the convention, and the rotations about and translations along the
-    axes at both ends, which belong to the adjacent joints. For a prismatic joint, only the
-    orientation is evaluated, because the position varies with the coordinate. The result is 0 if
-    parameters beyond the six of a pose are redundant.
+    The parameters are the parameters of the convention, and the rotations about and translations
+    along the axes at both ends, which belong to the adjacent joints. For a prismatic joint, only
+    the orientation is evaluated, because the position varies with the coordinate. The result is 0
+    if more parameters than the six of a pose are redundant.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":

@@ -50,12 +50,13 @@ def model_report(
 
     Args:
         description: A serial robot, or a robot with loops, whose main chain is evaluated.
-        conventions: The conventions to compare; conventions that cannot place an axis are omitted.
+        conventions: The conventions to compare; conventions that cannot represent an axis are
+            omitted.
         rng: Random numbers for the configurations at which the rank is computed: a seed, a
             generator, or None for fresh entropy.
 
     Raises:
-        DescriptionError: Legs support the tool, so no chain of joints can be evaluated.
+        DescriptionError: Legs support the tool, so there is no chain of joints to evaluate.
     """
     chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
@@ -133,7 +134,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
 
 
 def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[int, int]:
-    """Returns the number of parameters in the robot's own model, and the rank."""
+    """Returns the number of parameters in the robot's description, and the rank."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
     own = [
@@ -199,11 +200,11 @@ def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
 
 
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
-    """Returns a joint axis's displacements (d, k), one column per parameter between both axes.
+    """Returns displacements (d, k) of a joint axis, one column per parameter between both axes.
 
-    The parameters are the previous joint's fields that act after its motion or commute with it, the
-    previous joint's coordinate offset, and the fields of this joint that act before the joint's
-    motion. The axis of a previous prismatic joint has an arbitrary position.
+    The parameters are the fields of the previous joint that act after its motion or commute with
+    it, the coordinate offset of the previous joint, and the fields of this joint that act before
+    its motion. The axis of a previous prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.
@@ -217,7 +218,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
-        # The axis is expressed in the joint's frame, which is after these motions.
+        # The axis is expressed in the frame of the joint, which is the frame after these motions.
         nominal = tuple(motion.at(named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
@@ -252,7 +253,7 @@ def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
 
 
 def _moving_along(before: Placement) -> Placement:
-    """Returns the last motions before a joint's own motion that commute with it."""
+    """Returns the last motions before the motion of the joint that commute with its motion."""
     count = len(before)
     while count and before[count - 1].is_along_z:
         count -= 1

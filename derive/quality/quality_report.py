@@ -21,7 +21,7 @@ class ConventionQuality:
         convention: The convention's name.
         numbers: Names of the convention's parameters.
         needed: Number of parameters that the axis needs: 4 for a line, 2 for a direction.
-        determinant: det(D^T D) of the convention's own parameters.
+        determinant: det(D^T D) of the parameters of the convention.
         completed: det(D^T D) of the full-pose parameters, with rotations about and translations
             along the adjacent axes. The determinant is zero at discontinuities of the model.
         value: Value of ``completed`` for the dimensions of the robot (metres), or None if the
@@ -78,8 +78,8 @@ class JointQuality:
         before: Name of the previous joint.
         angle: Angle between both axes (radian).
         distance: Distance between both axes (metre); 0 if one axis has only a direction.
-        own: Names of the conventions that the robot's own description uses between both axes.
-        misses: The axis displacements that the robot's own parameters cannot represent.
+        own: Names of the conventions that the robot description uses between both axes.
+        misses: The axis displacements that the parameters of the robot cannot represent.
         conventions: The quality of every tested convention.
         suitable: The convention that suits the joint.
     """
@@ -105,7 +105,7 @@ class ModelReport:
         revolute: r, the number of revolute joints, including helical joints.
         prismatic: t, the number of prismatic joints.
         helical: Number of helical joints, each with a pitch.
-        numbers: Number of parameters in the robot's own conventions, including base and tool.
+        numbers: Number of parameters in the conventions of the robot, including base and tool.
         rank: Rank of the Jacobian of the tool poses with respect to these parameters, over random
             configurations.
         suitable_numbers: Number of parameters in the conventions that suit the joints.
@@ -130,12 +130,12 @@ class ModelReport:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the robot's own parameters can represent every assembly error."""
+        """Whether the parameters of the robot description can represent every assembly error."""
         return self.rank == self.identifiable
 
     @property
     def is_minimal(self) -> bool:
-        """Whether no parameter of the robot's own model is redundant."""
+        """Whether no parameter of the robot description is redundant."""
         return self.numbers == self.rank
 
     def __str__(self) -> str:

@@ -2,7 +2,7 @@
 
 The visitor supports +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max
 and Piecewise with comparisons. Parameters are replaced by default values. Exact numbers are
-evaluated at 40-digit precision and rounded once to floats.
+evaluated at 40-digit precision, then rounded once to floats.
 """
 
 import operator
@@ -24,7 +24,7 @@ from .terms import Terms
 
 
 class LoweringError(DescriptionError):
-    """Error for an expression with a part that no rule lowers; the message quotes this part."""
+    """Error for an expression with a part that cannot be lowered; the message quotes this part."""
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
@@ -55,7 +55,8 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
     """Returns the results (m, k) of a one-argument function at m arguments (m, n).
 
-    CasADi reads and writes the arrays directly, ten times faster than its own matrices.
+    CasADi reads and writes the arrays directly, which is ten times faster than with its own
+    matrices.
     """
     arguments = np.ascontiguousarray(arguments)
     results = np.empty((len(arguments), function.numel_out(0)))
@@ -188,7 +189,7 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
-        """Returns the angle of a point, an odd function of y, by one call for both signs of y."""
+        """Returns the angle of a point, an odd function of y, with one call for both signs of y."""
         if y.as_coeff_Mul()[0].is_negative:
             return -self._angle(-y, x)
         factors = sp.Mul.make_args(self.terms.definitions.get(y, y))
@@ -199,7 +200,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Returns the value for the first true condition, or NaN in other values has no effect."""
+        """Returns the value for the first true condition; NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value where no condition holds: {expression}")
@@ -221,7 +222,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Disables CasADi's simplification, which would create the product (c ? x : 0) * y."""
+    """Disables CasADi's simplification, because it would create the product (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield

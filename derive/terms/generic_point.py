@@ -1,7 +1,7 @@
 """Values of terms at generic configurations, for tests whether a term is identically zero.
 
-Terms that are equal at a generic configuration are equal at all configurations. The comparison is
-made at 40-digit precision.
+Terms that are equal at a generic configuration count as equal at all configurations. The comparison
+is made at 40-digit precision.
 """
 
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ class GenericPoint:
         Args:
             terms: Names of all terms.
             symbols: Coordinates and parameters that receive a generic value. The value of a
-                parameter is its default plus a generic number; unlisted parameters keep
-                the default.
-            phase: Two generic configurations with different phases have no value in common.
+                parameter is its default plus a generic number; unlisted parameters have their
+                default value.
+            phase: Two generic configurations with different phases have no common value.
         """
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
@@ -53,8 +53,8 @@ class GenericPoint:
         try:
             return to_digits(value_at(expression, numbers))
         except NoValue:
-            # The root of a negative number: SymPy also evaluates complex roots, but far more
-            # slowly.
+            # The expression contains the root of a negative number: SymPy also evaluates complex
+            # roots, but far more slowly.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 
@@ -62,7 +62,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number between 0 and 1 that is unique for its arguments.
 
     The fractional parts of multiples of the golden ratio are all different. Because of the
-    quadratic term, differences of two numbers depend on the phase.
+    quadratic term, the difference of two numbers depends on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2

@@ -61,9 +61,9 @@ def hat_so3(omega: Matrix) -> Matrix:
 
 
 def swap_twist_order(twists: Matrix) -> Matrix:
-    """Converts twists (v, omega) to (omega, v), or back: the permutation is its own inverse.
+    """Converts twists (v, omega) to (omega, v), or back: the permutation is equal to its inverse.
 
-    For an operator on twists, such as `adjoint(T)`, rows and columns are exchanged:
+    For an operator on twists, such as `adjoint(T)`, both rows and columns are exchanged:
     `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
@@ -194,7 +194,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 
 
 def norm(a: Matrix) -> Expr:
-    """Returns the length of a vector; for a length |e| with symbolic e, returns e itself.
+    """Returns the length of a vector; a length |e| with symbolic e is returned as e itself.
 
     This module uses only even functions of lengths, so the sign of e has no effect.
     """
@@ -205,7 +205,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is exactly zero, or False for symbols about which SymPy cannot decide."""
+    """Whether a number is exactly zero; False for symbols if SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:

@@ -30,7 +30,7 @@ class Argument:
 class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
-    The entries of a function with branches are for a single branch, in terms of the signs. The
+    The entries of a function with branches are for a single branch, and depend on the signs. The
     shape covers all branches in its first dimension.
     """
 
@@ -81,13 +81,13 @@ class WrittenFunction(Signature):
     """A function with a handwritten solver and numerical tables, and without result entries.
 
     Attributes:
-        solver: Name of the solver; it is the same for all robots, and each language has a file for
-            it.
+        solver: Name of the solver, which is the same for all robots; each language has a file for
+            this solver.
         tables: The numerical data of the robot, in the class of the solver.
-        calls: Names of the functions that the solver calls, in the expected order.
+        calls: Names of the functions that the solver calls, in the order that the solver expects.
         branches: Number of solution slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
-        margin: Name of the function that explains NaN results; empty if there is none.
+        margin: Name of the function that explains NaN results; empty if there is no such function.
         steps: Names of the loops, one per entry, if the function returns margins.
     """
 
@@ -130,8 +130,8 @@ class SymbolicFunction(Signature):
             without loops.
         steps: Names of the loops, one per entry, if the function returns margins.
         signs: Symbols with the value 1 or -1, one for each choice between two branches. In branch
-            b, the i-th of n signs is -1 if bit n - 1 - i of b is set, else 1. The first sign varies
-            slowest.
+            b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, else the sign is 1. The first
+            sign varies slowest.
         calls: Solver calls before the statements, in order.
     """
 

@@ -3,7 +3,7 @@
 A :class:`Tangent` propagates coordinate rates through named terms by the chain rule, one term at a
 time. For a solved angle of a loop, the loop equation is differentiated instead of the solution. The
 differentiated equation is linear in the time derivative of the angle (implicit function theorem).
-The terms for cosine and sine of such an angle are differentiated as cosine and sine.
+The terms for the cosine and sine of such an angle are differentiated directly as cosine and sine.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ class Tangent:
         Args:
             terms: Names of all terms.
             rates: Rate of each coordinate; all other symbols without a definition are constant.
-            loops: Solution of the loop's rate equation, by solved angle.
+            loops: Solution of the rate equation of a loop, keyed by solved angle.
         """
         self.terms = terms
         self.loops = loops or {}
@@ -78,13 +78,13 @@ def derivative_columns(
     loops: Mapping[sp.Symbol, LoopRate] | None = None,
     factor: int = 1,
 ) -> list[list[sp.Expr]]:
-    """Returns the derivatives of expressions with respect to coordinates, one column each.
+    """Returns derivatives of expressions with respect to coordinates, one column per coordinate.
 
     Args:
         terms: Names of all terms.
         expressions: The expressions in a column.
         symbols: The coordinates.
-        loops: Solution of the loop's rate equation, by solved angle.
+        loops: Solution of the rate equation of a loop, keyed by solved angle.
         factor: Multiplies every derivative.
     """
     rate = sp.Integer(factor)

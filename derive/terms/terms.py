@@ -29,8 +29,8 @@ class Terms:
         definitions: Definition of each named term in coordinates, constants and earlier terms.
         constants: Definition of each named constant in parameters and earlier constants.
         solved: Cosine and sine of each solved loop angle.
-        turning: Cosines and sines that a solution returns as named terms, each with its angle and
-            its derivative with respect to this angle.
+        turning: Cosines and sines that a solution gives as named terms, each with its angle and its
+            derivative with respect to this angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -58,9 +58,9 @@ class Terms:
         """Returns the name of an expression, up to sign; short fractions and symbols stay unnamed.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
-        or -1 at 32-digit precision becomes that integer, so that further terms vanish. A constant
+        or -1 at 32-digit precision becomes this integer, so that further terms vanish. A constant
         that depends on a parameter is never replaced by a number. A long fraction also becomes a
-        constant, so that repeated products do not grow.
+        named constant, so that repeated products do not grow.
 
         Raises:
             NoValue: A constant is not finite or not real.
@@ -80,7 +80,7 @@ class Terms:
         return self._name(expression) if opposite is None else -opposite
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the derivative with respect to a symbol, treating named terms as constants."""
+        """Returns the derivative with respect to a symbol; named terms count as constants."""
         key = expression, symbol
         if key not in self._partials:
             self._partials[key] = self.let(derivative(expression, symbol))
@@ -139,7 +139,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of an angle with known cosine and sine; its value costs one atan2."""
+        """Returns the name of an angle with known cosine and sine; the angle costs one atan2."""
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
@@ -206,7 +206,7 @@ class Terms:
         return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Returns cosine and sine of a sum that differs from a known sum by a constant or sign."""
+        """Returns cosine and sine of a sum equal to a known sum up to a constant or a sign."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -216,7 +216,7 @@ class Terms:
         return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Applies exp(i (a + b)) = exp(i a) exp(i b) with the solved angle b named last."""
+        """Applies exp(i (a + b)) = exp(i a) exp(i b), with the solved angle b named last."""
         if angle in self.solved:
             return self.solved[angle]
         if -angle in self.solved:
@@ -240,7 +240,7 @@ class Terms:
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # For a link of length 1, the cosine may be a coordinate itself, with a given rate.
+            # For a link of length 1, the cosine may be a coordinate itself, whose rate is given.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -314,7 +314,7 @@ def _is_signed_symbol(expression: sp.Expr) -> bool:
 
 
 def _has_only(expression: sp.Basic, symbols: Collection[sp.Symbol]) -> bool:
-    """Whether all symbols of an expression are in a collection; stops at the first other symbol."""
+    """Whether all symbols of an expression are in a collection; stops at the first exception."""
     if expression.is_Symbol:
         return expression in symbols
     return all(_has_only(argument, symbols) for argument in expression.args)

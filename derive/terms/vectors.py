@@ -80,7 +80,7 @@ def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
 def _products(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the sum of the products of two lists.
 
-    SymPy takes long to multiply by 0 and to add 0.
+    SymPy needs a long time to multiply by 0 and to add 0.
     """
     pairs = zip(a, b, strict=True)
     return sp.Add(*(u * v for u, v in pairs if u is not ZERO and v is not ZERO))

@@ -40,8 +40,8 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
         q: The coordinates.
 
     Returns:
-        The determinant of the nonzero rows, up to sign. None if the number of nonzero rows differs
-        from the joint count, and in the cases listed in :func:`factored_minors`.
+        The determinant of the nonzero rows, up to sign. The result is None if the number of nonzero
+        rows differs from the joint count, and in the cases listed in :func:`factored_minors`.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None
@@ -56,9 +56,9 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
 
     Returns:
         The factored minors, up to sign. The robot is singular in the configurations in which all
-        minors are 0; the tuple is empty if all minors are 0 in every configuration. None for
-        coupled or helical joints, for inexact decimal numbers in the description, or if a minor has
-        only large blocks.
+        minors are 0; the tuple is empty if all minors are 0 in every configuration. The result is
+        None for coupled or helical joints, for inexact decimal numbers in the description, or if a
+        minor has only large blocks.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):

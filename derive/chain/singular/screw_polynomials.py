@@ -1,7 +1,8 @@
 """Screws of a chain as polynomials in lengths and in cosines and sines of all angles.
 
 Cosines and sines of constant angles, and roots of integers, are generators of the ring, so a result
-holds for any such angle. Every polynomial is reduced by the squares of sines and roots.
+holds for any value of a constant angle. Every polynomial is reduced by the squares of sines and
+roots.
 """
 
 from collections.abc import Mapping, Sequence

@@ -83,9 +83,9 @@ def minors(
     """Returns the largest square submatrices of a Jacobian, in frames with small blocks.
 
     If the number of nonzero rows equals the joint count, there is one submatrix. With more joints,
-    each submatrix omits joints and may have its own frame and reference point. With fewer joints,
-    each submatrix omits rows, and all submatrices share the frame and reference point that are
-    simplest in total. Structurally singular submatrices are omitted.
+    each submatrix omits joints and may have a separate frame and reference point. With fewer
+    joints, each submatrix omits rows, and all submatrices share the frame and reference point that
+    are simplest in total. Structurally singular submatrices are omitted.
 
     Args:
         robot: A serial robot.

@@ -60,7 +60,7 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 def tilts(line: AxisLine) -> Fitted | None:
     """Returns the rotation to the axis in the plane z = 0, and the fields a, alpha, beta.
 
-    The fields define Tx(a) Rx(alpha) Ry(beta). None if both axes are perpendicular.
+    The fields define Tx(a) Rx(alpha) Ry(beta). The result is None if both axes are perpendicular.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), (p_x, p_y, p_z) = line.direction, line.point

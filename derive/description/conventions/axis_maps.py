@@ -67,7 +67,8 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
     A transform that starts with a rotation about the preceding axis is completed by a rotation
     about and a shift along the joint axis. If a transform ends with a rotation about the joint
-    axis, it is completed likewise, because an offset of the preceding joint has the same effect.
+    axis, the added motions are about and along the preceding axis, because an offset of the
+    preceding joint has the same effect.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)
@@ -96,7 +97,7 @@ def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """Returns twists (6, k) of the last frame, in its own axes, per unit change of each symbol."""
+    """Returns twists (6, k) of the last frame, in its axes, per unit change of each symbol."""
     found = {symbol: sp.zeros(6, 1) for symbol in symbols}
     R, p = sp.eye(3), sp.zeros(3, 1)
     for motion in reversed(product):
@@ -137,7 +138,7 @@ class Motions:
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns twists (6, k) of the last frame in its own axes, and its orientation (3, 3).
+        """Returns twists (6, k) of the last frame, in its axes, and its orientation (3, 3).
 
         Args:
             values: One value for each symbol.

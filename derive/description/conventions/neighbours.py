@@ -71,8 +71,8 @@ class Neighbours:
         Rows are shifts along the common normal and its perpendicular, relative to the arm length,
         and rotations about both directions. For a prismatic axis, the rotations are the only
         displacements. The position of a preceding prismatic axis is arbitrary, so shifts
-        perpendicular to this axis count as parameters. None if the convention cannot represent the
-        axis.
+        perpendicular to this axis count as parameters. The result is None if the convention cannot
+        represent the axis.
         """
         found = self.fit(convention)
         if found is None:

@@ -76,7 +76,7 @@ class KinematicTree:
     def path(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
         """Returns the joints from a link up to the common ancestor, then down to another link.
 
-        None if no joints connect the two links.
+        The result is None if no joints connect the two links.
         """
         root = self.root_of(base)
         up, down = self.way(root, base), self.way(root, tip)

@@ -64,7 +64,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     Args:
         file: File name in error messages.
         text: XML text.
-        root: Required name of the root element; None accepts any name.
+        root: Required name of the root element, where None accepts any name.
 
     Raises:
         DescriptionError: The text is not valid XML, has a document type, or has a different root

@@ -4,7 +4,7 @@ The controller stores deviations of the six DH parameter rows (``calibration.con
 delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
 ill-defined and delta_d is often many metres. The ROS driver moves these frames along their axes and
 writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll,
-pitch, yaw). Both formats are converted to this second form.
+pitch, yaw). Both file formats are converted to the second form, the poses of links.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -60,7 +60,8 @@ class LinkPose:
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
     """Returns a UR arm with the measured geometry of one robot instead of nominal values.
 
-    Names, limits, base and tool frames are kept. The resulting joints are in the URDF convention.
+    Names, limits, base frame and tool frame do not change. The resulting joints are in the URDF
+    convention.
 
     Args:
         description: A UR arm: six revolute joints in DH parameters, or URDF origins with z axes.
@@ -94,7 +95,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
     if max(distance, float(mp.norm(apart[:3, :3]))) > CALIBRATED_TOOL:
         expected = f"the calibration of a {arm.title or arm.name}"
         raise DescriptionError(
-            f"{file}: expected {expected}; its tool is {distance:.3f} m away at zero"
+            f"{file}: expected {expected}; at zero, its tool is {distance:.3f} m away"
         )
     return measured
 
@@ -110,8 +111,8 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
     raise DescriptionError(
-        f"{file}: belongs to a UR arm, of {expected}; {robot.name} is none (the shelf has ur5, "
-        "ur5e and others)"
+        f"{file}: belongs to a UR arm, of {expected}; {robot.name} is not a UR arm; chasles "
+        "has ur5, ur5e and others"
     )
 
 

@@ -177,7 +177,8 @@ class _Evaluator:
         if evaluator is None:
             raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
         found = evaluator(node)
-        # `_attribute` checks its own values: methods of strings and lists are not symbols.
+        # The function `_attribute` checks its values itself: methods of strings and lists are not
+        # symbols.
         return found if isinstance(node, ast.Attribute) else self._checked(node, found)
 
     def _expression(self, node: ast.Expression) -> Any:

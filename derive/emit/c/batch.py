@@ -2,8 +2,8 @@
 
 ``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
 ``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
-Other platforms use a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every
-robot.
+Platforms without these instruction sets use a plain loop. ``chasles_lanes.h`` and
+``chasles_batch.h`` are the same for every robot.
 """
 
 from collections.abc import Sequence
@@ -202,8 +202,8 @@ def _choice(name: str, size: Sizes) -> str:
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
     """Returns the macro that writes the nearest solutions by vector lanes, if there are any.
 
-    The runtime uses this macro where n, inputs, input_steps, seeds, outputs and solution slot are
-    defined.
+    The runtime uses this macro in code with the variables n, inputs, input_steps, seeds, outputs
+    and solution slot.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(

@@ -37,7 +37,7 @@ def header(
         further: Commented declarations of functions that call these functions.
     """
     # A robot may be called hexapod or lanes; this prefix prevents a clash with the include guards
-    # of chasles' own headers.
+    # of the headers of chasles.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(
@@ -82,7 +82,7 @@ def notice(robot: Described) -> str:
 
 @cache
 def support_files() -> Mapping[str, Path]:
-    """Returns the handwritten C files by name; they are the same for every robot.
+    """Returns the handwritten C files by name; these files are the same for every robot.
 
     Generated folders are flat: each folder contains the files of all subfolders of ``support``, and
     the headers of the contract, which the C of the runtime also includes.

@@ -134,7 +134,7 @@ def _turns(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _wraps(derivation: Derivation) -> list[bool]:
-    """Whether a full turn of each coordinate leaves the pose unchanged."""
+    """Whether a full turn of each coordinate does not change the pose."""
     robot = derivation.robot
     if isinstance(robot, SerialRobot):
         return [

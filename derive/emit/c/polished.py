@@ -27,7 +27,7 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the files of the refined inverse for an arm close to a closed-form structure.
 
-    Robots without a refined inverse need no such files.
+    Robots without a refined inverse do not need these files.
     """
     robot = derivation.robot
     refined = [function for function in derivation.written if function.solver == SOLVER]

@@ -156,7 +156,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps call arrays to results if the calls compute all results.
+    """Maps call arrays to results if the calls alone compute all results.
 
     A result may overlap an input only if no later call reads this input.
     """

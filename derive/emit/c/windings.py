@@ -2,7 +2,7 @@
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
 turn: for example, both motors of a differential by half a turn each. Joints whose full turns
-    correspond to full turns of single coordinates need no shift.
+correspond to full turns of single coordinates need no shift.
 """
 
 import textwrap
@@ -19,7 +19,7 @@ def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
 
     Args:
         derivation: The derivation of the robot.
-        wraps: Whether a full turn of each coordinate leaves the pose unchanged.
+        wraps: Whether a full turn of each coordinate does not change the pose.
     """
     rows = _rows(derivation.inverse.chain, wraps) if derivation.inverse else []
     if not rows:

@@ -15,7 +15,7 @@ def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating])
     """Returns the results of a program, each (m, entries), for inputs (m, entries).
 
     Every operation rounds its result to the given number type. Functions such as the sine are
-    computed in double precision and rounded once.
+    computed in double precision, and the result is rounded once.
     """
     m = len(inputs[0])
     known: dict[Operand, Array] = {}

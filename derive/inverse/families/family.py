@@ -41,7 +41,7 @@ class Family:
         rather_gives: Whether the family is tested last if joints are fixed, because fixing its
             prismatic joint is preferred.
         solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families of
-            axis structures solve only their own tasks, such as the position.
+            axis structures solve only specific tasks, such as the position.
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
         tasks: Tasks in addition to the pose, for a chain without fixed joints that is numbered from
             the base.

@@ -1,7 +1,7 @@
 """Six revolute joints; axes 2, 3 and 4 intersect in one point inside the arm.
 
-Reversed, the family solves arms whose axes 3, 4 and 5 intersect in one point. Maximum
-number of solutions: 8.
+If the axes are numbered from the tool, the family solves arms whose axes 3, 4 and 5 intersect in
+one point. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
@@ -58,7 +58,7 @@ def _two_of_three(
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # Relative to the displaced tool, joint 5 rotates about its displaced axis.
+        # If the tool is displaced, joint 5 rotates about its displaced axis.
         still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)

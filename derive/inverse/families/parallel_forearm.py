@@ -170,8 +170,8 @@ def _aligned(
 ) -> tuple[CosSin, CosSin]:
     """Returns the angles that make axis 6 parallel to axes 2 to 4, if such angles are nearby.
 
-    Several solutions may coincide at such a pose; they are then accurate only to 1e-5. The sum of
-    angles 2 to 4 is arbitrary.
+    Several solutions may coincide at a pose with parallel axes; these solutions are then accurate
+    only to 1e-5. The sum of angles 2 to 4 is arbitrary.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]

@@ -45,7 +45,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
     """Returns a tool point that moves in three directions, about one arm length from the origin.
 
-    None if the tool origin itself moves in three directions, or if no such point exists.
+    The result is None if the tool origin itself moves in three directions, or if no such point
+    exists.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None

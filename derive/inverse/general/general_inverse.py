@@ -309,7 +309,7 @@ def _placement(z: Array, p: Array) -> Array:
 def solver_function(
     robot: SerialRobot, choice: Choice, constants: Sequence[Array]
 ) -> WrittenFunction:
-    """Returns the function ``ik``: every solution of a pose, in sixteen slots.
+    """Returns the function ``ik``: every solution of a pose, in sixteen solution slots.
 
     Solutions come first, sorted by the suppressed joint. Without a solution, the solution slots
     contain the nearest result; otherwise, unused slots contain an invalid configuration. The margin

@@ -5,14 +5,14 @@ placement C_6 from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
-An elimination order numbers the joints from any joint in either direction. It consists of a pair
-(1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move
-its axis, so the equations of this axis do not contain joint 6:
+An elimination order numbers the joints from any joint in either direction. An elimination order
+consists of a pair (1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6).
+Joint 6 does not move its axis, so the equations of this axis do not contain joint 6:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
-Both sides are written as fourteen line quantities (:mod:`.line_quantities`), which are linear in
-the cosine and sine of each joint:
+Both sides of this equation are written as fourteen line quantities (:mod:`.line_quantities`), which
+are linear in the cosine and sine of each joint:
 
     A y = B(theta_3) x, where y contains the eight products of joints 1 and 2, and x the nine
     products of joints 4 and 5,

@@ -360,8 +360,8 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Returns quasi-random configurations (multiples of square roots of primes, modulo 1).
 
-    In some configurations, the fixed joints are at right angles, because the six free joints often
-    fit a known family there.
+    In some configurations, the fixed joints are at right angles, because at right angles the six
+    free joints often fit a known family.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

@@ -1,9 +1,9 @@
 """Geometric difference between a robot with loops as built and its design.
 
-Both robots are compared at the same actuated coordinates, with their loops closed. A joint is
-represented by a line, a ball joint by a point, a prismatic joint by a direction. Each body is
-aligned with its counterpart to first order. Therefore, the result depends neither on the body
-frames nor on the position of a frame along its joint axis.
+The robot as built and its design are compared at the same actuated coordinates, with their loops
+closed. A joint is represented by a line, a ball joint by a point, a prismatic joint by a direction.
+Each body is aligned with its counterpart to first order. Therefore, the result depends neither on
+the body frames nor on the position of a frame along its joint axis.
 """
 
 from collections.abc import Iterator, Mapping

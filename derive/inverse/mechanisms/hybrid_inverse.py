@@ -72,8 +72,8 @@ def hybrid_inverses(
 ) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
-    If deviations from the design leave no closed form, the inverse is refined from the nominal
-    robot.
+    If the robot deviates from the design and has no closed form, the inverse is refined from the
+    nominal robot.
 
     Args:
         hybrid: The robot.

@@ -28,14 +28,15 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
-"""Number of test configurations, and of random trials to find them; crank-and-rod loops can be
-closed in one of twenty trials."""
+"""Number of test configurations, and of random trials that search for them; crank-and-rod loops can
+be closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
-of closed configurations. The ranges are tried in turn: loops through three booms far from the base
-can be closed only if the sampling range is small."""
+of closed configurations. The ranges are tried one after another: loops through three booms far from
+the base can be closed only if the sampling range is small."""
 MAX_CHOICES = 9
-"""Maximum number of branch signs (512 slots); further loops keep the reference branch."""
+"""Maximum number of branch signs (512 solution slots); further loops stay on the reference
+branch."""
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:

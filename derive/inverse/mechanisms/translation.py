@@ -175,8 +175,8 @@ def actuators_of(
     """Solves the actuated coordinates for the prismatic displacements of a pose.
 
     The equations must be linear in one coordinate (a slider). The equations are linear in the other
-    coordinate, or in its cosine and sine if it belongs to a crank. Eliminating the slider leaves an
-    equation for the crank.
+    coordinate or, if this coordinate belongs to a crank, in its cosine and sine. Eliminating the
+    slider gives an equation for the crank.
 
     Args:
         work: Record of the solution with the prismatic displacements; the solution step is added to

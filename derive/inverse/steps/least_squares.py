@@ -1,7 +1,7 @@
 """Gauss-Newton step for a pose with more equations than the chain has joints.
 
-Each closed-form solution step uses only some of the six pose equations. Near a double solution of
-such an equation, the angle of its joint is accurate only to 1e-8, although the other equations
+Each closed-form solution step uses only some of the six pose equations. Near a double solution of a
+single equation, the angle of its joint is accurate only to 1e-8, although the other equations
 determine the angle to full double precision. A Gauss-Newton step on all equations restores full
 accuracy:
 

@@ -147,7 +147,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
-    """Like :func:`turned_to_plane`, for a tool that keeps its orientation relative to axis 2."""
+    """Like :func:`turned_to_plane`, for a tool with a constant orientation relative to axis 2."""
     terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
     q1 = work.step(
         [a1],

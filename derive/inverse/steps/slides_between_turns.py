@@ -119,7 +119,8 @@ def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]
 def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
     """Returns the direction of the component of ``v`` perpendicular to the unit vector ``k``.
 
-    The second projection keeps the result perpendicular to ``k`` if ``v`` is nearly parallel.
+    The second projection makes the result perpendicular to ``k`` even if ``v`` is nearly parallel
+    to ``k``.
     """
     across = _unit(terms, perpendicular(terms, k, v))
     return _unit(terms, perpendicular(terms, k, across))

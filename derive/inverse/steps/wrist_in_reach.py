@@ -1,10 +1,10 @@
 """Arm angles that the position of the wrist center does not determine.
 
 A joint does not move a wrist center on its axis, so its angle is arbitrary. A wrist with
-perpendicular consecutive axes reaches every orientation, so any arm angle is valid. Other wrists
-reach only some orientations: the angle between axes 4 and 6 has limits. For such wrists, the
-selected arm angle brings the angle between axes 4 and 6 to the middle of its range, or as close to
-the middle as possible.
+perpendicular consecutive axes reaches every orientation, so any arm angle is valid. Wrists without
+perpendicular axes reach only some orientations: the angle between axes 4 and 6 has limits. For
+these wrists, the selected arm angle brings the angle between axes 4 and 6 to the middle of its
+range, or as close to the middle as possible.
 """
 
 import sympy as sp

@@ -17,8 +17,8 @@ class FoundTurn:
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
         margin: sin^2 of half the angle between the two solutions. 0 for a double solution; negative
-            if no solution exists: the angle is then the least-squares solution. None if a solution
-            always exists.
+            if no solution exists: the angle is then the least-squares solution. The margin is None
+            if a solution always exists.
     """
 
     turn: CosSin

@@ -31,8 +31,8 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 which are three equations for the two unknowns m and n. The second equation is used together with
-the first equation if alpha^2 > |p|, and otherwise together with the third equation. A relative
-error of t therefore acts like a relative error of the same size in the largest of p, q and r. If p
+the first equation if alpha^2 > |p|, and otherwise together with the third equation. Therefore, a
+relative error of t acts like a relative error of the same size in the largest of p, q and r. If p
 is only rounding error, t = 0 is exact, as a fourfold root requires.
 
 Degenerate: for g = 0 (a single line), the second line is far away; the same formulas hold with g =
@@ -157,7 +157,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """Returns the conic in its own axes, and the axis angle (half the angle of ``second``)."""
+    """Returns the conic in its principal axes, and their angle (half the angle of ``second``)."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))

@@ -12,8 +12,8 @@ the angle phi between them. With ``D'^2 = D^2 - (k . p0 + k . p)^2``,
 and these equations define the line of subproblem 4. Heron's form stays accurate for a folded elbow
 with P = Q; the cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close
 solutions are merged if rounding errors of D'^2 or (P + Q)^2 exceed their difference. For a nearly
-folded elbow with shoulder and wrist close together, both solutions are kept, because D' is small
-and has full relative accuracy.
+folded elbow with shoulder and wrist close together, the two solutions are not merged, because D' is
+small and has full relative accuracy.
 
 Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|; for other D', the nearest
 boundary is used.
@@ -81,8 +81,8 @@ def by_cosine(
 ) -> CosSin:
     """Like :func:`sp3`, but accurate to half the digits if the elbow is nearly folded or stretched.
 
-    This variant needs fewer operations. It is used if every angle is valid and the solution is only
-    a preferred value.
+    This variant needs fewer operations. The variant is used if every angle is valid and the
+    solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

@@ -59,7 +59,7 @@ def on_line(
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
-        are_two: Whether the points are distinct; None to compare xi2 with a^2 + b^2.
+        are_two: Whether the points are distinct, where None compares xi2 with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)

@@ -18,7 +18,7 @@ equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
 solutions. The first sign distinguishes two solutions with equal second sign. A closed path of the
-data may exchange these two solutions, so the first sign must be discontinuous somewhere on such a
+data may exchange these two solutions, so the first sign must be discontinuous somewhere on this
 path.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
@@ -27,8 +27,8 @@ Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. In t
 solutions with ``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists.
 If the rank is 0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, for the equations; their derivation eliminates one angle.
-The circle in the plane of solutions is an original contribution.
+Source: Elias and Wen 2022, subproblem 6, for the equations; the derivation in this source
+eliminates one angle. The circle in the plane of solutions is an original contribution.
 """
 
 from dataclasses import dataclass

@@ -100,7 +100,7 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Prints the inverse of the chain, or its structure if joints follow others."""
+    """Prints the inverse of the chain, or its structure if joints are coupled."""
     chain = coupled_chain(page.robot)
     found = page.derivation.inverse or page.chain.inverse
     if len(chain.robot.moving) == len(page.robot.moving) == chain.C.cols:

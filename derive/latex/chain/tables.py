@@ -203,7 +203,7 @@ def cleaning_table(cleaning: Cleaning) -> str:
 
 
 def _as_written(value: sp.Expr) -> str:
-    """Returns the first digits of a value in the file; angles of rational degrees in degrees."""
+    """Returns the first digits of a value in the file; rational angles are in degrees."""
     if value.is_Rational:
         return cut(value, PRINTED_DIGITS)
     degrees = 180 * value / sp.pi

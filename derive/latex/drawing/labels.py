@@ -1,4 +1,4 @@
-"""Places labels in free space: each label takes the best position around its point."""
+"""Places labels in free space: each label gets the best position around its point."""
 
 import math
 from collections.abc import Callable, Sequence

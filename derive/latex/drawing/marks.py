@@ -148,7 +148,7 @@ class Marks:
         self.obstacles.path([point, between(a, b, 0.5)], 20)
 
     def _up(self, hinge: Hinge, point: Point) -> int:
-        """Returns 1 if a fixed pin stands below its hinge, -1 if the body hangs below."""
+        """Returns 1 if a fixed pin is below its hinge, -1 if the body hangs below the hinge."""
         other = self._carried(hinge)
         x, y = other[0] - point[0], other[1] - point[1]
         return -1 if -y > 2 * abs(x) else 1

@@ -109,7 +109,7 @@ def _has_slides(chain: Page, found: Inverses) -> bool:
 
 
 def _sides_of_loops(found: Inverses | None) -> str:
-    """Explains how the slots of the complete inverse differ from the slots of the main chain."""
+    """Explains how the solution slots of the complete inverse differ from those of the chain."""
     solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
@@ -196,7 +196,7 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
 def _task(
     page: Page, task: PrintedTask, earlier: PrintedTask | None, *, titled: bool
 ) -> Iterable[str]:
-    """Prints inputs, steps, remaining joints and slots of a task, without repeated steps."""
+    """Prints inputs, steps, remaining joints and solution slots of a task; omits repeated steps."""
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
@@ -271,7 +271,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Returns how many first steps equal the steps of an earlier task, except for term names.
 
-    None if a later step uses a term of these equal steps.
+    The result is None if a later step uses a term of these equal steps.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

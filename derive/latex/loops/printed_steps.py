@@ -35,7 +35,7 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles, and the vectors that these angles rotate."""
+"""Angles of the equation, with the vectors that these angles rotate."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ class PrintedRate:
         left: Unknowns, each with the factor of its rate in the equation.
         right: Known expressions, each with the factor of its rate in the equation.
         projected: LaTeX of two vectors: the left side is their scalar product, with the second
-            vector differentiated. None if the left side is printed as a sum of products.
+            vector differentiated. The field is None if the left side is printed as a sum of
+            products.
     """
 
     left: Weighted
@@ -228,7 +229,7 @@ class _Writer:
             self.positions[self.shown[whole]] = tuple(self.shown[entry] for entry in entries)
 
     def _name_length(self, letter: str) -> None:
-        """Returns the length of a vector by name; for a single component, its absolute value."""
+        """Returns the length of a vector by name, or its single component with any sign."""
         vector = self._vector(letter)
         if ZERO in vector:
             self.shown[length_of(letter)] = sp.Add(*vector)

@@ -200,7 +200,7 @@ class _Sharing(TermNames):
         """Returns an expression of named terms in printed symbols."""
         self.name_long_factors(expression)
         known = {}
-        # A new name takes the next index, so the order must not depend on a set.
+        # A new name gets the next index, so the order must not depend on the order of a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -252,7 +252,7 @@ def open_terms(
         known: The terms with a printed name.
         entries: Expressions in terms.
         definition: The printed definition of a term. Cosines and sines have separate names, so the
-            search skips the terms inside them.
+            search does not enter their arguments.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]

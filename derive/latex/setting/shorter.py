@@ -1,4 +1,4 @@
-"""Finds shorter forms of expressions: expanded sums, factors in front."""
+"""Finds shorter forms of expressions: expanded sums, and common factors in front."""
 
 import sympy as sp
 from sympy.simplify.fu import TR10i
@@ -6,11 +6,13 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
-"""Maximum addends of a product of sums that is expanded on trial."""
+"""Maximum addends of a product of sums whose expansion is tried."""
 MAX_ADDED = 400
-"""Maximum operations of an expression whose angles are added on trial; SymPy compares all pairs."""
+"""Maximum operations of an expression in which the addition of angles is tried; SymPy compares all
+pairs."""
 MAX_GATHERED = 4
-"""Maximum terms of a sum with its common root in front; longer sums must be broken across lines."""
+"""Maximum terms of a sum that is printed with its common root in front; longer sums must be broken
+across lines."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:

@@ -16,8 +16,8 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 def labels(robot: SerialRobot) -> list[str]:
     """Returns the indices of the frames: base, links, and tool if different.
 
-    Frame 0 is the first frame of the chain. Without a base placement, it is the base frame. Without
-    a tool placement, the last link's frame is the tool frame.
+    Frame 0 is the first frame of the chain. Without a base placement, frame 0 is the base frame.
+    Without a tool placement, the last link's frame is the tool frame.
     """
     base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
     first = first_number(robot)
@@ -31,14 +31,14 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns the first joint's index: 0 for a fixed joint before only moving joints, else 1."""
+    """Returns the first joint's index: 0 for a fixed joint before moving joints only, else 1."""
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1
 
 
 def transform(start: str, end: str) -> str:
-    """Returns the name of the pose of one frame in a second frame."""
+    """Returns the name of the pose of a frame in another frame."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 

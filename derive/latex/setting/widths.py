@@ -1,7 +1,7 @@
 r"""Estimates the width of a formula, accurately enough for line breaks.
 
-The widths are for Computer Modern at 10 pt. A line of the article class is 345 pt; the lines also
-fit classes with a wider column.
+The widths are for Computer Modern at 10 pt. A line of the article class is 345 pt wide; the lines
+also fit classes with a wider column.
 """
 
 import re

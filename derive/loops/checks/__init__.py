@@ -1,1 +1,1 @@
-"""Remarks on a robot whose loops close: limits, dead points and doubtful descriptions."""
+"""Remarks on a robot whose loops close: limits, dead points and doubtful values."""

@@ -2,9 +2,9 @@
 
 The limits of the actuators span a box. Loops that stay open inside this box are not an error,
 because each limit belongs to a single actuator. The module reports loops that close in less than
-half of the box. It also reports limits that one actuator cannot reach while the other actuators
-stay at the reference, and reference values that are far from the configuration at which the loops
-close.
+half of the box. The module also reports limits that one actuator cannot reach while the other
+actuators stay at the reference, and reference values that are far from the configuration at which
+the loops close.
 """
 
 import math
@@ -90,7 +90,7 @@ def limits_in_words(
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. Coordinates without limits keep their
+        reference: The actuated coordinates of the reference. Coordinates without limits have their
             reference value.
         is_closed: Tests whether the loops close at given actuated coordinates.
         samples: Number of random configurations in the box.
@@ -140,7 +140,8 @@ def _closing(
         q[k] = value
         return is_closed(q)
 
-    # A grid can miss a narrow interval of closed loops, so the search starts at the reference.
+    # A grid can miss a narrow interval of closed loops; therefore, the search starts at the
+    # reference.
     start = float(np.clip(reference[k], values[0], values[-1]))
     if not closes(start):
         return None

@@ -2,7 +2,7 @@
 
 A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
 planar. If the geometry deviates from these conditions by more than the rounding of values in the
-file, Newton's iteration closes the loops. A sentence in the report then states the deviation.
+file, Newton's iteration must close the loops. A sentence in the report then states the deviation.
 """
 
 from collections.abc import Iterator

@@ -102,7 +102,7 @@ def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
 
 
 def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:
-    """States which pin axes of a planar loop are not parallel to its normal; "" if all are."""
+    """States which pin axes of a planar loop are not parallel to its normal, or "" if all are."""
     if closer.name in bodies.planes or _kind(closer) != "pin":
         return ""
     poses = bodies.poses(bodies.values)

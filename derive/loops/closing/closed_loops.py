@@ -1,7 +1,7 @@
 """Numerical loop closure of a mechanism: Newton's method on its closure equations.
 
-A strut has one equation, the distance of its ends, and no swing. A swing would add one variable and
-one equation, so freedoms are the same with and without swings.
+A strut has one equation, for the distance of its ends, and no swing angle. A swing angle would add
+one variable and one equation, so the number of freedoms does not depend on swing angles.
 """
 
 from collections.abc import Iterator, Mapping
@@ -44,10 +44,10 @@ class ClosedLoops:
         names: Names of the variables w: joints and cylinders.
         is_length: Mask of the variables that are lengths.
         passive: Mask of the variables that are not actuated.
-        size: The longest translation or rod of the mechanism (metre), or 1 if all are zero.
+        size: The longest translation or rod of the mechanism (metre), or 1 if all lengths are zero.
         reference: The variables at the reference as described, with gear ratios applied.
         in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
-            equations are then the gradient of the sum of squared gaps.
+            equations are then the gradient of the sum of squared closure errors.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class ClosedLoops:
         self.reference = np.array([described[name] for name in self.names])
 
     def configuration(self, w: Vector) -> dict[str, float]:
-        """Returns the entries of z by name, in order, with the swings of struts."""
+        """Returns the entries of z by name, in order, with the swing angles of struts."""
         found = dict(zip(self.names, map(float, w), strict=True))
         found |= self.bodies.swings(found)
         return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
@@ -88,7 +88,7 @@ class ClosedLoops:
         return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
     def _gradient(self, w: Vector) -> Vector:
-        """Returns the gradient of half the sum of squared gaps, see :mod:`..model.gradient`."""
+        """Returns the gradient of half the sum of squared errors, see :mod:`..model.gradient`."""
         c, J, _ = self._rows.at(w)
         size = float(f"{self.size:.3g}")
         weights = np.where(self._rows.is_turn, size, 1.0)
@@ -134,8 +134,9 @@ class ClosedLoops:
     def _polished(self, w: Vector, here: Evaluated, free: Vector) -> tuple[Vector, Evaluated]:
         """Refines a closed configuration up to rounding error.
 
-        With redundant equations, w may be wrong by 1e-6 at a residual of 1e-12. At such a w, the
-        redundant equations look independent, so the refinement drops these equations.
+        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12. At
+        such a w, the redundant equations seem to be independent; therefore, the refinement drops
+        these equations.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)
@@ -150,8 +151,8 @@ class ClosedLoops:
     def generic(self) -> tuple[Vector, ...]:
         """Closed configurations near the reference with a full-rank Jacobian.
 
-        Other assembly modes may have more or fewer degrees of freedom, so only the neighborhood of
-        the reference is sampled.
+        Assembly modes other than the reference mode may have more or fewer degrees of freedom, so
+        only the neighborhood of the reference is sampled.
 
         Raises:
             LoopError: The loops do not close at the reference configuration.
@@ -192,7 +193,7 @@ class ClosedLoops:
     def unit_rows(self, w: Vector) -> Vector:
         """Returns the Jacobian with rows of length 1; lengths are relative to the mechanism size.
 
-        Rows that are zero up to rounding errors remain as they are.
+        Rows that are zero up to rounding errors do not change.
         """
         J = self.evaluated(w)[1] * self._scaled(np.ones(len(w)))
         norms = np.linalg.norm(J, axis=1, keepdims=True)
@@ -216,7 +217,7 @@ class ClosedLoops:
         return LoopError(text, gap=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """Returns the loop with the largest residual, and that residual."""
+        """Returns the loop with the largest residual, and this residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         owners = self._rows.owners

@@ -20,8 +20,8 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
     """Returns the sequences of joints that only parametrize the pose of a free body, in order.
 
     A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
-    planar sequence has two prismatic joints and a revolute joint. None of these joints is actuated.
-    Bodies inside a sequence have no closure, strut, tool or second child joint.
+    planar sequence has two prismatic joints and a revolute joint. No joint of such a sequence is
+    actuated. Bodies inside a sequence have no closure, strut, tool or second child joint.
     """
     taken: set[str] = set()
     found = []

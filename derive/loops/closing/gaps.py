@@ -1,4 +1,4 @@
-"""Diagnoses the first open loop: its gap, and the lengths and angles that would close the loop.
+"""Diagnoses the first open loop: its closure error, and lengths and angles that would close it.
 
 The loops are closed one by one in the order of the description, from the reference and from random
 start configurations. The report describes the first loop that cannot be closed while all earlier
@@ -33,7 +33,7 @@ FARTHEST = 8.0
 """Longest length to try, relative to the mechanism size."""
 DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
-"""First step of the search for a range's far end (radian, or relative to the size)."""
+"""First step of the search for the far end of an interval (radian, or relative to the size)."""
 ASIDE = 0.2
 """Distance of a start from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
@@ -65,7 +65,7 @@ class Remedy:
 
 
 def open_loop(mechanism: Mechanism) -> LoopError | None:
-    """Describes the loop that does not close at the reference, its gap, and possible remedies.
+    """Describes the loop that is open at the reference, its closure error, and possible remedies.
 
     Args:
         mechanism: The description.
@@ -89,7 +89,7 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
 
     Args:
         mechanism: The description.
-        error: The solver's error. The error is returned unchanged if the loops close numerically.
+        error: The solver's error. If the loops close numerically, the error is returned unchanged.
     """
     found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -155,7 +155,7 @@ def _wrapped(value: float, is_length: bool) -> float:
 def _closed(
     bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Returns the values with the smallest gaps, found from the given values or random starts."""
+    """Returns the values with the smallest closure errors; starts from given or random values."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -218,7 +218,7 @@ def _where(bodies: NumericMechanism, closer: Closure | Strut) -> str:
 def _gap_in_words(
     bodies: NumericMechanism, closer: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the gap (metre) and its description, including the angle between the frames."""
+    """Returns the closure error (metre) and its text, with the angle between the frames."""
     _, _, d = bodies.ends(closer, values)
     distance = float(np.linalg.norm(d))
     if isinstance(closer, Strut):
@@ -344,7 +344,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 def _off_dead_point(
     bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns a configuration off a dead point, so that the joint directions are defined."""
+    """Returns a configuration away from a dead point, so that the joint directions are defined."""
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -416,7 +416,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value with a closed loop, before a value with an open loop."""
+    """Returns the last value at which the loop closes, before a value at which it stays open."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)

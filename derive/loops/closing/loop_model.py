@@ -23,10 +23,10 @@ class LoopModel:
     """A mechanism with its coordinates.
 
     Attributes:
-        mechanism: The description. Pins whose tilt the file accepts are balls.
+        mechanism: The description. Pins with a tilt that the file accepts are modelled as balls.
         terms: Names of all terms.
-        residual_gaps: The gaps of loops that close only in the least-squares sense, or None if all
-            loops close.
+        residual_gaps: The closure errors of loops that close only in the least-squares sense, or
+            None if all loops close.
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.
         passive: Names of the passive joints in z, without drives that are coupled to other joints.
@@ -69,7 +69,8 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
             are created.
 
     Raises:
-        DescriptionError: The pins of a rod are not parallel, and the file does not accept it.
+        DescriptionError: The pins of a rod are not parallel, and the file does not accept this
+            tilt.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, gaps = closable(mechanism, terms), None

@@ -2,7 +2,7 @@
 
 Counting formulas assume that all constraints are independent. The rank of the constraint Jacobian
 at closed configurations needs no assumption. If two counts disagree, the mechanism is
-overconstrained, or a rod can rotate about its own axis.
+overconstrained, or a rod can rotate about its longitudinal axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,8 @@ class Mobility:
         order: lambda: 3 if all bodies move in one plane, else 6.
         loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
         loop_orders: lambda of each independent loop.
-        idle: Number of ball-ended struts that can rotate about their own axes (idle rotations).
+        idle: Number of ball-ended struts that can rotate about their longitudinal axes (idle
+            rotations).
         coordinates: Number of entries of z.
         rank: Rank of the constraint Jacobian at random closed configurations.
         equations: Number of rows of the constraint Jacobian.
@@ -64,7 +65,7 @@ class Mobility:
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether redundant constraints leave more degrees of freedom than the counts predict."""
+        """Whether redundant constraints give more degrees of freedom than the counts predict."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
@@ -113,7 +114,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
     is two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as
     one body, and these joints are not counted
     (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor is not counted,
-    because motor, bearing and gear pair together add no freedom.
+    because motor, bearing and gear pair together do not add any freedom.
 
     Args:
         mechanism: The description, with a reference configuration at which the loops nearly close.
@@ -185,7 +186,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobil
         idle=sum(strut.ends == "ball" for strut in mechanism.struts),
         coordinates=z,
         rank=loops.rank() + swings,
-        # In least squares there is one equation per passive variable.
+        # In the least-squares sense, there is one equation per passive variable.
         equations=sum(loops.passive) + swings if loops.in_least_squares else found,
         actuated=len(mechanism.actuated),
     )

@@ -1,9 +1,9 @@
-"""Overconstrained loops that cannot all close: least-squares configuration and residual gaps.
+"""Overconstrained loops that cannot all close: least-squares configuration and closure errors.
 
 Loops are overconstrained if they have more equations than unknown variables. A pin parallel to the
-other axes of its loop constrains the plane a second time. A third crank of a parallelogram
-constrains the coupler's direction a second time. In an as-built robot such constraints contradict
-each other slightly.
+other axes of its loop constrains the motion to the plane a second time. A third crank of a
+parallelogram constrains the coupler's direction a second time. In a robot as built, such
+constraints contradict each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from .closed_loops import ClosedLoops
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
-"""Smallest gap that is reported, as a fraction of the largest gap."""
+"""Smallest closure error that is reported, as a fraction of the largest closure error."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,9 @@ class ResidualGaps:
     """Overconstrained loops that cannot all close.
 
     Attributes:
-        at: The configuration with the least sum of squared gaps, at the reference's actuated
-            coordinates. The configuration lists joints and cylinders by name (radian or metre).
+        at: The configuration with the smallest sum of squared closure errors, at the reference's
+            actuated coordinates. The configuration lists joints and cylinders by name (radian or
+            metre).
         repeated: Number of redundant constraints.
         gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
@@ -62,8 +63,9 @@ class ResidualGaps:
 def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     """Returns the overconstrained loops that cannot all close near the reference.
 
-    The result is None if all loops close, if no equation is redundant, or if a gap exceeds as-built
-    errors. The result is also None if the actuated coordinates are not independent.
+    The result is None if all loops close, if no equation is redundant, or if a closure error
+    exceeds the errors of robots as built. The result is also None if the actuated coordinates are
+    not independent.
     """
     bodies = NumericMechanism(mechanism)
     closers = [closer.name for closer in mechanism.closers]
@@ -130,7 +132,7 @@ def _message(
 
 
 def _distance(bodies: NumericMechanism, closer: Closure | Strut, at: Mapping[str, float]) -> str:
-    """Describes a distance, for a pin as components along and across its axis."""
+    """Describes a distance; for a pin, by its components along and across the pin axis."""
     gap = bodies.gaps(at)[closer.name].distance
     if isinstance(closer, Strut):
         return f"{1e3 * gap:.3g} mm in length"

@@ -1,7 +1,7 @@
 """Detects rods with swapped ends: exchanging the ends closes all loops near the reference.
 
 Loops with swapped rod ends do not close, or close at a different configuration. For example, four
-of six delta rods rotate the platform slightly.
+of the six rods of a delta robot, if swapped, rotate the platform slightly.
 """
 
 import math
@@ -18,8 +18,8 @@ Passive joint values are only approximate, and a wrong exchange may also close t
 distant configuration.
 """
 CLEARLY = 0.02
-"""Distance from the reference, with the definition of :data:`NEAR`, that rounding to two digits
-cannot explain."""
+"""Distance from the reference, defined as for :data:`NEAR`, that rounding to two digits cannot
+explain."""
 PART = 0.1
 """Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
 

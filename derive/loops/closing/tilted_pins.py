@@ -1,10 +1,10 @@
-"""Pin-ended rods and cylinders whose pin axes are not parallel, as in an as-built robot.
+"""Pin-ended rods and cylinders whose pin axes are not parallel, as in a robot as built.
 
 Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, the
-loop is
-overconstrained: no configuration satisfies both the lengths and the pin directions. The constraint
-along the axes is redundant, because the rod closes the planar loop without this constraint. To
-first order, the least-squares solution keeps the lengths, and the pins absorb the tilt.
+loop is overconstrained: no configuration satisfies the lengths and the pin directions together. The
+constraint along the axes is redundant, because the rod closes the planar loop without this
+constraint. To first order, the least-squares solution does not change the lengths, and the pins
+absorb the tilt.
 """
 
 from collections.abc import Sequence
@@ -30,11 +30,12 @@ class Tilt:
     Attributes:
         closer: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
-        angle: Angle (radian) between that axis and the mean of the other axes; 0 for a single axis.
+        angle: Angle (radian) between the axis of this joint and the mean of the other axes; 0 for a
+            single axis.
         offset: Distance (metre) between the rod's ends along the mean axis, at zero configuration.
         span: Distance (metre) between the rod's ends, at zero configuration.
-        axes: Number of axes of the loop. If the loop has only two axes, either axis may be the
-            tilted one.
+        axes: Number of axes of the loop. If the loop has only two axes, either of the two axes may
+            be tilted.
     """
 
     closer: str
@@ -72,7 +73,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
     """Explains why no length closes the loops; empty if no explanation is found.
 
     The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
-    constraints, and the gaps.
+    constraints, and the closure errors.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     _, spatial = linkages(mechanism)

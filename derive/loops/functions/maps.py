@@ -28,8 +28,8 @@ class Joints:
         named: Returns the values of joints, swing angles and cylinders by name.
         rates: The time derivatives of these values.
         passive: Names of the passive joints.
-        interval: Text that states the interval of the angles and follows a comma; "" if the angles
-            are unbounded.
+        interval: Text after a comma that states the interval of the angles; "" if the angles are
+            unbounded.
         finished: Completes a function so that its result is NaN if the loops do not close.
     """
 
@@ -80,12 +80,12 @@ class Map:
         names: Returns the names of the joints that the map computes.
         noun: Noun for the joints in the descriptions of the map.
         meaning: Meaning of the map's result.
-        summary: Summary of the map for its documentation; ``{interval}`` is replaced by the angle
-            interval.
-        identity: Identity that holds for the map, printed in its documentation; ``{names}`` is
-            replaced by the names of the joints.
-        moving: Summary and meaning of the time derivatives; ``{}`` is replaced by rates or
-            accelerations.
+        summary: Summary of the map for its documentation; the angle interval replaces
+            ``{interval}``.
+        identity: Identity that holds for the map, printed in its documentation; the joint names
+            replace ``{names}``.
+        moving: Summary and meaning of the time derivatives; the word rates or accelerations
+            replaces ``{}``.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Returns the joint values; actuated joints as actuated coordinates."""
+        """Returns the joint values; actuated joints are the actuated coordinates."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
@@ -201,7 +201,7 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The map to the coordinates of a domain, by their name."""
+"""The map to the coordinates of a domain, keyed by name."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
@@ -280,7 +280,7 @@ def _all(
 
 
 def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of one branch slot, which become NaN if a condition fails."""
+    """Returns the values of one branch; the values become NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -288,10 +288,10 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch slot; a step that does not occur on the branch has margin 1.
+    """Returns the margins of a branch; a step that does not occur on the branch has margin 1.
 
-    If several branches of passive joints share the solution slot, the first branch that closes is
-    used.
+    If several branches of passive joints share the solution slot, the first branch with closed
+    loops is used.
     """
     rows = []
     for solution in solutions:
@@ -323,7 +323,7 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch choices that all solutions of a solution slot share, keyed by joints."""
+    """Returns the branch choices that all branches of a solution slot share, keyed by joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions

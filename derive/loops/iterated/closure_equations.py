@@ -1,9 +1,10 @@
 """Reduced closure equations of loops without a closed form, and start values for Newton's method.
 
-A strut keeps two points at a constant distance, whether its ends are pins or balls. The loop of a
-strut has one equation, |b - a| = l, and the swing angle of the strut follows from the points. The
-equations c(w) = 0 therefore contain only the variables w: the configuration z without strut swing
-angles. For actuated variables a and unknown variables u, c_u du = -c_a da.
+A strut constrains two points to a constant distance, whether its ends are pins or balls. The loop
+of a strut has one equation, |b - a| = l, and the swing angle of the strut follows from the points.
+The equations c(w) = 0 therefore contain only the variables w: the configuration z without strut
+swing angles. With the derivatives c_u and c_a of c, actuated variables a and unknown variables u
+satisfy c_u du = -c_a da.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,8 +45,8 @@ class Start:
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
         determinant: Signed determinant of c_u, the derivative of the equations with respect to the
-            unknown variables. If c_u is not square, the product of R's diagonal in its QR
-            decomposition.
+            unknown variables. If c_u is not square, the product of the diagonal of R in the QR
+            decomposition of c_u.
         is_regular: Whether c_u has full rank, so that the reference is not at a dead point.
     """
 
@@ -91,7 +92,7 @@ class LoopClosure:
 
     @property
     def is_determined(self) -> bool:
-        """Whether there are at least as many equations as unknown variables."""
+        """Whether the number of equations is at least the number of unknown variables."""
         return len(self.units) >= len(self.unknown)
 
     @cached_property
@@ -109,7 +110,7 @@ class LoopClosure:
         determinant = np.linalg.det(J_u) if square else abs(size)
         tangent = np.linalg.lstsq(R, -Q.T @ J_a, rcond=None)[0]
         q = w[self.given] / ratios
-        # Lengths are relative to the mechanism size, so that metres and radians compare.
+        # Lengths are relative to the mechanism size, so that metres and radians are comparable.
         scales = np.where(self.is_length, self.size, 1.0)[self.unknown]
         values = np.linalg.svd(J_u * scales, compute_uv=False)
         is_regular = bool(np.all(values > REPEATED_EQUATION * max(values, default=0.0)))
@@ -120,8 +121,8 @@ class LoopClosure:
     def of_chain(self) -> "LoopClosure | None":
         """The same loop equations with the main-chain joints as inputs.
 
-        The result is None if these joints do not determine the other variables, or if the reference
-        is a dead point of these equations.
+        The result is None if the main-chain joints do not determine the other variables, or if the
+        reference is a dead point of these equations.
         """
         given, unknown = _split(self.names, [joint.name for joint in self.hybrid.robot.moving])
         ratios = (1.0,) * len(given)
@@ -132,7 +133,7 @@ class LoopClosure:
 def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
     """Returns the equations of a mechanism with the actuated coordinates as inputs.
 
-    Swing angles are not variables, because struts on balls replace struts on pins.
+    Swing angles are not variables, because struts with ball ends replace struts with pin ends.
     """
     mechanism, terms = on_balls(hybrid.mechanism), hybrid.terms
     variables = configuration_names(mechanism)
@@ -158,7 +159,7 @@ def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
 
 
 def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[int]]:
-    """Returns the indices of the variables that are moved, and of all others."""
+    """Returns the indices of the variables that are moved, and those of all other variables."""
     given = [names.index(name) for name in moved]
     return given, [k for k in range(len(names)) if k not in given]
 

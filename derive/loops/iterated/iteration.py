@@ -1,8 +1,8 @@
 """Joint values of loops without a closed form, as results of an iterative solver.
 
 The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates the
-solution by the implicit function theorem. Its results, the variables w and their derivatives, are
-arguments in the statements of a function.
+solution by the implicit function theorem. The results of the solver, the variables w and their
+derivatives, are arguments in the statements of a function.
 """
 
 import math
@@ -68,7 +68,8 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Returns one value per variable, with main-chain symbols for the main-chain joints.
 
-        The terms of the main chain are then the same for joints as inputs and joints as results.
+        The terms of the main chain are then the same for joints as inputs and for joints as
+        results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -101,7 +102,7 @@ class Iteration:
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns the joint rates for each coordinate that alone moves at unit speed."""
+        """Returns the joint rates for unit speed of each coordinate; the others are fixed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -164,8 +165,8 @@ class Iteration:
 
         Args:
             function: The function.
-            seed: Name of the start-configuration input; with "", the iteration starts from the
-                reference.
+            seed: Name of the start-configuration input; with the name "", the iteration starts from
+                the reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
@@ -185,7 +186,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """Returns the calls that use the matrix factors, each after its dependencies."""
+        """Returns the calls that use the matrix factors, each after the calls that it needs."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [

@@ -1,1 +1,1 @@
-"""The loop model: bodies, ends and equations of loops, exact, numeric and of variable geometry."""
+"""The loop model: bodies, ends and equations of loops; exact, numeric, with variable geometry."""

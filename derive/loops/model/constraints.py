@@ -1,7 +1,7 @@
 """Loop closure on SE(3), and the independent scalar equations of each loop.
 
-A loop starts at the body at which its two branches meet. The loop follows branch a to the closure
-or strut, passes through it, and returns along branch b:
+A loop starts at the body from which its two branches lead to the closure or strut. The loop follows
+branch a to the closure or strut, crosses the closure or strut, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
@@ -49,8 +49,8 @@ class LoopEquations:
 
     Attributes:
         loop: The closure or strut, and the two branches.
-        kind: ``planar`` or ``spatial`` loop; ``point`` for a spatial ball closure, ``distance`` for
-            a strut with ball ends.
+        kind: ``planar`` or ``spatial`` loop; also ``point`` for a spatial ball closure,
+            ``distance`` for a strut with ball ends.
         residual: Named, independent terms that are zero if the loop is closed: differences of
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
@@ -112,9 +112,9 @@ def constraints(
     """Returns the equations of every loop, in the order of the closures and struts.
 
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. Whole
-    differences of points are in the axes of the meeting body. A strut on balls has one equation,
-    the distance of its ends. A strut on pins has two: the first end plus the length along the swing
-    is the far end.
+    differences of points are in the axes of the meeting body. A strut with ball ends has one
+    equation, for the distance of its ends. A strut with pin ends has two equations: the first end
+    plus the length along the swing direction is the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -122,7 +122,7 @@ def constraints(
         mechanism: The description.
         terms: Table that receives the named terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or metre).
-        may_stay_open: Keeps equations that are never zero, for loops closed in the least-squares
+        may_stay_open: Includes equations that are never zero, for loops closed in the least-squares
             sense.
 
     Raises:
@@ -137,7 +137,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the loop residuals of some closures and struts, also those that are zero.
+    """Returns the loop residuals of some closures and struts, with residuals that are always zero.
 
     Args:
         mechanism: The description.
@@ -269,7 +269,7 @@ class _Constraints:
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in every configuration, tested at two generic ones."""
+        """Whether an equation holds in all configurations, tested at two generic configurations."""
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
         else:
@@ -404,7 +404,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (closer.kind, "space")
         rows = ROWS[kind]
-        # All three differences are independent of the axes, and shortest in the meeting body's.
+        # All three differences are independent of the axes, and their expressions are shortest in
+        # the axes of the meeting body.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))

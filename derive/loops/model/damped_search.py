@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt search for the smallest loop gaps, with finite differences."""
+"""Levenberg-Marquardt search for the smallest loop closure errors, with finite differences."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
 """Initial, minimum and maximum damping, and the first factor by which the damping grows."""
 MAX_POOR = 2
-"""The search ends after this number of consecutive steps with too little gain."""
+"""The search ends after this number of consecutive steps with insufficient gain."""
 
 
 def least(

@@ -26,10 +26,11 @@ class Factor:
 
     Attributes:
         name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
-            itself are not in z and have names ``<closer>`` or ``<strut>.end``; a ball joint adds
-            ``.x``, ``.y``, ``.z``.
+            itself are not in z and have the names ``<closer>`` or ``<strut>.end``; a ball joint
+            adds ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
-            twist has unit speed: (metre per radian, 1) for a revolute joint, (1, 0) for a slider.
+            twist has unit speed: its norms are (metre per radian, 1) for a revolute joint, (1, 0)
+            for a slider.
         side: The branch of the loop to which the exponential belongs. Branch b is traversed
             backwards, with reversed screws.
     """
@@ -95,7 +96,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a constant with more operations than a nominal dimension has."""
+    """Whether an entry is a constant with more operations than a nominal dimension."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
@@ -110,7 +111,7 @@ def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.M
             "weld": [],
         }
         return freedoms[closer.kind], sp.eye(4)
-    # Pins rotate about z and the strut lies along x; a ball-ended strut may lie along any axis.
+    # Pins rotate about z and the strut lies along x; a strut with ball ends may lie along any axis.
     M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
     if closer.ends == "ball":
@@ -130,7 +131,7 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns the point of a frame in its body's frame, from planar axes of the body."""
+    """Returns the point of a frame in the frame of its body, from planar axes of the body."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -1,15 +1,15 @@
-"""Least-squares closure of overconstrained loops: the gradient of the gaps as equations.
+"""Least-squares closure of overconstrained loops: the gradient of closure errors as equations.
 
-The gaps c_i are in metres; rotation entries are multiplied by a length l. The configuration with
-the smallest gaps minimizes the sum of c_i^2 / 2, so its gradient with respect to the unknown
-variables is zero:
+The closure errors c_i are in metres; errors of directions are multiplied by a length l. The
+configuration with the smallest closure errors minimizes the sum of c_i^2 / 2, so its gradient with
+respect to the unknown variables is zero:
 
-    g_u = sum_i c_i dc_i/du = 0
+    g_u = sum_i c_i dc_i/du = 0, with the unknown variables u.
 
-There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
-gaps. It is regular if the gaps are small and the derivative of the gaps has full rank. Newton's
-iteration, joint rates and joint accelerations therefore follow in the same way as for loops that
-close.
+The number of these equations equals the number of unknown variables. The Jacobian of these
+equations contains second derivatives of the closure errors. This Jacobian is regular if the closure
+errors are small and their derivative has full rank. Therefore, Newton's iteration, joint rates and
+joint accelerations are computed in the same manner as for loops that close.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from ...terms.terms import Terms
 from .constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
-"""Unit of each entry of the gradient. Entries for angles are divided by the length."""
+"""Unit of each entry of the gradient. Entries for angles are divided by the length l."""
 
 
 def gradient(
@@ -30,7 +30,7 @@ def gradient(
     is_length: Sequence[bool],
     length: float,
 ) -> tuple[sp.Expr, ...]:
-    """Returns the gradient of half the sum of squared gaps, one entry per unknown variable.
+    """Returns the gradient of half the sum of squared errors, one entry per unknown variable.
 
     Args:
         equations: The equations of all loops.

@@ -2,10 +2,10 @@
 
 Joints, end frames and drives have the same parameters as in a serial robot
 (:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
-bodies' frames, and the length of a strut. For a cylinder, this length applies at coordinate zero.
+bodies' frames, and the length of a strut. A cylinder has this length at coordinate zero.
 
 A passive joint has no offset parameter, because the loop determines the joint's value. Six
-consecutive passive joints without other attachments leave a body free, so their axes have no
+consecutive passive joints without other attachments do not constrain a body, so their axes have no
 parameters. Planar loops only have in-plane parameters: joints in a loop with a closure have no tilt
 out of the plane, and ends have no coordinate normal to the plane.
 """
@@ -31,7 +31,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent's frame to a body: before, in and after the body's joint."""
+    """The motions from the parent frame to a body: before, of and after the body's joint."""
 
     before: Placement
     motion: Placement
@@ -194,7 +194,7 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the passive joints in sequences of six that leave a body free."""
+    """Returns the passive joints in sequences of six that do not constrain a body."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]

@@ -1,11 +1,11 @@
 """Body frames with variable geometry, and the screw of every elementary motion.
 
-Elementary motions with values v(q, u, p) lead from the base to a body. With the unit screw S_m of
+Elementary motions with values v(q, u, p) connect the base to a body. With the unit screw S_m of
 motion m and a wrench W on the body, the power of the wrench is
 
     W . V = sum_m (W . S_m) dv_m/dt.
 
-One such sum gives the derivative of a loop equation, or of the tool pose, with respect to each
+Such a sum gives the derivative of a loop equation, or of the tool pose, with respect to each
 variable.
 
 Source:
@@ -64,7 +64,7 @@ class Reached:
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the frame that further motions reach."""
+        """Returns the frame that is reached by further motions."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -102,7 +102,7 @@ class Wrench:
     couple: Vector = ORIGIN
 
     def power(self, terms: Terms, motion: ElementaryMotion) -> sp.Expr:
-        """Returns the power on a body that follows a motion at unit speed."""
+        """Returns the power on a body that a motion moves at unit speed."""
         if motion.point is None:
             return dot(terms, self.force, motion.axis)
         lever = subtracted(terms, self.point, motion.point)
@@ -118,7 +118,7 @@ def bodies(
     Args:
         mechanism: The description.
         terms: Table that receives the named terms.
-        base: The motions that lead from the base frame to the frame of the base body.
+        base: The motions from the base frame to the frame of the base body.
         steps: Motions from the parent body to every other body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}

@@ -1,4 +1,4 @@
-"""Numerical model of a mechanism in double precision: body poses and loop gaps.
+"""Numerical model of a mechanism in double precision: body poses and closure errors of loops.
 
 The poses are computed from the description for any parameter values, without the compiler's
 equations. Varying a parameter shows which length or angle would close a loop.
@@ -24,12 +24,13 @@ Floats = NDArray[np.float64]
 Value = float | Floats
 """One value, or an array (n,) of values at n configurations."""
 OTHERS_FIRST = 1e3
-"""Weight that keeps all other loops closed while the gap of one loop is minimized."""
+"""Weight with which all other loops stay closed while the closure error of one loop is
+minimized."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Gap(NamedTuple):
-    """The gap between the two ends of an open loop: a distance (metre) and an angle (radian)."""
+    """The closure error between the two ends of a loop: a distance (metre), an angle (radian)."""
 
     distance: float
     turn: float
@@ -45,8 +46,8 @@ class NumericMechanism:
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), or 1 if all are zero.
-        planes: Axes x and y and the unit normal of planar loops by closer, as columns in the axes
-            of the closer's first body.
+        planes: Axes x and y and the unit normal of planar loops, keyed by closure or strut, as
+            columns in the axes of its first body.
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
@@ -75,7 +76,7 @@ class NumericMechanism:
 
     @property
     def constants(self) -> dict[str, float]:
-        """The constants by name; to change a constant, assign a new dictionary."""
+        """The constants by name; a change of a constant needs a new dictionary."""
         return self._constants
 
     @constants.setter
@@ -155,7 +156,7 @@ class NumericMechanism:
             lengths += [_shift(self.matrix(frame.placement)) for frame in (closer.a, closer.b)]
         return max(lengths, default=0.0) or 1.0
 
-    # --- poses and gaps ---
+    # --- poses and closure errors ---
 
     def poses(self, values: Mapping[str, Value]) -> dict[str, Floats]:
         """Returns the pose of every body in the base frame, (4, 4) or (n, 4, 4)."""
@@ -170,7 +171,7 @@ class NumericMechanism:
         return found
 
     def gaps(self, values: Mapping[str, float]) -> dict[str, Gap]:
-        """Returns the gap of each loop, keyed by the name of the loop's closure or strut."""
+        """Returns the closure error of each loop, keyed by the name of its closure or strut."""
         poses = self.poses(values)
         found = {}
         for closer in self.mechanism.closers:
@@ -181,13 +182,13 @@ class NumericMechanism:
     def ends(
         self, closer: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Returns both end frames (4, 4) of a closure or strut, and the vector in between."""
+        """Returns both end frames (4, 4) of a closure or strut, and the vector between them."""
         poses = self.poses(values)
         A, B = self.frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """Returns the unit normal of a closer's loop in the base frame; None for a spatial loop."""
+        """Returns the unit normal of a loop in the base frame, or None for a spatial loop."""
         plane = self.planes.get(closer.name)
         return None if plane is None else poses[closer.a.body][..., :3, :3] @ plane[:, 2]
 
@@ -203,7 +204,7 @@ class NumericMechanism:
         return found
 
     def is_closed(self, gap: Gap) -> bool:
-        """Whether a gap is small enough for the loop to count as closed."""
+        """Whether a closure error is small enough for the loop to count as closed."""
         return gap.distance <= GAP * self.size and gap.turn <= GAP
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
@@ -266,7 +267,7 @@ class NumericMechanism:
         loops: Iterable[str],
         last: str = "",
     ) -> dict[str, float]:
-        """Returns the joint, cylinder and constant values that minimize the loop gaps.
+        """Returns joint, cylinder and constant values that minimize the closure errors of loops.
 
         Uses the Levenberg-Marquardt method, starting from the current values.
 
@@ -275,8 +276,8 @@ class NumericMechanism:
                 names constants.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
-            last: The loop whose gap is minimized while the other loops stay closed; with "", all
-                loops have equal weights.
+            last: The loop whose closure error is minimized while the other loops stay closed; with
+                "", all loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -291,7 +292,7 @@ class NumericMechanism:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Returns the loop gaps as a function of the variables, and the current variables.
+        """Returns the closure errors as a function of the variables, and the current variables.
 
         Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
         many (m, n) with equal constants. Each call writes its argument to the array ``at`` and to
@@ -325,7 +326,7 @@ class NumericMechanism:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Returns a mask of the constants, which have equal values for a whole batch."""
+        """Returns a mask of the constants, which have the same value for the whole batch."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:

@@ -1,7 +1,7 @@
 """Closure equations in double precision, and their Jacobian from screw theory.
 
-The derivative of an equation along a motion of b's body is the power of a wrench at end b. Along a
-motion of a's body, it is the negative power of the same wrench.
+The derivative of an equation with respect to a motion of the body of b is the power of a wrench at
+end b. For a motion of the body of a, it is the negative power of the same wrench.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,8 +29,8 @@ class NumericRows:
         bodies: Bodies and ends as numerical values.
         names: Names of the joints and cylinders.
         owners: Names of the closures and struts, one per equation.
-        is_turn: Whether an equation compares directions, one per equation.
-        facing_owners: Names of the closures, one per cosine that detects flips.
+        is_turn: Whether the equation compares directions, for each equation.
+        facing_owners: Names of the closures, one for each cosine that detects flips.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
@@ -78,8 +78,8 @@ class NumericRows:
             w: Values (n,) in the order of ``names`` (radian or metre).
 
         Returns:
-            The residuals (m,), their Jacobian (m, n), and the cosines between axes that point the
-            same way if no frame is flipped.
+            The residuals (m,), their Jacobian (m, n), and the cosines between axes that have the
+            same direction if no frame is flipped.
         """
         values = dict(zip(self.names, w, strict=True))
         poses = self.bodies.poses(values)
@@ -98,8 +98,9 @@ class NumericRows:
                 a, b = (T[:3, :3] @ self._axes[closer.name] for T in (A, B))
                 rows = [*_rows(self._kind(closer), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(closer)]]
-            # The axes of a whole difference are free, and Newton's method converges better if they
-            # do not rotate with frame a. The wrench on a's body then acts at end a.
+            # The axes of a complete difference vector are arbitrary, and Newton's method converges
+            # better if these axes do not rotate with frame a. The wrench on the body of a then acts
+            # at end a.
             is_whole = not isinstance(closer, Strut) and closer.kind != "slider"
             for gap, force, couple in rows:
                 residual.append(gap)
@@ -123,7 +124,7 @@ class NumericRows:
         """Closes the loops of a nearly closed configuration up to rounding error.
 
         Newton steps with a fixed Jacobian move the joints and cylinders that are not actuated. If
-        not all loops can close, the steps minimize the gaps.
+        not all loops can close, the Newton steps minimize the closure errors.
         """
         w = np.array([values[name] for name in self.names])
         free = [name in self.bodies.unknown for name in self.names]

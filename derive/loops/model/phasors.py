@@ -6,7 +6,7 @@ A point of a planar mechanism is a sum of complex vectors, each rotating with it
 
 The angles psi_k are linear in the coordinates and the solved angles. The vectors c_k are exact (re,
 im) pairs of constants, parameters and variable lengths. Angles and vectors cancel exactly in sums.
-Therefore a parallelogram is recognized as purely translating.
+Therefore, the algebra recognizes a parallelogram as purely translating.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +19,7 @@ from ...model.exact import is_zero as constant_is_zero
 from ...terms.terms import Terms
 
 Complex = tuple[sp.Expr, sp.Expr]
-"""Real and imaginary part."""
+"""Real part and imaginary part of a complex number."""
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 REAL: Complex = (ONE, ZERO)
 
@@ -54,8 +54,8 @@ class PhasorSum:
     """A planar point or vector as a sum, with one complex vector per rotation angle.
 
     Attributes:
-        terms: The vectors of the sum, keyed by angle. An angle is 0 or linear in symbols, without a
-            constant part.
+        terms: The vectors of the sum, keyed by angle. An angle is 0 or a linear expression in
+            symbols, without a constant part.
     """
 
     terms: Mapping[sp.Expr, Complex] = field(default_factory=dict)
@@ -132,7 +132,7 @@ class PlanarPose:
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """Composes this pose with the pose ``other`` relative to this body."""
+        """Returns the composition of this pose with the pose ``other`` relative to this body."""
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),
@@ -182,7 +182,8 @@ def _plain(expression: sp.Expr) -> sp.Expr:
         return expression
     if not expression.free_symbols:
         return ZERO if constant_is_zero(expression) else expression
-    # For sums without quotients and roots, an expansion is sufficient and much faster.
+    # For sums without quotients and roots, an expansion is sufficient and much faster than
+    # cancellation.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
     # Cancelling a fraction is twice as fast as cancelling an expression, for which SymPy first

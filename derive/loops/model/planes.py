@@ -1,10 +1,10 @@
 """Planar loops of a mechanism: their joints, and the pin positions in the plane.
 
 A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
-them. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
-The x axis is the first of the frame's x, y, z axes that lies in the plane; the y axis is to the
-left of it. The plane's normal is the first revolute axis of the linkage, or the normal of its
-sliders.
+these axes. Loops that share a joint form one *linkage*. Each body of a linkage has separate planar
+axes. The x axis is the first of the frame's x, y, z axes that lies in the plane; the y axis is to
+the left of the x axis. The plane's normal is the first revolute axis of the linkage, or the normal
+of its sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,7 +35,7 @@ class PinEdge:
 
     Attributes:
         name: Name of the joint, swing angle or closure.
-        a: The body on which b rotates.
+        a: The body a, relative to which b rotates.
         at_a: The common point in a's axes.
         b: The other body.
         at_b: The common point in b's axes.
@@ -58,7 +58,7 @@ class SlideEdge:
 
     Attributes:
         name: Name of the joint, cylinder or closure.
-        a: The body on which b slides.
+        a: The body a, along which b slides.
         at_a: A point of the guide, in a's axes.
         direction: The guide's unit direction in a's axes.
         b: The other body.
@@ -95,7 +95,7 @@ class Linkage:
 
     Attributes:
         root: The body in which the plane is fixed.
-        bodies: All bodies, including cylinder barrels and rods.
+        bodies: All bodies, including the barrels and rods of cylinders.
         edges: The revolute joints, swing angles and closures.
         joints: Names of the tree's moving joints and of the cylinders in the linkage.
         closers: Names of the closures and struts that close the loops.
@@ -231,7 +231,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """Returns the normal of a planar loop in the base body's frame, else None."""
+    """Returns the normal of a planar loop in the base body's frame, or None for a spatial loop."""
     closer = loop.closer
     a = _Branch(mechanism, terms, closer.a, loop.to_a)
     b = _Branch(mechanism, terms, closer.b, loop.to_b)
@@ -350,7 +350,7 @@ def piston(cylinder: Strut) -> str:
 
 
 def is_cylinder(edge: Edge) -> bool:
-    """Whether an edge is the slide between both halves of a cylinder of positive length."""
+    """Whether an edge is the slide between the two halves of a cylinder with positive length."""
     return isinstance(edge, SlideEdge) and edge.b == f"{edge.a}.piston"
 
 
@@ -369,7 +369,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Returns the first revolute axis, or the normal of the sliders if there is none."""
+        """Returns the first revolute axis or, without revolute axes, the normal of the sliders."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)

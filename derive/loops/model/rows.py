@@ -1,4 +1,4 @@
-"""The closure equations of every kind of closer: one table, which all views of the loops read.
+"""The closure equations of every kind of closure or strut: one table for all modules.
 
 An equation compares frame a of a closer with its frame b. Lengths are in metres; equations of
 directions are cosines, which are 0 if the loop is closed.
@@ -35,8 +35,9 @@ ROWS: Mapping[Kind, tuple[Row, ...]] = {
     ("slider", "space"): (*_MET[:2], *_HELD),
     ("weld", "space"): (*_MET, *_HELD),
 }
-"""The equations by kind of closure. In a plane, x and y are its axes, and x of a slider is the
-guide. A strut has a single equation: the distance of its ends is its length."""
+"""The equations by kind of closure. In a plane, the equations use the axes x and y of the plane;
+the x axis of a slider is its guide. A strut has a single equation: the distance of its ends is its
+length."""
 FACING: Mapping[Kind, tuple[int, ...]] = {
     ("ball", "plane"): (),
     ("pin", "plane"): (),
@@ -47,4 +48,5 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
     ("slider", "space"): (0, 1),
     ("weld", "space"): (0, 1),
 }
-"""Axes of both frames that point the same way. The equations also hold if they are opposite."""
+"""Axes of both frames that have the same direction. The equations also hold if these axes have
+opposite directions."""

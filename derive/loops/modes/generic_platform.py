@@ -1,8 +1,8 @@
 """A generic platform on six rods and its forty complex poses, from which all paths start.
 
 The parameters of the rods are random numbers. The poses were found from a single pose by path
-tracking along random closed paths of rod parameters, until there were forty. A generic platform has
-at most forty complex poses (Raghavan 1993, Wampler 1996).
+tracking along random closed paths of rod parameters, until forty poses were known. A generic
+platform has at most forty complex poses (Raghavan 1993, Wampler 1996).
 """
 
 import numpy as np

@@ -51,8 +51,8 @@ class DoubleJoints(NamedTuple):
     """Pairs of rods that share an end joint.
 
     Attributes:
-        side: 1 if the shared joints are on the platform, 2 if on the actuated side, 0 if there are
-            none.
+        side: 1 if the shared joints are on the platform, 2 if they are on the actuated side, 0 if
+            no joints are shared.
         rods: The rods of the platform, pair by pair.
     """
 
@@ -64,13 +64,13 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """Returns the rod pairs that share a joint on the platform (ends b), otherwise at ends a."""
+    """Returns the rod pairs that share a joint on the platform (ends b), else at the ends a."""
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Returns the rods in pairs that share an end; empty unless there are three such pairs."""
+    """Returns the rods in pairs that share an end; empty unless there are three pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -195,8 +195,8 @@ class HexapodTables(Tables):
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.
         moves: Whether the rod ends on the actuated side move.
-        paths: Number of complex poses and of solution slots.
-        joined: The side of the double joints.
+        paths: Number of complex poses, and number of solution slots.
+        joined: The side of the double joints: platform or actuated side.
         pairs: The rods, in pairs that share a joint.
         b: The rod ends on the platform.
         a: The ends of generic rods on the actuated side.
@@ -232,7 +232,7 @@ class HexapodTables(Tables):
             rods: The rods.
             axes: Index (0 to 2) of the axis of each platform angle.
             joints: The double joints.
-            own: Generic rods of the platform's own family.
+            own: Generic rods from the family of the platform.
             poses: (n, 8) all complex poses of these generic rods.
         """
         slots = np.zeros((MAX_POSES, SOMA), np.complex128)
@@ -263,7 +263,7 @@ def _rods(h: SolvedLoops, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds a number to three digits if the further digits are zero."""
+    """Rounds a number to three digits if its further digits are zero."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 

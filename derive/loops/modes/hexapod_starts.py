@@ -1,9 +1,9 @@
-"""All complex poses of a six-rod platform, for generic rods from the platform's own family.
+"""All complex poses of a six-rod platform, for generic rods from its family.
 
 A generic platform has forty complex poses, listed in a table. Some paths from these poses reach all
 poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other paths
-diverge to infinity. For generic lengths no pose is singular, because almost all values of a smooth
-function are regular (Sard's theorem). Paths that end in a singular pose are therefore not used as
+diverge to infinity. For generic lengths, no pose is singular, because almost all values of a smooth
+function are regular (Sard's theorem). Therefore, paths that end in a singular pose are not used as
 starts.
 
 Source:
@@ -147,8 +147,8 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
     """Tracks poses from the start rods to the end rods, which have the same ends a or b.
 
     The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
-    Newton steps update each pose. Between generic complex coefficients no path meets a singularity.
-    If the end rods are not generic, a path may end at a singularity or at infinity.
+    Newton steps update each pose. Between generic complex coefficients, no path meets a
+    singularity. If the end rods are not generic, a path may end at a singularity or at infinity.
 
     Args:
         start: Rods whose poses are known.
@@ -201,7 +201,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y, and the Jacobian with a last row that keeps steps normal to `of`."""
+    """Returns H(t) y, and the Jacobian with a last row that makes steps normal to `of`."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy

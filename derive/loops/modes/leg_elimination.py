@@ -1,8 +1,8 @@
 """Equations that eliminate the position of a planar platform, for the article.
 
-The module :mod:`.triad` contains the derivation of the equations. Legs with circles precede legs
-with lines. In the linear pair ``w . m_i = k_i``, the vector m_i is u_i for a circle and the normal
-n_i for a line.
+The module :mod:`.triad` contains the derivation of the equations. Legs with circles come before
+legs with lines. In the linear pair ``w . m_i = k_i``, the vector m_i is u_i for a leg with a circle
+and the normal n_i for a leg with a line.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,7 @@ class LegElimination:
         distances: Distances between the points b_i, and between the lines' points a_i, with
             symbols.
         scale: Square of the length that normalizes the polynomial, expressed in these distances.
-        power: The exponent of that length in the normalization.
+        power: The exponent of the normalizing length.
         harmonics: The maximum number of harmonics in the polynomial.
     """
 
@@ -117,7 +117,7 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Returns a circle's radius, as a symbol unless it is a single actuator coordinate."""
+    """Returns the radius of a circle, as a symbol unless it is a single actuator coordinate."""
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 
@@ -156,8 +156,8 @@ def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Nam
 def _harmonics(legs: Triad) -> int:
     """Returns the polynomial's degree in cosine and sine of the platform's angle.
 
-    k_i and its products with u_i have degree 1. The product of two line normals has degree 0 if
-    both normals rotate with the same body.
+    The quantity k_i and its products with u_i have degree 1. The product of two line normals has
+    degree 0 if both normals rotate with the same body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

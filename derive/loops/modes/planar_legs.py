@@ -8,7 +8,7 @@ the platform:
     a prismatic joint on the fixed side    n . (p + R b - A) = 0    b moves on a fixed line
     a prismatic joint on the platform      R n . (p + R b - A) = 0  a platform line contains A
 
-A leg with two passive prismatic joints only fixes the platform's angle and is not supported.
+A leg with two passive prismatic joints determines only the platform's angle and is not supported.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
 class ChainAxes(NamedTuple):
-    """The axes of the main chain's x and y, in the axes of the linkage's root.
+    """The axes of the main chain's x and y, in the axes of the linkage's root body.
 
     Attributes:
         origin: The point of the plane with x = y = 0.
@@ -104,7 +104,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
 
 
 def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """Returns the rigid clusters of bodies that known joints connect."""
+    """Returns the rigid groups of bodies that known joints connect."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass
@@ -172,7 +172,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg, whose middle body lies between two joints."""
+        """Returns the equation of a leg, whose middle body is between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]

@@ -1,6 +1,7 @@
 """Platforms on legs: rods connect actuated bodies to a platform with free motion.
 
-The main chain of such a robot is virtual: x, y and phi, or six coordinates. The length equations
+The main chain of a platform on legs is virtual: x, y and phi, or six coordinates. The length
+equations
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
@@ -69,7 +70,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
     if on_struts and hexapod_of(h) is not None:
-        # A rotated platform is not a pose that the actuated coordinates determine.
+        # A rotated platform does not have a pose that the actuated coordinates determine.
         found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
 

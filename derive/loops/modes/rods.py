@@ -103,13 +103,13 @@ def tool_position(h: SolvedLoops) -> Vector:
 
 @dataclass(frozen=True)
 class FreePlatform:
-    """The joints of a virtual main chain at zero coordinates, and the struts seen from them.
+    """The joints of a virtual main chain at zero coordinates, and the struts in their axes.
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.
         points: The origin of each joint frame, in the base frame (metre).
         ends: The two ends of each strut along the first three directions, relative to the last
-            joint's origin; the platform end last.
+            joint's origin; the platform end is the second of the two.
     """
 
     directions: tuple[Vector, ...]
@@ -118,7 +118,7 @@ class FreePlatform:
 
 
 def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
-    """Returns the platform on a virtual chain of joints of some kinds, or None for other chains.
+    """Returns the platform on a virtual chain with joints of given kinds, or None for other chains.
 
     Args:
         h: The robot.
@@ -153,7 +153,7 @@ def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
 
 
 def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
-    """Returns the ends of a rod, the platform end last."""
+    """Returns the ends of a rod; the platform end is the second."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)

@@ -1,8 +1,8 @@
 """A six-rod platform in Study (soma) coordinates, as numerical values.
 
 Quaternions e and g = p e, with e.g = 0, represent the platform's rotation b -> e b / e and its
-position p. L and R are the matrices of left and right products. A rod of length l from a to b
-satisfies
+position p. L and R are the matrices of quaternion products from the left and from the right. A rod
+of length l from a to b satisfies
 
     |g + e b - a e|^2 = l^2 e.e     or     g.g + 2 g.M e + e.S e = 0
     M = R(b) - L(a),   S = c + 2 L(a) R(b),   c = |a|^2 + |b|^2 - l^2
@@ -61,7 +61,7 @@ def _matrices(v: Array, side: int) -> Array:
 
 
 def quadrics(rods: SixRods) -> Array:
-    """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0, x = (e, g).
+    """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
     The last rod's equation is subtracted from the other rods' equations, which removes g.g. The
     seventh equation is e.g = 0.

@@ -10,8 +10,8 @@ Subtracting the first equation gives two equations linear in w,
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
-Their solution is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3), with the quarter turn J. The first
-equation then becomes
+The solution of these two equations is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3), with the quarter
+turn J. The first equation then becomes a polynomial equation for phi:
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
@@ -19,9 +19,10 @@ Every factor has degree 1 in cos(phi), sin(phi), including |u_i|^2 and u_2 . u_3
 preserves lengths and scalar products. The degree is therefore 3, although k_3 u_2 - k_2 u_3 has
 degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
 
-A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. Its unit normal
-n_i is constant or rotates with the platform. In the linear pair and the later equations, n_i
-replaces u_i, and k_i = -n_i . u_i. The degree of the polynomial does not grow. Three lines give
+A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. The unit normal
+n_i of this line is constant or rotates with the platform. In the linear pair and the later
+equations, n_i replaces u_i, and k_i is -n_i . u_i. The degree of the polynomial does not increase.
+Three lines give
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
@@ -65,10 +66,10 @@ class Triad:
     """Three legs of a planar platform: rods, then lines.
 
     Attributes:
-        A: Fixed points (x, y), metre: the rods' ends, points of fixed lines, or points kept on
+        A: Fixed points (x, y), metre: ends of rods, points of fixed lines, or points that stay on
             platform lines.
-        b: Points in platform axes, metre: the rods' ends, points kept on fixed lines, or points of
-            platform lines.
+        b: Points in platform axes, metre: ends of rods, points that stay on fixed lines, or points
+            of platform lines.
         L: The rod lengths, metre.
         lines: The lines.
     """
@@ -160,8 +161,8 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
     the mean square of rods and platform sides, so that the coefficients have magnitude about 1.
-    With line legs, the mean also includes the squared distances between fixed points. The
-    polynomial vanishes identically if the three rods can stay parallel.
+    With lines, the mean also includes the squared distances between fixed points. The polynomial
+    vanishes identically if the three rods can stay parallel.
 
     Args:
         terms: Names of all terms.
@@ -183,13 +184,13 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the platform's position at an angle that is a zero of the polynomial.
 
-    Along the longer of u_2 and u_3, the first rod's component is k / |u|. The component across u
-    follows from the rod length. Both components are well conditioned even if u_2 and u_3 are
-    parallel and the linear pair is singular. The third circle selects the sign of the component
-    across u. If the three centers are collinear, both sides are solutions: this function returns
-    the first, :func:`triad_mirror` the second. If the centers coincide, the result is NaN. With
-    line legs, the lines come first; of three lines, the two closest to perpendicular give the
-    position.
+    Along the longer of u_2 and u_3, called u, the component of the first rod is k / |u|. The
+    component across u follows from the rod length. Both components of the first rod are well
+    conditioned even if u_2 and u_3 are parallel and the linear pair is singular. The third circle
+    selects the sign of the component across u. If the three centers are collinear, the mirrored
+    points are both solutions: this function returns the first solution, :func:`triad_mirror` the
+    second. If the centers coincide, the result is NaN. With lines, the legs with lines come first;
+    of three lines, the two lines that are closest to perpendicular give the position.
 
     Args:
         terms: Names of all terms.
@@ -207,8 +208,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
-    The mirror image is a second solution if the centers are collinear. Near a double zero it is a
-    start value for the iteration.
+    The mirror image is a second solution if the centers are collinear. Near a double zero, the
+    mirror image is a start value for the iteration.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
@@ -233,8 +234,8 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 class _Factors:
     """The factors of the polynomial, from the vectors w_2 and w_3.
 
-    w_i is the vector u of a rod or the normal of a line. A vector R t - f is stored as the pair (t,
-    f): t rotates with the platform, f is fixed.
+    The vector w_i is the vector u of a rod or the normal of a line. A vector R t - f is stored as
+    the pair (t, f): t rotates with the platform, f is fixed.
     """
 
     def __init__(self, terms: Terms, triad: Triad) -> None:
@@ -362,7 +363,7 @@ class _Factors:
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
-        # w x v = (J w) . v, and J commutes with R.
+        # The cross product w x v is (J w) . v, and J commutes with R.
         return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
@@ -395,7 +396,7 @@ def _scaled(f: Harmonics, factor: sp.Expr) -> Harmonics:
 
 
 def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
-    """Re(a) Re(b) = Re(a b + a conj(b)) / 2, per harmonic."""
+    """Per harmonic, Re(a) Re(b) = Re(a b + a conj(b)) / 2."""
     sums = [[ZERO, ZERO] for _ in range(len(f) + len(g) - 1)]
     for j, a in enumerate(f):
         for k, b in enumerate(g):

@@ -7,7 +7,7 @@ function theorem gives
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-L needs six linear systems, regardless of the number of parameters.
+Computing L needs six linear systems, regardless of the number of parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -236,8 +236,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # The solver call is the only statement with q as input. The other statements use w, which
-        # is NaN if the loops do not close.
+        # The solver call is the only statement with q as an input. The other statements use w,
+        # which is NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -297,8 +297,8 @@ def file_parts(
 ) -> list[Placement]:
     """Returns the frames and lengths of a robot file at zero coordinates, in the file's order.
 
-    A robot file describes a joint only by the joint's own frame, so each body uses the frame of the
-    joint that carries it. The placement after a joint becomes part of the placements of joints,
+    A robot file describes a joint only by the frame of this joint, so each body uses the frame of
+    the joint that carries it. The placement after a joint becomes part of the placements of joints,
     ends and tool on the joint's body.
 
     Args:
@@ -308,8 +308,8 @@ def file_parts(
 
     Returns:
         Frames: the base body in the base frame, each joint in its parent body, both ends of each
-        closure or strut in their bodies, and the tool in its body. Then follows, for each strut
-        along x, its far end relative to its first end.
+        closure or strut in their bodies, and the tool in its body. After these frames, the far end
+        of each strut along x follows, relative to its first end.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

@@ -1,9 +1,9 @@
 """Closed-form solution of planar loops: steps join bodies until all form one rigid group.
 
-Initially, each body of a linkage is its own group. Bodies connected by a known joint or a weld are
-joined first. Then the first applicable step in :data:`STEPS` joins further bodies. This repeats
-until all bodies are joined. The mechanism is thus a sequence of Assur groups of class II. The known
-joints may be the actuated joints or the main-chain joints.
+Initially, each body of a linkage forms a separate group. Bodies connected by a known joint or a
+weld are joined first. Then the first applicable step in :data:`STEPS` joins further bodies. These
+two steps repeat until all bodies are joined. The mechanism is thus a sequence of Assur groups of
+class II. The known joints may be the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,7 +43,7 @@ class Assembly:
     Attributes:
         steps: The solution steps in order.
         values: The determined joint, swing angle and cylinder values. Angles are sums of solved
-            angles and coordinates and may exceed a full turn.
+            angles and coordinates, and may exceed a full turn.
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
         open: Names of the joints between bodies that could not be joined.
@@ -114,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first rigid clusters of bodies that can be joined, or returns False."""
+    """Joins the first rigid groups of bodies that can be joined, or returns False."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 
@@ -130,6 +130,6 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether a branch closes redundant joints and keeps pins distinct in all configurations."""
+    """Whether a branch closes redundant joints and has distinct pins in all configurations."""
     is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

@@ -1,6 +1,6 @@
-"""Rigid clusters: groups of planar bodies whose relative pose is known.
+"""Rigid groups of planar bodies whose relative pose is known.
 
-Initially, each body is a rigid cluster of its own. The pose of a body in its rigid cluster has an
+Initially, each body forms a separate rigid group. The pose of a body in its rigid group has an
 angle, a constant rotation, and an origin that is a sum of rotated vectors.
 """
 
@@ -28,24 +28,24 @@ from .reference import AtReference, Branch, wrapped
 Turned = tuple[sp.Expr, Complex]
 """A rotation, stored as an exact angle and a constant unit complex number."""
 Cluster = dict[str, PlanarPose]
-"""Rigidly connected bodies, each with its pose in the cluster's axes."""
+"""Rigidly connected bodies, each with its pose in the axes of the group."""
 RING = 3
-"""Number of rigid clusters, each connected with the two others, that one step solves."""
+"""Number of rigid groups, each connected to the two others, that one step solves."""
 
 
 class PlanarStep(LoopStep):
-    """A solution step that joins rigid clusters of a planar linkage."""
+    """A solution step that joins rigid groups of a planar linkage."""
 
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first rigid clusters to which the step applies, and records the step.
+        """Joins the first rigid groups to which the step applies, and records the step.
 
         Args:
             clusters: The partially solved linkage.
 
         Returns:
-            False if the solution step applies to no rigid clusters.
+            False if the solution step does not apply to any rigid groups.
 
         Raises:
             DescriptionError: The loop does not close at the reference configuration, or its branch
@@ -55,13 +55,13 @@ class PlanarStep(LoopStep):
 
 @dataclass(frozen=True)
 class Guide:
-    """The guide along which a rigid cluster of bodies slides, in the axes of the base cluster.
+    """The guide along which a rigid group of bodies slides, in the axes of the base group.
 
     Attributes:
-        angle: The sliding cluster's rotation angle, in addition to ``rotor``.
+        angle: The rotation angle of the sliding group, in addition to ``rotor``.
         rotor: The constant part of the rotation.
         at: The point of the guide at zero travel.
-        at_other: The same point on the sliding cluster, in the axes of this cluster.
+        at_other: The same point on the sliding group, in the axes of this group.
         along: The direction of travel.
     """
 
@@ -79,7 +79,7 @@ class Guide:
 
 
 class Clusters:
-    """The rigid clusters of one linkage, which steps join into a single cluster.
+    """The rigid groups of one linkage, which steps join into a single group.
 
     Attributes:
         terms: Names of all terms.
@@ -103,7 +103,7 @@ class Clusters:
         reference: AtReference,
         branch: Branch | None = None,
     ) -> None:
-        """Creates one rigid cluster per body."""
+        """Creates one rigid group per body."""
         self.terms, self.linkage, self.known = terms, linkage, known
         self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
@@ -115,44 +115,44 @@ class Clusters:
         self.bases: list[PhasorSum] = []
 
     def on(self, branch: Branch) -> "Clusters":
-        """Returns a copy of the rigid clusters for another branch."""
+        """Returns a copy of the rigid groups for another branch."""
         other = copy(self)
         other.branch, other.all = branch, [dict(cluster) for cluster in self.all]
         other.steps, other.relations = [*self.steps], [*self.relations]
         other.loops, other.travels, other.bases = {**self.loops}, {**self.travels}, [*self.bases]
         return other
 
-    # --- selection of rigid clusters ---
+    # --- selection of rigid groups ---
 
     def cluster(self, body: str) -> Cluster:
-        """Returns the rigid cluster of a body."""
+        """Returns the rigid group of a body."""
         return next(cluster for cluster in self.all if body in cluster)
 
     def between(self) -> list[Edge]:
-        """Returns the joints between different rigid clusters."""
+        """Returns the joints between different rigid groups."""
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether a joint connects two given rigid clusters of bodies."""
+        """Whether a joint connects two given rigid groups of bodies."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
-        """Returns the pin between two rigid clusters."""
+        """Returns the pin between two rigid groups."""
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts rigid clusters: first the cluster with the root body, then by number of bodies."""
+        """Sorts rigid groups: first the group with the root body, then by number of bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three rigid clusters connected by pins and a given number of slides."""
+        """Yields rings of three rigid groups connected by pins and a given number of slides."""
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Returns the first ring that :meth:`rings` yields, or None if no value is required."""
+        """Returns the first ring that :meth:`rings` yields, or None if there is no ring."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -173,20 +173,20 @@ class Clusters:
     def _id(self, body: str) -> int:
         return id(self.cluster(body))
 
-    # --- pins and slides of a rigid cluster ---
+    # --- pins and slides of a rigid group ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
-        """Returns the position of a pin in one of its rigid clusters."""
+        """Returns the position of a pin in one of its rigid groups."""
         if pin.a in cluster:
             return cluster[pin.a].point(pin.at_a)
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """Returns the vector from one pin of a rigid cluster to a second pin."""
+        """Returns the vector from one pin of a rigid group to another pin."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """Returns the guide along which rigid cluster ``other`` slides on ``base``."""
+        """Returns the guide along which rigid group ``other`` slides on ``base``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -199,23 +199,23 @@ class Clusters:
         back = conjugate(rotor)
         return Guide(-angle, back, at_b, at_a, -along.times(back).turned(-angle))
 
-    # --- joining of rigid clusters ---
+    # --- joining of rigid groups ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Joins a cluster to a second cluster, given the pose of the first in the second's axes."""
+        """Joins a group to another group, given the pose of the first in the axes of the other."""
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Joins a rotated rigid cluster that shares a point with the base cluster."""
+        """Joins a rotated rigid group that shares a point with the base group."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
 
     def join_known(self) -> bool:
-        """Joins the first two rigid clusters connected by a weld or a known joint."""
+        """Joins the first two rigid groups connected by a weld or a known joint."""
         for edge in self.between():
             a, b = self.cluster(edge.a), self.cluster(edge.b)
             on_a, on_b = a[edge.a], b[edge.b]
@@ -249,7 +249,7 @@ class Clusters:
 
         Args:
             square: The radicand of a step's square root.
-            parts: The rigid clusters of bodies that the step joins, including cylinders.
+            parts: The rigid groups of bodies that the step joins, including cylinders.
         """
         lengths = [
             edge.at_a[0] + self.known[edge.name]
@@ -292,7 +292,7 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Returns 1 for a parallelogram, -1 for a crossed one, as requested or at reference.
+        """Returns 1 for a parallelogram, -1 for a crossed one, as requested or as at the reference.
 
         Args:
             at_reference: 1 for the parallel figure, -1 for the crossed figure; 0 if ambiguous.
@@ -308,13 +308,13 @@ class Clusters:
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
-        """Returns the Euclidean distance of joint values from the reference.
+        """Returns the Euclidean distance of joint values from their reference values.
 
         Travels of slides are relative to the mechanism size.
 
         Args:
             edges: The joints.
-            turns: Rotation of each rigid cluster of bodies, keyed by its id (radian).
+            turns: Rotation of each rigid group of bodies, keyed by the id of the group (radian).
             travel: Travel of the slide among the joints (metre).
         """
         hints = self._hints([edge.name for edge in edges])
@@ -349,7 +349,7 @@ class Clusters:
         return min(distances, key=distances.__getitem__)
 
     def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """Returns the largest gap of the joints inside rigid clusters, at each configuration.
+        """Returns the largest closure error of joints in rigid groups, for each configuration.
 
         On a branch other than the reference branch, a redundant joint may stay open.
 
@@ -357,8 +357,8 @@ class Clusters:
             everywhere: The configurations.
 
         Returns:
-            The largest gap at each configuration (radian, or relative to the size), or NaN if a
-            loop does not close.
+            The largest closure error at each configuration (radian, or relative to the size), or
+            NaN if a loop does not close.
         """
         measured = [gap for edge in self.linkage.edges if (gap := self._gap(edge)) is not None]
         found = [[gap(at) for gap in measured] for at in everywhere]
@@ -368,7 +368,7 @@ class Clusters:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
         Bodies on coincident pins rotate freely together, so that only rounding errors would
-        determine the pose of these bodies.
+        determine their pose.
 
         Args:
             everywhere: The configurations; configurations with an open loop are ignored.
@@ -378,7 +378,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the gap of a joint, relative to the size, or None between rigid clusters."""
+        """Returns the relative closure error of a joint, or None between rigid groups."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None
@@ -402,7 +402,7 @@ class Clusters:
     # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of all joints inside rigid clusters."""
+        """Returns the values of all joints inside rigid groups."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)

@@ -29,7 +29,7 @@ def described_joints(
     Args:
         edges: The joints of a linkage: tree joints in order, then closures and struts.
         reference: Evaluates the joints numerically.
-        given: Values of joints, swing angles and cylinders by name.
+        given: Values of joints, swing angles and cylinders, keyed by name.
     """
     bodies = _Bodies(edges, reference, given)
     for edge in edges:

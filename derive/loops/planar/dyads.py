@@ -18,10 +18,10 @@ SIDES = {1: "left", -1: "right"}
 
 @dataclass(frozen=True)
 class Dyad:
-    """Three rigid clusters in a ring of pins: the base, and two arms with pin distances V and W.
+    """Three rigid groups in a ring of pins: the base, and two arms with pin distances V and W.
 
     Attributes:
-        clusters: The three rigid clusters: the base, X and Y.
+        clusters: The three rigid groups: the base, X and Y.
         pins: The pins base-X, X-Y and base-Y.
         V: Vector on body X, from its pin on the base to its pin on body Y.
         W: Vector on body Y, from its pin on the base to its pin on body X.
@@ -53,7 +53,7 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the rigid clusters of a dyad at the solved rotations.
+    """Joins the rigid groups of a dyad at the solved rotations.
 
     Returns:
         The pin names, the reference body of the loop equation, and the loop equation.
@@ -93,7 +93,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of two circles about the ends of the vector d, or None."""
+    """Returns an intersection of two circles about the end points of vector d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -115,7 +115,8 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point at the reference.
 
-    If all rings are near a dead point, the result is the first ring; without rings, it is None.
+    If all rings are near a dead point, the result is the first ring; if there are no rings, the
+    result is None.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
@@ -123,7 +124,7 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns the squared sine of the angle between the arms; negative out of reach."""
+    """Returns the squared sine of the angle between the arms; negative if unreachable."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     return ((v + w) ** 2 - d**2) * (d**2 - (v - w) ** 2) / (4 * v**2 * w**2)
 
@@ -131,7 +132,7 @@ def _margin(clusters: Clusters, dyad: Dyad) -> float:
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
     """Whether the base is numerically a sum of two vectors as long as the arms.
 
-    The exact test is much slower.
+    The exact test for such a sum is much slower.
     """
 
     def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:

@@ -1,9 +1,9 @@
 """Steps of a loop solution: each class solves, differentiates and explains a kind of step.
 
-A step determines some joints of a loop from known joints. Its class finds matching bodies or struts
-and solves them; its object stores the vectors of the solution. Its equations are SymPy expressions
-in the quantities of the step (:func:`quantity`). An article prints these expressions in the symbols
-of the robot, and a test evaluates them numerically.
+A step determines some joints of a loop from known joints. The class of the step finds matching
+bodies or struts and solves them; its object stores the vectors of the solution. The equations of a
+step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints these
+expressions in the symbols of the robot, and a test evaluates them numerically.
 """
 
 from abc import ABC, abstractmethod
@@ -64,7 +64,7 @@ class AngleEquation:
     Attributes:
         angle: The angle of the rotation, a named term.
         here: The letter of the rotated vector.
-        there: Components of a vector of equal length in the target direction.
+        there: Components of a vector of the same length in the target direction.
     """
 
     angle: sp.Symbol
@@ -99,7 +99,7 @@ class StepEquations:
     Attributes:
         vectors: Named components of the given vectors, by letter.
         lengths: Letters of the vectors whose lengths appear in the equations.
-        scalars: Known scalars as named terms, which need no printed symbol of their own.
+        scalars: Known scalars as named terms, for which no printed symbol is needed.
         unknowns: Travels and position components that the step solves, as named terms.
         results: Definitions in order; each definition uses only earlier quantities.
         angles: The angles for which the step solves.
@@ -127,16 +127,15 @@ class LoopStep(ABC):
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of this body to the axes of the vectors in the equations.
         solved: The angles for which the step solves, as named terms.
-        margin: The margin is zero at a dead point, and negative out of reach, or None if the loop
-            of the step can always be closed.
+        margin: The margin is zero at a dead point and negative if the loop cannot be closed; it is
+            None if the loop of the step can always be closed.
         root: The term, up to its sign, that is NaN if the step cannot close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.
         branches: The name of each branch by its sign. The name states on which side of the
             mechanism's mirror line the solved bodies lie.
-        opening: Introductory words before the equations, if these are not written in the axes of a
-            body.
-        reason: A sentence that is printed instead of equations if the step has none.
+        opening: Introductory words before equations that are not written in the axes of a body.
+        reason: A sentence that replaces the equations if the step has no equations.
         dead_point: Text that describes margin 0, with quantity letters in braces.
     """
 

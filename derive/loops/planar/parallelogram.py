@@ -1,10 +1,10 @@
 """A ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-Such a ring has two assembly modes, which are computed without a square root. In the
-parallelogram, the arms stay parallel to the two vectors. In the crossed mode, the arms are mirrored
-about the base:
+This ring has two assembly modes, which are computed without a square root. In the parallelogram,
+the arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored
+about the base D:
 
-    C* = D conj(C) / conj(D)
+    C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,8 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes: the arms are parallel to the sides of the base, or mirrored."""
+"""Names of the two assembly modes: the arms are parallel to the sides of the base, or mirrored
+about the base."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that compares this assembly mode with the other assembly mode."""
+        """A sentence that compares this assembly mode with the second assembly mode."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."
@@ -133,7 +134,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
-    # e^(i psi) = D / conj(D)
+    # The rotation angle psi satisfies e^(i psi) = D / conj(D).
     c = terms.let(terms.let((x - y) * (x + y)) / square)
     s = terms.let(terms.let(2 * x * y) / square)
     psi = clusters.solved(c, s, _rate_of_mirror(D, square))

@@ -1,7 +1,7 @@
 """A ring of three bodies with two pins and a slide: a circle intersects a line.
 
 Source:
-    Assur's groups of class II (dyads RRP, RPR and PRR, and the triangle of a cylinder); Myszka,
+    Assur groups of class II (dyads RRP, RPR and PRR, and the triangle of a cylinder); Myszka,
     Machines and Mechanisms, ch. 4.
 """
 
@@ -39,15 +39,15 @@ class CircleAndLine:
     """A point on a line at a given distance from a second point.
 
     Attributes:
-        offset: The vector from one pin to the other at zero travel, in the axes of the line.
+        offset: The vector from one pin to the second pin at zero travel, in the axes of the line.
         direction: Unit vector along the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (metre).
         vector: The vector from the first pin to the second pin.
-        margin: cos^2 of the angle between line and vector: zero at a dead point, negative out of
-            reach.
-        root: Distance along the line from the foot of the perpendicular to the far pin; the value
-            is NaN if the line does not reach the circle.
+        margin: cos^2 of the angle between line and vector: zero at a dead point, negative if there
+            is no intersection.
+        root: Distance along the line from the foot of the perpendicular to the far pin, or NaN if
+            the line does not intersect the circle.
     """
 
     offset: Complex
@@ -73,11 +73,11 @@ def circle_and_line(
 
     Args:
         terms: Names of all terms.
-        offset: The vector from one pin to the other at travel zero.
+        offset: The vector from one pin to the second pin at zero travel.
         direction: Unit vector along the slide.
-        r: The vector from one pin to the other on the third body.
+        r: The vector from one pin to the second pin on the third body.
         sign: 1 for the larger travel, -1 for the smaller travel.
-        gate: Makes the radicand negative if the arm length is invalid.
+        gate: A condition that makes the radicand negative if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
@@ -115,9 +115,9 @@ class TwoPinsAndSlide(PlanarStep):
     """A slide whose two bodies are connected to a third body by pins.
 
     Attributes:
-        line: The slide's line and the circle of the third body.
-        is_length: Whether the travel is the length of a cylinder between known points, which has a
-            single value.
+        line: The line of the slide and the circle of the third body.
+        is_length: Whether the travel is the length of a cylinder between known points, so that
+            there is a single solution.
     """
 
     line: CircleAndLine
@@ -151,7 +151,7 @@ class TwoPinsAndSlide(PlanarStep):
         held = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # A cylinder length is the positive root; all other guides have two travels.
+        # A cylinder length is the positive root; all other guides have two possible travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:

@@ -1,7 +1,7 @@
-"""Values of terms at the reference configuration.
+"""Values of terms at the reference configuration, from which branch signs follow.
 
-The reference selects the branch of a loop. Only signs are derived from the reference values, so
-double precision suffices.
+The reference selects the branch of a loop. Only signs follow from the reference values, so double
+precision suffices.
 """
 
 import cmath
@@ -22,13 +22,13 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """Branch signs: first the requested signs, then the signs of the reference.
+    """Branch signs: first the requested signs, then the signs at the reference.
 
     Attributes:
-        asked: For the first steps with two branches: 1 for the sign of the reference, -1 for the
+        asked: For the first steps with two branches: 1 for the sign at the reference, -1 for the
             opposite sign.
         own: The branch sign at the reference, keyed by the joints or struts of a step.
-        taken: The branch signs chosen so far, encoded like ``asked``.
+        taken: The branch signs chosen so far, with the same meaning of 1 and -1 as in ``asked``.
     """
 
     def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
@@ -39,7 +39,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that change one sign after the first ``taken`` signs.
 
-        These branches have equal signs before the flipped sign.
+        These branches have equal signs before the changed sign.
         """
         found = []
         for k in range(max(taken, len(self.asked)), len(self.taken)):
@@ -66,8 +66,9 @@ class Branch:
 class FreeSides(Branch):
     """Branch signs as symbols, one per step with two branches.
 
-    A parallelogram keeps the assembly mode of the reference, because the two modes differ by more
-    than a sign. The length of a leg also keeps its sign, because an inverted leg is not a solution.
+    A parallelogram stays in the assembly mode of the reference, because more than a sign
+    distinguishes the two modes. The length of a leg also has a fixed sign, because an inverted leg
+    is not a solution.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class FreeSides(Branch):
 
         Args:
             own: The branch signs at the reference.
-            reference: Records the branch symbols, whose value is 1.
+            reference: Records the branch symbols, each with the value 1.
             sign: Returns the next branch symbol.
         """
         super().__init__((), own)
@@ -121,7 +122,7 @@ class AtReference:
     """Numerical values of terms at the reference configuration.
 
     Attributes:
-        size: The longest length of the mechanism (metre); lengths are compared relative to it.
+        size: The longest length of the mechanism (metre), relative to which lengths are compared.
         sides: The branch sign of each step with two branches, keyed by the joints or struts of the
             step.
     """
@@ -182,8 +183,8 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # The root of a negative number: SymPy also evaluates complex roots, but far more
-            # slowly.
+            # The expression contains the root of a negative number: SymPy also evaluates complex
+            # roots, but far more slowly.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan
 

@@ -1,8 +1,8 @@
-"""Three bodies in a ring of pins: two circles intersect in the shared pin.
+"""Three bodies in a ring of pins: two circles intersect in the pin that two bodies share.
 
 Source:
-    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This form has no
-    acos, and avoids cancellation for thin triangles.
+    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This closed form
+    has no acos, and avoids cancellation for thin triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,7 +33,7 @@ from .loop_step import (
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Circles about the ends of D that intersect at C, which is relative to the first end of D.
+    """Circles about the ends of D that intersect at C, a point relative to the first end of D.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.
@@ -42,7 +42,8 @@ class TwoCircles:
         v: The vector C in the axes of the body that carries it.
         w: The vector W in the axes of the body that carries it.
         height: Twice the signed area of the triangle, positive if C is to the left of D.
-        margin: sin^2 of the transmission angle: zero at a dead point, negative out of reach.
+        margin: sin^2 of the transmission angle: zero at a dead point, negative if there is no
+            intersection.
     """
 
     C: Complex
@@ -64,7 +65,8 @@ def two_circles(
 ) -> TwoCircles:
     """Intersects the circles of radius |v| about the first end of D and |w| about its second end.
 
-    With p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d - w)^2):
+    With the length d of D, p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d -
+    w)^2):
 
         C = D (p + i h) / d^2,   W = C - D
 
@@ -73,8 +75,8 @@ def two_circles(
         v: The arm that starts at the first end of the vector D.
         w: The arm that starts at the second end of the vector D.
         D: The base.
-        sign: 1 if C is to the left of D, -1 to the right.
-        gate: Makes the radicand negative if an arm length is invalid.
+        sign: 1 if C is to the left of D, -1 if C is to the right of D.
+        gate: A condition that makes the radicand negative if an arm length is invalid.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
@@ -130,11 +132,11 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Returns the equations of two intersecting circles: D, A for v, and B for w.
+    """Returns the equations of two intersecting circles with the vectors D, A for v, and B for w.
 
     Args:
         triangle: The triangle.
-        sign: The sign of h, which selects the intersection.
+        sign: The sign of h selects the intersection.
         solved: The angle of A, and the angle of B if B also rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
@@ -232,5 +234,5 @@ class ThreePins(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side the far pin lies."""
+        """A sentence that states on which side of the base the far pin lies."""
         return side_remark(self.sign)

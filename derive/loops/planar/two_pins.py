@@ -41,7 +41,7 @@ class TwoPins(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two rigid clusters that share two pins at different points."""
+        """Joins the first two rigid groups that share two pins at different points."""
         pins = [edge for edge in clusters.between() if isinstance(edge, PinEdge)]
         for first, second in combinations(pins, 2):
             pair = clusters.cluster(first.a), clusters.cluster(first.b)
@@ -71,7 +71,7 @@ class TwoPins(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the rotation of A to C; no equations if the rotation is exact."""
+        """Returns the equations for the rotation of A to C; empty if the rotation is exact."""
         if not self.vectors:
             return StepEquations()
         (angle,) = self.solved
@@ -143,7 +143,7 @@ class PinAndSlide(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two rigid clusters that share a pin and a slide."""
+        """Joins the first two rigid groups that share a pin and a slide."""
         edges = clusters.between()
         pairs = product_of(
             [edge for edge in edges if isinstance(edge, SlideEdge)],

@@ -1,7 +1,7 @@
 """Loop closure conditions on main-chain joints, for chains with redundant joints.
 
-The closed-form solution may not use all main-chain joints. The remaining loop equations test the
-values of the unused joints.
+The closed-form solution may not contain all main-chain joints. The remaining loop equations then
+test the values of the unused joints.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from .solution import Solution
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Returns the condition under which all fully known loops close for at least one solution.
+    """Returns the condition that all fully known loops close for at least one solution.
 
     Args:
         solutions: The solutions computed from the main chain, on different branches.
@@ -54,12 +54,12 @@ def _edges(closer: Closure | Strut) -> set[str]:
     """Returns the joint names of a step that solves all equations of this closure or strut."""
     if isinstance(closer, Strut):
         return {closer.name, closer.swing_name, f"{closer.name}.end"}
-    # A step closes the ball joint of a rod by means of the rod length only.
+    # For the ball joint of a rod, the step solves only the equation of the rod length.
     return set() if closer.kind == "ball" else {closer.name}
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of all joints in the equations of a loop, with the strut's swing angle."""
+    """Returns the names of all joints in the equations of a loop, and the strut's swing angle."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.closer, Strut):
         names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()

@@ -1,9 +1,9 @@
 """Replaces chain segments whose rotations cancel by a single translation.
 
 If loops make the angle sum of consecutive parallel axes constant, the bodies after these axes only
-translate. This translation is a sum of planar vectors, and the loop equations eliminate solved
-angles from the sum. The resulting expressions are often short: a pantograph arm moves its wrist
-along a straight line and a circle.
+translate. The translation is a sum of planar vectors, and the loop equations eliminate solved
+angles from this sum. The resulting expressions are often short: for example, a pantograph arm moves
+its wrist along a straight line and a circle.
 """
 
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Returns the chain segments, at most one of them replaced by a translation."""
+    """Returns the chain segments, with at most one segment replaced by a translation."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):

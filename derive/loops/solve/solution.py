@@ -131,7 +131,7 @@ def _begun(
     at: Mapping[sp.Symbol, float],
     closed: Mapping[str, float],
 ) -> Solution:
-    """Returns the solution before its first step."""
+    """Returns the solution before the first step."""
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     size = NumericMechanism(mechanism).size
@@ -185,7 +185,7 @@ def _left(loops: Loops, solution: Solution) -> list[Linkage]:
 def every_solution(
     loops: Loops, own: Solution, given: Sequence[str], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns the solutions on all branches, the reference's branch first.
+    """Returns the solutions on all branches, with the branch of the reference first.
 
     Args:
         loops: The mechanism and its loops.
@@ -197,7 +197,7 @@ def every_solution(
         The solutions, and whether the list is complete.
     """
     known = {name: own.values[name] for name in given}
-    # Dependent joints cannot be moved one by one, so no test configurations come from these.
+    # Dependent joints cannot be moved one by one, so these joints give no test configurations.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())
@@ -236,8 +236,8 @@ def _on_planar_branches(
     """Returns up to ``most`` solutions of the planar linkages, and whether these are all."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, instead of once per branch of the other
-        # linkages.
+        # Linkages without a common joint are solved once, instead of once for each branch of the
+        # other linkages.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -283,13 +283,14 @@ def _with_open(solution: Solution) -> Solution:
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """Wraps a solved angle to a full turn about the middle of its joint's limits.
 
-    Without limits, the interval is -pi to pi. If the reference is beyond pi, the interval is
-    centered at the nearest multiple of pi. Angles near the reference then do not jump by a full
+    Without limits, the interval is -pi to pi. If the reference value is beyond pi, the interval is
+    centered at the nearest multiple of pi. Angles near the reference then have no jump by a full
     turn.
 
     Args:
         terms: Names of all terms.
-        solution: The solution that contains the value; the rate of the new name is added to it.
+        solution: The solution that contains the value; the function adds the rate of the new name
+            to it.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing angle.
     """

@@ -62,7 +62,7 @@ class SolvedLoops(LoopModel):
 
     @property
     def may_have_inverse(self) -> bool:
-        """Whether the tool pose can have an inverse, exact or refined from a nominal robot.
+        """Whether the tool pose can have an inverse, either exact or refined from a nominal robot.
 
         A design whose loops have no closed form has no inverse.
         """
@@ -86,11 +86,11 @@ class SolvedLoops(LoopModel):
         return replace(function, outputs=results)
 
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
-        """Makes expressions that depend on the configuration NaN if the loops do not close.
+        """Adds NaN to expressions that depend on the configuration if the loops do not close.
 
         An expression that contains the square root of a solution step is NaN if the step has no
-        solution. Other steps, such as those for a brace next to the chain, need an extra term that
-        is 0 or NaN.
+        solution. Other steps, such as the steps for a brace next to the chain, need an extra term
+        that is 0 or NaN.
 
         Args:
             entries: The entries.
@@ -103,7 +103,7 @@ class SolvedLoops(LoopModel):
         asked = [all(steps) for steps in unguarded]
         if not any(asked):
             return tuple(entries)
-        # All entries share one term, because a further square root costs more than a comparison.
+        # All entries share one term, because a second square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -151,7 +151,7 @@ class SolvedLoops(LoopModel):
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns an expression that is 0 if a condition holds, otherwise NaN."""
-        # With constants in both cases, automatic differentiation does not divide by zero.
+        # With constants in both cases, automatic differentiation causes no division by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
@@ -173,8 +173,8 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     """Solves the loops of a mechanism, and closes them at the reference.
 
     Raises:
-        LoopError: The loops do not close at the reference. The message states the gap and the
-            remedies.
+        LoopError: The loops do not close at the reference. The message states the closure error and
+            the remedies.
         DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
             other.
     """
@@ -235,7 +235,8 @@ def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
     """Returns the reference configuration, closed by Newton's method.
 
-    Values below the iteration precision are 0, as they differ between processors.
+    Values below the precision of the iteration are set to 0, because they differ between
+    processors.
     """
     try:
         w = numbers.closed(numbers.reference, free)

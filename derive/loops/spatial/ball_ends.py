@@ -19,7 +19,7 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        way: The joints from the loop's meeting body to this end.
+        way: The joints from the meeting body of the loop to this end.
         frame: The frame of the ball on the body at this end.
         target: The frame of the ball on the other body.
         open: Indices in ``way`` of the joints with unknown values.
@@ -73,7 +73,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the axis at both ends of a pin closure; else empty."""
+    """Returns two points of the axis at both ends of a pin closure, else an empty result."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "pin":
         return ()
@@ -112,7 +112,7 @@ def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
         k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # Each motion leads from the axes of a joint at zero to the next element of the chain.
+    # Each motion connects the axes of a joint at zero to the next element of the chain.
     columns, origin = pose_along(
         legs.mechanism, terms, way[i + 1 : k], way[k].before, legs.known.values, way[i].after
     )

@@ -35,7 +35,7 @@ class CylinderLength(LegStep):
             return False
         (strut,) = struts
         terms = legs.terms
-        # Joints before both ends do not change the distance between the ends.
+        # Joints that precede both ends do not change the distance between the ends.
         loop = next(loop for loop in loops(legs.mechanism) if loop.closer == strut)
         (_, begin), (_, end) = (
             pose_along(legs.mechanism, terms, way, frame.placement, legs.known.values)

@@ -1,12 +1,12 @@
 """A body on several guides, such as a bridge on two rails, whose bearings do not rotate.
 
-A closure connects both branches of the loop. If all rotations have the reference values, the
-closure's frames have the same orientation. If the unknown rotations have independent axes, each
-rotation keeps its reference value. The slide travels then follow from the closure's points by a
-linear equation.
+A closure connects both branches of the loop. If all rotations have their reference values, the two
+frames of the closure have the same orientation. If the unknown rotations have independent axes,
+each rotation stays at its reference value. A linear equation for the points of the closure then
+gives the slide travels.
 
-A second assembly mode, with three bearing axes rotated by half a turn, is omitted, because bearings
-are not mounted this way.
+The solution omits a second assembly mode, in which three bearing axes are rotated by half a turn,
+because bearings are not mounted in this orientation.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
@@ -36,7 +36,7 @@ SPACE_AXES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Guides(LoopStep):
-    """Slide travels that follow from a body's position if all bearings keep constant angles."""
+    """Slide travels that follow from a body's position if all bearing angles are constant."""
 
     title: ClassVar[str] = "guides"
     reason: ClassVar[str] = (
@@ -108,7 +108,7 @@ class _Guided:
         return named(self.terms, (joint.direction * x for x in axes[2]))
 
     def _turns_stay(self, closer: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
-        """Whether the frames agree at the reference rotations and no rotation is free."""
+        """Whether the closure frames agree at the reference rotations and no rotation is free."""
         along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
         free = [self._axis(joint) for joint in self.turns]
         agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[closer.kind]
@@ -124,7 +124,7 @@ class _Guided:
     def _travels(
         self, closer: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Returns the slide travels that move a's point to b's point, or None."""
+        """Returns the slide travels that move the point of a to the point of b, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if closer.kind == "slider":

@@ -1,8 +1,8 @@
 """A hinge before the ball of a PRS or RRS leg: the hinge's body is a rod to the ball.
 
 The ball has a constant distance from the nearest point of the hinge axis. If the joint before the
-hinge keeps both points in the hinge's plane, a ball-ended leg between them determines this joint.
-If both points are known, the hinge angle follows from the direction to the ball.
+hinge keeps both points in the plane of the hinge, a ball-ended leg between the two points
+determines this joint. If both points are known, the direction to the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -38,8 +38,8 @@ class HingedRod:
         target: The frame of the ball on the other body.
         centre: A frame at the axis point nearest to the ball, with the joint's axes.
         tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
-        rod: The ball-ended rod from the axis to the ball. None if the previous joint leaves the
-            plane; the length then does not close the loop.
+        rod: The ball-ended rod from the axis to the ball. The rod is None if the previous joint
+            moves out of the plane; the rod length then does not close the loop.
     """
 
     closure: Closure
@@ -61,7 +61,7 @@ class HingedRod:
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """Returns the hinge if the last unknown joint is revolute and its axis misses the ball."""
+    """Returns the hinge if the last unknown joint is revolute with an axis apart from the ball."""
     places = end.last("revolute")
     if not places:
         return None
@@ -78,7 +78,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the joint before the hinge has a parallel axis, or slides normal to the hinge."""
+    """Whether the joint before the hinge has a parallel axis or slides normal to the hinge axis."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -97,7 +97,7 @@ class HingePoints(LoopStep):
 
     Attributes:
         direction: The vector from the axis to the ball, in the joint's axes (metre).
-        tip: The same vector from the axis to the ball at joint value zero.
+        tip: The vector from the axis to the ball at joint value zero.
     """
 
     direction: Complex

@@ -1,12 +1,12 @@
 """Spatial loops with a closed form: ball-ended legs and purely translating platforms.
 
-A strut on balls keeps two points at a distance. If both points are known, the distance is a
-cylinder's length. If a single joint moves one of the points, the strut determines that joint (a
-circle or a line intersects a sphere). Three struts determine the position of a platform with
-constant orientation (three spheres intersect); pairs of equal, parallel rods keep the orientation
-constant. A rod between a ball and a hinge or universal joint acts like a ball-ended strut, and also
-determines the joint's angles. A closure between guided bodies determines the slide travels of these
-bodies.
+A strut with ball ends constrains two points to a distance. If both points are known, their distance
+is the length of a cylinder. If a single joint moves one of the points, the strut determines this
+joint (a circle or a line intersects a sphere). Three struts determine the position of a platform
+with constant orientation (three spheres intersect); pairs of equal, parallel rods make the
+orientation constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
+strut, and also determines the joint's angles. A closure between guided bodies determines the slide
+travels of these bodies.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -34,7 +34,8 @@ STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, Thre
 """The kinds of solution steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before the ball of a closure that have their own steps, in the order of trial."""
+"""Kinds of joints before the ball of a closure that have a separate solution step, in the order in
+which they are tried."""
 
 
 def assemble_in_space(
@@ -45,7 +46,7 @@ def assemble_in_space(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> None:
-    """Adds to the known values those joint values that the spatial loops determine.
+    """Adds joint values that the spatial loops determine to the known values.
 
     Args:
         terms: Names of all terms.
@@ -94,10 +95,10 @@ def _is_held(legs: Legs, strut: Strut) -> bool:
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is far from its dead point, or farther than legs that solve the same joint.
+    """Whether a leg is far from its dead point, or farther than other legs for the same joint.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
-    A rod that is almost in line with its crank at the reference can pass its dead point in use, and
+    A rod that is almost aligned with its crank at the reference can pass its dead point in use, and
     the joint then changes the branch. A rod perpendicular to its crank determines the joint at all
     configurations near the reference.
 

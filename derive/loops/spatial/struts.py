@@ -1,4 +1,4 @@
-"""Struts on balls: the known points, lengths and joints while the legs are solved."""
+"""Struts with ball ends: the known points, lengths and joints while the legs are solved."""
 
 import math
 from abc import abstractmethod
@@ -22,7 +22,7 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves for the joints whose values follow from struts with ball ends."""
+    """A step that solves for the joints that struts with ball ends determine."""
 
     @classmethod
     @abstractmethod
@@ -46,7 +46,7 @@ class Known:
     """The known values, to which the spatial loops add values.
 
     Attributes:
-        values: Values of joints, swing angles and cylinders by name.
+        values: Values of joints, swing angles and cylinders, keyed by name.
         loops: Rates of all solved angles.
         steps: The solution steps recorded so far.
     """
@@ -138,7 +138,7 @@ class Legs:
         """Returns the single strut that determines a single joint, or None.
 
         Args:
-            struts: The struts; exactly one of them must apply.
+            struts: The struts; exactly one of these struts must apply.
             sliding: Whether the joint must be prismatic rather than revolute.
         """
         if len(struts) != 1:

@@ -1,8 +1,8 @@
 """A telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
 The foot, where the revolute axes intersect, is a fixed point. For a single hinge, the hinge axis is
-fixed. The travel sets the distance from the ball to the foot. The revolute joints then point the
-prismatic joint at the ball.
+fixed. The travel of the slide determines the distance from the ball to the foot. The revolute
+joints then point the prismatic joint at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -46,8 +46,8 @@ class Telescope:
         foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide; the hinge axis is the z axis of the foot
             frame.
-        tip: The vector from the foot to the ball at zero travel; for a hinge, normal to the hinge
-            axis.
+        tip: The vector from the foot to the ball at zero travel; for a hinge, this vector is normal
+            to the hinge axis.
         direction: Direction of the slide in the axes of the foot frame.
     """
 
@@ -69,12 +69,12 @@ class Telescope:
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the slide if foot and ball are known; the revolute joints follow later."""
+        """Solves the slide if foot and ball are known; other steps solve the revolute joints."""
         return TelescopeTravel.use(legs, self)
 
 
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope of a slide on a universal joint; None otherwise."""
+    """Returns the telescope with a slide on a universal joint; None otherwise."""
     places = end.last("revolute", "revolute", "prismatic")
     fork = fork_of(legs, end.way, *places[:2]) if places else None
     if fork is None:
@@ -86,7 +86,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope of a slide normal to a hinge; None otherwise."""
+    """Returns the telescope with a slide normal to a hinge; None otherwise."""
     places = end.last("revolute", "prismatic")
     if not places:
         return None
@@ -190,7 +190,7 @@ class TelescopeTravel(LoopStep):
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """Returns each travel's distance from the reference, relative to the mechanism size."""
+    """Returns the distance of each travel from the reference, relative to the mechanism size."""
     if legs.branch is not None:
         return {}
     hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)

@@ -133,7 +133,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the centers' plane the platform is."""
+        """A sentence that states on which side of the plane through the centers the platform is."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -210,9 +210,10 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
 class _Meeting:
     """The intersection of three spheres, up to the sign of the root.
 
-    The vectors u and v point from the first center to the second and third, and w = u x v. The
-    equations p . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u). Then p = n / w^2
-    + sign w sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
+    The vectors u and v point from the first center to the second and third centers, and w is u x v.
+    For the intersection point, the equations p . u = alpha and p . v = beta give n = alpha (v x w)
+    + beta (w x u). Then p = n / w^2 + sign w sqrt(h^2 / w^2), where h^2 = l^2 - n^2 / w^4 and l is
+    the first radius.
     """
 
     terms: Terms
@@ -246,7 +247,7 @@ def _meeting(
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """Returns a position's distance from the reference, relative to the mechanism size."""
+    """Returns the distance of a position from the reference, relative to the mechanism size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]
@@ -263,7 +264,7 @@ def _distance(
 
 
 def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None:
-    """Records the rates of the position, from (p - c_i) . (p' - c_i') = 0."""
+    """Records the rates of the position p, from (p - c_i) . (p' - c_i') = 0."""
     terms = legs.terms
     normals = [subtracted(terms, position, centre) for centre in centres]
     pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]

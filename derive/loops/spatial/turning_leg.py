@@ -33,7 +33,7 @@ class TurningLeg(LegStep):
     """Two circles normal to the joint axis; the second circle is a section of the sphere.
 
     Attributes:
-        circles: The circles in the axes of the joint; w is the projection of the leg.
+        circles: The two circles in the axes of the joint; w is the projection of the leg.
         square: The leg's squared length.
     """
 
@@ -69,7 +69,8 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # The margin is defined for the whole leg; the squared projection is negative out of reach.
+        # The margin is defined for the whole leg; the squared projection is negative if the leg
+        # does not close.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(
@@ -95,19 +96,19 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side the end of the leg lies."""
+        """A sentence that states on which side of the joint axis the end of the leg lies."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end lies on the joint axis, given its squared distance from the axis."""
-    # If the distance at the reference is nonzero, the end is not on the axis; only a zero distance
-    # needs the full test.
+    """Whether an end is on the joint axis, given its squared distance from this axis."""
+    # If the distance at the reference is nonzero, the end is not on the axis; only for a zero
+    # distance is the full test needed.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """Returns the numerical angle of a leg's joint, or NaN if the leg is out of reach."""
+    """Returns the numerical angle of a leg's joint, or NaN if the leg does not close."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

@@ -1,10 +1,10 @@
-"""Solves a rod between a universal joint and a ball: its length, then both joint angles.
+"""Solves a rod between a universal joint and a ball: first its length, then both joint angles.
 
 Before a ball, the axes of the last two joints intersect in a point, the center of the universal
 joint. The ball has a constant distance from the center. A ball-ended leg between center and ball
 therefore determines a joint that moves either point. If both points are known, the rod's direction
 gives both angles on two branches. On the second branch, the fork is rotated by half a turn, and the
-rod has the supplementary angle.
+angle of the rod is the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -87,7 +87,7 @@ class UniversalJoint:
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a second point on the pin axis, or None if the axis misses the center."""
+    """Returns a second point on the pin axis, or None if the axis does not contain the center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -216,9 +216,9 @@ class UniversalLeg(LoopStep):
 class _Aim:
     """The rod's direction, and intermediate results that both branches share.
 
-    In the second joint's axes, a is the first axis, b is the rod, and C is b rotated by the second
-    angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z
-    and h^2 = a_xy^2 b_xy^2 - n^2.
+    In the axes of the second joint, a is the first axis, b is the rod, and C is b rotated by the
+    second angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z -
+    a_z b_z and h^2 = a_xy^2 b_xy^2 - n^2.
     """
 
     def __init__(self, terms: Terms, joint: UniversalJoint, direction: Vector) -> None:
@@ -241,7 +241,7 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """Returns the rod's component normal to the first axis, in the fork's axes."""
+        """Returns the component of the rod normal to the first axis, in the axes of the fork."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
@@ -258,7 +258,7 @@ class _Aim:
         return first, second
 
     def _rate_of_second(self, sign: int, second: sp.Symbol) -> LoopRate:
-        """Returns the rate psi' from h psi' = a . (b' rotated by psi) - D_z'."""
+        """Returns the rate psi' of the angle psi, from h psi' = a . (b' rotated by psi) - D_z'."""
         (ax, ay, az), (bx, by, bz) = self.joint.axes[2], self.joint.tip
         h = self.terms.let(sign * self.h)
 
