@@ -67,30 +67,48 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """Returns the exact copy of an original that agrees with a point within rounding.
+    """Returns the exact copy of an original that agrees best with a point within rounding."""
+    copies = [
+        (off, original, axis, steps)
+        for original in originals
+        if not _is_mirrored(point, original)
+        for off, axis, steps in _rotations(point, original, rounding, noise)
+    ]
+    if not copies:
+        return None
+    _, original, axis, steps = min(copies, key=lambda copy: copy[0])
+    return _turned(original, axis, steps)
 
-    Rotations by right angles do not change the decimals of the original, so these rotations are
-    skipped.
+
+def _is_mirrored(point: Vector, original: Vector) -> bool:
+    """Whether a point is an exact mirror image of another, with equal components up to signs."""
+    return point != original and all(abs(p) == abs(q) for p, q in zip(point, original, strict=True))
+
+
+def _rotations(
+    point: Vector, original: Vector, rounding: float, noise: float
+) -> Iterator[tuple[float, int, int]]:
+    """Yields rotations that map an original to a point: deviation, axis, and 15-degree steps.
+
+    Rotations by right angles do not change the decimals of the original, so the deviation is at
+    most the noise there.
     """
-    here = tuple(map(float, point))
-    for original in originals:
-        there = tuple(map(float, original))
-        for axis in _AXES:
-            i, j = (axis + 1) % 3, (axis + 2) % 3
-            radius = math.hypot(there[i], there[j])
-            if rounding > CHANCE * radius:
-                continue
-            turn = math.atan2(here[j], here[i]) - math.atan2(there[j], there[i])
-            steps = round(turn / _STEP)
-            c, s = math.cos(steps * _STEP), math.sin(steps * _STEP)
-            off = (
-                here[axis] - there[axis],
-                here[i] - c * there[i] + s * there[j],
-                here[j] - s * there[i] - c * there[j],
-            )
-            if max(map(abs, off)) <= (rounding if steps % _RIGHT_ANGLE else noise):
-                return _turned(original, axis, steps)
-    return None
+    here, there = tuple(map(float, point)), tuple(map(float, original))
+    for axis in _AXES:
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        if rounding > CHANCE * math.hypot(there[i], there[j]):
+            continue
+        turn = math.atan2(here[j], here[i]) - math.atan2(there[j], there[i])
+        steps = round(turn / _STEP)
+        c, s = math.cos(steps * _STEP), math.sin(steps * _STEP)
+        off = (
+            here[axis] - there[axis],
+            here[i] - c * there[i] + s * there[j],
+            here[j] - s * there[i] - c * there[j],
+        )
+        deviation = max(map(abs, off))
+        if deviation <= (rounding if steps % _RIGHT_ANGLE else noise):
+            yield deviation, axis, steps
 
 
 def _turned(point: Vector, axis: int, steps: int) -> Vector:

@@ -162,3 +162,17 @@ def test_length_that_repeats_distance_becomes_its_root():
     assert distances.exact(R("0.583095")) == sp.sqrt(R("0.34"))
     assert distances.exact(R("0.583195")) == R("0.583195")
     assert distances.exact(R("0.58")) == R("0.58")
+
+
+def test_mirrored_points_are_no_rounded_copies():
+    """The points of two rods are 14.8 degrees apart and within rounding of 15 degrees."""
+    x, y = R("0.239"), R("0.031")
+    assert arranged([[(x, y, R(0)), (x, -y, R(0))]], NOISE) == {}
+
+
+def test_rounded_point_is_copy_of_nearest_original():
+    """Rotations of the two originals by 135 and 120 degrees agree with the last point."""
+    x, y = R("0.239"), R("0.031")
+    point = (R("-0.093"), R("0.222"), R(0))
+    exact = arranged([[(x, y, R(0)), (x, -y, R(0)), point]], NOISE)
+    assert exact == {point: (-x / 2 + sp.sqrt(3) * y / 2, y / 2 + sp.sqrt(3) * x / 2, R(0))}
