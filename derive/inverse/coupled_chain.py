@@ -7,7 +7,7 @@ that do not move independently; M is the constant placement between two consecut
     Tz(a) M Tz(b) = Tz(a + s b) M                           equal or opposite directions
     Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a) T(t) R' Rz(b - s' a)     parallel axes
 
-In the last line, the rotations a and -s a cancel, so that the body between M and M' only
+In the last line, the rotations a and -s a cancel, so that the body with the placement M' only
 translates. t is the translation of M; t' and R' are the translation and rotation of R M', with the
 rotation R of M.
 """

@@ -307,7 +307,9 @@ def _start_on_chain(
     """
     terms = design.terms
     arguments, joints = chain.coordinates(work)
-    residual = pose_residual(terms, tool_of(terms, design.robot, joints), POSE_SYMBOLS)
+    moving = zip(design.robot.moving, joints, strict=True)
+    turned = [joint.direction * coordinate for joint, coordinate in moving]
+    residual = pose_residual(terms, tool_of(terms, design.robot, turned), POSE_SYMBOLS)
     solution = solved_on_sides(built, work)
     actuators = built.actuators_in(solution)
     margins = [margin for _, margin in solution.margins]
