@@ -17,6 +17,7 @@ from .three_parallel import THREE_PARALLEL
 from .turned_hand import TURNED_HAND
 from .turning_hand import TURNING_HAND
 from .turntable import TURNTABLE
+from .universal_rod import UNIVERSAL_ROD
 
 FAMILIES: tuple[Family, ...] = (
     PLANAR,
@@ -37,3 +38,5 @@ FAMILIES: tuple[Family, ...] = (
     TURNING_HAND,
 )
 """All families of axis structures, in the order in which they are tested on a chain."""
+LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
+"""The families that are tested on the leg of a platform."""

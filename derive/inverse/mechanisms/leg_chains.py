@@ -26,8 +26,7 @@ from ...terms.terms import Terms
 from ...terms.vectors import Vector, dot, subtracted
 from ..chain_solution import solve_chain
 from ..classify import Attempt, classify
-from ..families import FAMILIES
-from ..families.universal_rod import UNIVERSAL_ROD
+from ..families import FAMILIES, LEG_FAMILIES
 from ..steps.target import of_pose
 from ..steps.work import Work
 from ..structure.lines import Lines, home_of
@@ -35,8 +34,6 @@ from ..tasks.slots import POSE_SYMBOLS, pose_errors, squares, tool_of, values_of
 from ..tool_axis import with_still_axis
 from .substitution import substituted
 
-LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
-"""The families of legs. Arms with the structure of a rod between universal joints are not known."""
 Values = Mapping[str, sp.Expr]
 FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "pin": (Joint("closure", "revolute"),),

@@ -233,8 +233,20 @@ def test_workspace_is_drawn_or_saved(robot, tmp_path, monkeypatch):
     assert saved.hits.sum() == saved.samples - saved.n_open == 1000 - saved.n_open
 
 
+@pytest.fixture
+def little_memory():
+    """Limits the address space to a gibibyte more than now."""
+    resource = pytest.importorskip("resource")
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 2**30, limits[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, limits)
+
+
+@pytest.mark.usefixtures("little_memory")
 def test_missing_memory_is_one_sentence():
-    words = ("workspace", "scara", "--samples", 10, "--resolution", 100_000, "--no-progress")
+    words = ("workspace", "scara", "--samples", 10, "--resolution", 2000, "--no-progress")
     done = run(*words)
     assert (done.exit_code, done.stdout) == (1, "")
     assert re.fullmatch(r"chasles: Unable to allocate .*\n", done.stderr)

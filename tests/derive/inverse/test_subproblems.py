@@ -350,7 +350,7 @@ def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)
-    found = sp3(terms, (zero, zero, one), p, p, square, SIGN, whole=size)
+    found = sp3(terms, (zero, zero, one), p, p, square, SIGN, rounding=size)
     f = compiled(terms, (square, size), (found.turn.c, found.turn.s))
     above, below = (angle_of(f(sign, [[D2]], [[whole]]))[0] for sign in (1, -1))
     assert wrapped(above - below) == pytest.approx(apart, rel=1e-3, abs=1e-15)
