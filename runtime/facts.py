@@ -183,7 +183,7 @@ class RobotFacts(GeneratedFunctions):
     def random_q(
         self, size: int | tuple[int, ...] = (), *, rng: int | np.random.Generator | None = 0
     ) -> FloatArray:
-        """Return random configurations within the limits, at which the loops can be closed.
+        """Return random configurations within the limits; the loops can be closed at each of them.
 
         Samples are uniform in each coordinate; the default range is pi or 1 m on each side of
         the reference. Samples with open loops are replaced by samples closer to `q_reference`.

@@ -25,7 +25,7 @@ GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
 degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
 GIVEN_NEAR = 1e-2
-"""Maximum residual (length, radian), at the offset value, of a solution slot from which Newton's
+"""Maximum residual (length, radian) of a solution slot at the offset value from which Newton's
 method starts: the offset times the amplification near a singularity."""
 AT_REST = 1e-7
 """Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too

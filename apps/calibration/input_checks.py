@@ -51,7 +51,8 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum difference between the indices of two joints of which one may be added to the other."""
+"""Coordinates of two joints may be added to each other if the joint indices differ by at most this
+value."""
 _FEW = 6
 """Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
 checked for any number of rows."""
@@ -147,7 +148,7 @@ def _shifted_rows(q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
 def check_input(
     robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements, stated: float
 ) -> None:
-    """Raise an error if measurements fit the nominal robot only after correcting a mistake.
+    """Raise an error if the nominal robot fits only after correcting a mistake in the input.
 
     Args:
         robot: A robot with parametric functions.
@@ -172,7 +173,7 @@ def check_input(
 
 
 def check_result(found: Calibration, vary: Collection[str]) -> None:
-    """Raise an error if measurements fit the calibrated robot only after correcting a mistake.
+    """Raise an error if the calibrated robot fits only after correcting a mistake in the input.
 
     Args:
         found: A calibration.
@@ -220,7 +221,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield the best pairs of mistakes, in which the first correction alone reduces the misfit."""
+    """Yield the best pairs of mistakes; the first correction must reduce the misfit alone."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

@@ -24,7 +24,7 @@ from .values import coordinates
 _LATEX = ("pdflatex", "-interaction=nonstopmode", "-halt-on-error")
 _PICTURES = (".svg", ".pdf", ".png", ".npz")
 _LINES = 20
-"""Number of the last lines of a LaTeX log in an error message."""
+"""An error message quotes this number of lines from the end of the LaTeX log."""
 
 
 def add_to(app: typer.Typer) -> None:

@@ -62,7 +62,7 @@ class Scene:
         ghosts: Lines of the bodies (k, 2) of each ghost [m].
         path: (k, 2) the projected tool path [m], or None.
         frames: The base frame and the tip frame.
-        anchors: Label points of the coordinates.
+        anchors: Points of the labels of all coordinates.
         dimensions: Dimensions of the bodies, in a planar view.
     """
 

@@ -102,7 +102,7 @@ def integer_at_least(name: str, value: Any, least: int) -> int:
 
 
 def key_of(name: str, rng: Rng) -> int:
-    """Return the int that determines random numbers.
+    """Return the int that seeds the random number generator.
 
     Args:
         name: Name of the function, for error messages.

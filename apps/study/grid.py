@@ -58,7 +58,7 @@ _FEWEST = 4
 """Minimum number of cells along the longest side; with fewer cells, nearly all cells are at the
 surface."""
 _MAX_CELLS = 10**9
-"""Maximum number of cells, whose counts take 4 GB."""
+"""Maximum number of cells; the counts of all cells then take 4 GB."""
 
 
 @dataclass(frozen=True, eq=False)

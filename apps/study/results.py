@@ -43,7 +43,8 @@ _DAMAGED = (
     *(SyntaxError, TokenError, ValueError, zlib.error),
 )
 """Errors of NumPy and zipfile for damaged files. RuntimeError: the archive is encrypted, or its
-compression unknown. SyntaxError, TokenError: NumPy parses the header of an array as Python."""
+compression method is unknown. SyntaxError, TokenError: NumPy parses the header of an array as
+Python."""
 
 
 def ranges(extents: Any) -> str:

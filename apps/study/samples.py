@@ -34,7 +34,8 @@ BLOCK = 1 << 12
 _BITS = 52
 """Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0
-"""Seed that makes the random digits of the net independent of the pieces."""
+"""Second seed of the random digits of the net. The pieces have other second seeds, so their digits
+are independent of the net."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ _RETRIES = 5
 
 
 class Tally(Protocol):
-    """Counts over the pieces of a sample set, to which other counts can be added."""
+    """Counts over the pieces of a sample set. Counts can be added to each other."""
 
     def merge(self, other: Self) -> None:
         """Add the counts of another sample set."""

@@ -21,7 +21,7 @@ from ..report import Plan, Ratio, alternated, ratio, table
 CHAINS = (6, 12, 24, 48)
 POSES = 20_000
 BAR = 1 / 1.2
-"""The cost per joint of any chain may be 1.2 times the cost per joint of the shortest chain."""
+"""The cost per joint of any chain may be at most 1.2 times that of the shortest chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:

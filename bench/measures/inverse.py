@@ -73,7 +73,7 @@ def peers(name: str) -> list[Inverse]:
 
 
 def calls(plan: Plan, name: str) -> list[Ratio]:
-    """Calls for a single pose, each of which returns all solutions."""
+    """Calls for a single pose; each call returns all solutions."""
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)
     works = {OWN: repeated(chasles.load(name).ik, T, repeats)}

@@ -1,1 +1,1 @@
-"""C and C++ of chasles and other libraries, compiled into loops for timing."""
+"""C and C++ code that calls chasles and other libraries in loops, for timing."""

@@ -155,7 +155,7 @@ def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Writes digests and paths of the source files, with which the runtime caches the robot."""
+    """Writes digests and paths of the source files; the runtime uses them as the cache key."""
     folder = job.file.parent.resolve()
     lines = [
         f"{hashlib.sha256(read_bytes(file)).hexdigest()} {os.path.relpath(file, folder)}\n"

@@ -96,7 +96,7 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and writes the robots' folders; yields each report when it is complete."""
+    """Derives the functions of robots and writes a folder for each robot; yields the reports."""
     return _each(_derive, jobs, workers)
 
 

@@ -385,7 +385,7 @@ class _Shapes:
 
     @staticmethod
     def _in_order(points: Sequence[Array]) -> list[Array]:
-        """Sorts collinear points from one end to the other."""
+        """Sorts collinear points along their line."""
         ways = np.array(points) - points[0]
         along = ways[int(np.argmax(np.linalg.norm(ways, axis=1)))]
         return [points[k] for k in np.argsort(np.round(ways @ along, 12), kind="stable")]

@@ -1,4 +1,4 @@
-"""Minimal form of a chain, from which the equations of a serial robot are built.
+"""Minimal form of a chain; the equations of a serial robot are built from this form.
 
 A chain is a product of z rotations (constant or by a joint), constant x rotations (tilts) and
 translations. Adjacent z rotations are merged into one rotation by the angle sum, so consecutive
@@ -268,7 +268,7 @@ class _Builder:
         self._open_group()
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
-        """Adds a revolute joint, whose value is added to the group angle."""
+        """Adds a revolute joint; its value is added to the group angle."""
         turned = self.turned + self.sign * value
         # Sums of solved angles stay unnamed, so that angles added and subtracted by a loop cancel.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)

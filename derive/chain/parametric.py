@@ -61,7 +61,7 @@ _TO_Z: dict[str, Placement] = {
 
 @dataclass(frozen=True)
 class Parametric:
-    """The extended chain of a serial robot, from which its parametric functions are derived.
+    """The extended chain of a serial robot; the parametric functions are derived from this chain.
 
     Attributes:
         geometry: The robot geometry as variables.

@@ -28,8 +28,7 @@ Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
 TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
-"""Ratio of a table's longest length to the robot's size above which the table is
-ill-conditioned."""
+"""A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
 """Pose error (metre, radian) above which a note states the error."""
 

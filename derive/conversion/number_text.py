@@ -31,7 +31,8 @@ _PLACES = 16
 _LONGEST = 40
 """Digits of the longest decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""Harmless change by the reader (metre, radian or 1): less than the rounding of doubles."""
+"""The reader may change a number by this value (metre, radian or 1), which is below the rounding
+error of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
 """Number of leading zeros beyond which a decimal is written with an exponent."""
@@ -54,7 +55,7 @@ def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
 
 
 def nearest(value: sp.Expr, digits: int = DIGITS) -> str:
-    """Returns a number as a decimal with a number of significant digits."""
+    """Returns a number as a decimal, rounded to ``digits`` significant digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         text = mpmath.nstr(Values().of(value), digits)
     return _decimal_text(Decimal(text))

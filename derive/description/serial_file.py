@@ -26,7 +26,8 @@ from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
 AUTO = "auto"
-"""Convention name of a file with joint axes as lines; suitable conventions are selected."""
+"""Convention name in a file that states joint axes as lines; chasles selects a convention for each
+joint."""
 ROBOT_FIELDS = (
     "name",
     "title",

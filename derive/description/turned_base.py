@@ -164,7 +164,7 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Yields the base frames whose angles affect the robot, with joint or closure names."""
+    """Yields the joint and closure frames on the base that affect the robot, with their names."""
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before

@@ -64,7 +64,7 @@ def coordinates_at(
 def of_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, function: SymbolicFunction
 ) -> SymbolicFunction:
-    """Returns a function of the joints of a chain as a function of the coordinates."""
+    """Rewrites a function of the chain joints as a function of the coordinates."""
     q = arguments_of([c.unit for c in robot.coordinates])["q"]
     theta = dict(zip(function.inputs[0].symbols, chain.joints_at(q.symbols), strict=True))
     outputs = tuple(
@@ -88,7 +88,8 @@ def refined_in_coordinates(
         robot: The coupled robot.
         chain: The chain.
         refined: The inverse of the chain.
-        solved: The tasks in coordinates; one of these tasks gives the start of the refinement.
+        solved: The tasks as functions of the coordinates; the task of the nominal arm supplies the
+            start values of the refinement.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function
@@ -121,7 +122,7 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only the given joints, or None if others move them."""
+    """Returns the coordinates that move only these joints; None if others move them, too."""
     rows = range(chain.C.rows)
     found = [
         k

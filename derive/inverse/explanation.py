@@ -148,7 +148,7 @@ def explain(
     For a mechanism, the text starts with the degrees of freedom, the loops and the loop steps.
 
     Args:
-        description: A serial robot, or a mechanism, whose main chain is explained.
+        description: A serial robot or a mechanism; the main chain of a mechanism is explained.
         fixed: Names of the fixed joints, whose values are inputs of ``ik``; () for the default
             choice.
         families: The families to try, in order.

@@ -342,7 +342,7 @@ def _by_free_followers(
 
     Args:
         robot: The description.
-        chain: The chain with free joints, which has more joints than there are coordinates.
+        chain: The chain without couplings, which has more joints than the robot has coordinates.
         terms: Table of named terms.
         families: The families to try, in order.
 

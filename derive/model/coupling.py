@@ -49,9 +49,9 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate is a motor, or a joint with a separate coordinate. A joint whose coupling contains
-    the joint itself has a separate coordinate, to which other coordinates are added. A leader may
-    itself be a coupled joint without a separate coordinate; the equation of this joint is then
+    A coordinate is a motor, or a joint with a separate coordinate. A joint may occur in its own
+    coupling. It then has a separate coordinate, and the coupling adds other coordinates. A leader
+    may itself be a coupled joint without a separate coordinate; the equation of this joint is then
     inserted.
 
     Attributes:

@@ -1,8 +1,8 @@
 """Exact numbers: text from a file is converted to a SymPy expression and never executed.
 
 The reader traverses the Python syntax tree of the text. The reader accepts numbers, ``pi``,
-parameters, the four operations, small powers and a few functions. Any other syntax is an error
-whose message quotes it.
+parameters, the four operations, small powers and a few functions. Any other syntax raises an error;
+the message quotes the syntax.
 """
 
 import ast

@@ -250,7 +250,7 @@ class Mechanism:
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
-        """Closures and struts, each of which closes a loop."""
+        """Closures and struts; each of them closes a loop."""
         return (*self.closures, *self.struts)
 
     @property

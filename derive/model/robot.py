@@ -261,8 +261,8 @@ class SerialRobot:
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
-        couplings: The equations of coupled joints, which do not move with a single separate
-            coordinate alone.
+        couplings: The equations of coupled joints. Any other joint moves with one coordinate of its
+            own.
         motors: The coordinates of the couplings that are not joints, and the limits of the separate
             coordinates of coupled joints.
 

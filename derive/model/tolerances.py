@@ -79,8 +79,8 @@ double. Decimal numbers avoid roots of long fractions, which SymPy would factori
 SHORT_PROPORTION = 1000
 """Largest integer in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Fraction of a quaternion (no unit) below which roll and yaw share an axis. Rounding in double
-precision gives 1e-16 and would alone determine the direction of such a small component."""
+"""Components of a unit vector or quaternion below this value (no unit) have no usable direction,
+because rounding in double precision gives 1e-16. Roll and yaw then share an axis."""
 COMPILED_DECIMALS = 14
 """Decimal places (metre, radian) of values computed by a program: rounding gives errors of 1e-16
 for one or two metres, and no file author writes more than 13 decimal places."""
@@ -147,7 +147,7 @@ VANISHED = 1e-12
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
 """Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. The last
-step of the iteration is 1e-14; for redundant equations, it uses the squared equations."""
+step of the iteration is 1e-14. The iteration solves redundant equations in squared form."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest singular value are zero (no unit).
 
@@ -245,8 +245,8 @@ PATH_ON = 1e-7
 SHORTEST_PATH_STEP = 1e-9
 """Step length below which a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12, and this value
-is quadratic in the difference."""
+"""Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12. The measure
+grows with the square of the difference."""
 SINGULAR_POSE = 1e11
 """Condition number above which a pose counts as singular for generic rods; regular poses have about
 1e4."""
@@ -346,7 +346,8 @@ singular position, later steps would not detect the singularity. An error of 4e-
 is harmless.
 """
 MIN_CONIC = sp.Rational(1, 10**20)
-"""Smallest g of a trigonometric polynomial with coefficients near 1 and errors of 1e-16."""
+"""Lower bound of the amplitude g of the second harmonic; the coefficients are near 1 and have
+errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
 """Value of P + Q above which the resolvent is linear up to 1e-5, and its closed form loses
 digits."""
@@ -455,13 +456,15 @@ FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first
 mapped bound, and the second mapped bound itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""Upper bound of constants in single precision; larger constants only detect infinite inputs."""
+"""Larger constants are replaced by this value in single precision; such constants only detect
+infinite inputs."""
 SOLVED_SINGLE = 2e-5
 """Largest residual (metre or radian) of a solution in single precision: the 1e-9 of double
 precision times the square root of the ratio of rounding errors, 2^29."""
 REGULAR = 1e-3
-"""Smallest singular value of a Jacobian, and smallest margin of a loop, for which errors in single
-precision are measured (no unit, or metre). Near a singularity, these values grow without bound."""
+"""Errors in single precision are measured only above this value: the smallest singular value of a
+Jacobian (no unit, or metre), and the smallest margin of a loop. Near a singularity, these values
+grow without bound."""
 
 # --- chain: numerical singular configurations ---
 

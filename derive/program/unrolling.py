@@ -57,7 +57,7 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
     its last argument.
 
     Args:
-        branch: The single-branch program, whose last argument contains the signs.
+        branch: The single-branch program; its last argument contains the signs.
         signs: The signs (1 or -1) of each branch.
         name: The name of the program.
     """

@@ -49,7 +49,7 @@ def model_report(
     """Reports which conventions describe each joint completely, continuously and minimally.
 
     Args:
-        description: A serial robot, or a robot with loops, whose main chain is evaluated.
+        description: A serial robot, or a robot with loops; its main chain is evaluated.
         conventions: The conventions to compare; conventions that cannot represent an axis are
             omitted.
         rng: Random numbers for the configurations at which the rank is computed: a seed, a

@@ -101,7 +101,7 @@ class ModelReport:
 
     Attributes:
         robot: The robot's title.
-        joints: Every joint after the first, whose axis the base frame determines.
+        joints: Every joint except the first; the base frame determines the axis of the first joint.
         revolute: r, the number of revolute joints, including helical joints.
         prismatic: t, the number of prismatic joints.
         helical: Number of helical joints, each with a pitch.

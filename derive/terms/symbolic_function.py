@@ -31,7 +31,7 @@ class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
     The entries of a function with branches are for a single branch, and depend on the signs. The
-    shape covers all branches in its first dimension.
+    first dimension of the shape is the number of branches.
     """
 
     name: str

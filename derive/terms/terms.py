@@ -240,7 +240,7 @@ class Terms:
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # For a link of length 1, the cosine may be a coordinate itself, whose rate is given.
+            # For a link of length 1, the cosine may be a coordinate itself; its rate is an input.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:

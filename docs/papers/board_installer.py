@@ -73,7 +73,7 @@ LENGTHS = (
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with ours."""
+    """Compares every printed value with the value of chasles."""
     printed = read("board_installer")
     return [
         *mobility_rows(printed),
@@ -87,7 +87,7 @@ def rows() -> list[Row]:
 
 @cache
 def robot() -> Any:
-    """Loads the robot, whose coordinates are its active joints."""
+    """Loads the robot; its coordinates are the active joints."""
     return chasles.load("board_installer")
 
 

@@ -131,7 +131,7 @@ IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with ours."""
+    """Compares every printed value with the value of chasles."""
     printed = read("bricklaying_gantry")
     return [
         *mobility_rows(printed),

@@ -90,7 +90,7 @@ def gantry() -> Any:
 
 
 def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, Any]:
-    """Returns a figure of a plane in inches."""
+    """Returns a figure of planar plots in inches, and the axes of the plots."""
     figure, axes = panels(height, **given)
     for own in np.atleast_1d(axes).ravel():
         plane(own, "x [inch]", "y [inch]")

@@ -20,7 +20,7 @@ from report import Figures, Row, read, show
 
 
 def rows() -> list[Row]:
-    """Compares every number of the report with ours."""
+    """Compares every number of the report with the value of chasles."""
     printed = read("lynxmotion_and_3rrr")
     return [
         *lynxmotion_arm.rows(printed),

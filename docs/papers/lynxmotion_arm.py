@@ -81,7 +81,7 @@ def low() -> Any:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every number of part 1 with ours."""
+    """Compares every number of part 1 with the value of chasles."""
     return [
         *model(printed),
         *forward(printed),
@@ -325,7 +325,7 @@ def start() -> MotionSequence:
 
 
 def task(point: Any) -> Any:
-    """Returns a point with a horizontal tool in the input format of the inverse."""
+    """Returns the input of the inverse for a point and a horizontal tool."""
     return np.r_[point, 0.0]
 
 
@@ -347,7 +347,7 @@ def lines(rate: float = RATE) -> Trajectory:
 
 @cache
 def around(rate: float = RATE) -> Trajectory:
-    """Returns the motion of figure 1.10, whose third line passes a point above the sphere."""
+    """Returns the motion of figure 1.10; the third line passes a point above the sphere."""
     return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]), rate)
 
 

@@ -123,7 +123,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """Returns the power of ten of a digit."""
+    """Returns the exponent of the power of ten that a digit counts."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

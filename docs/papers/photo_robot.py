@@ -48,7 +48,7 @@ ROUNDING = 1e-12
 
 
 def rows() -> list[Row]:
-    """Compares every number of the paper with ours."""
+    """Compares every number of the paper with the value of chasles."""
     printed, robot = read("photo_robot"), chasles.load("photo_robot")
     return [
         *structure(printed, robot),

@@ -26,7 +26,8 @@ from chasles.study import PlanarRegion, constant_orientation_workspace
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
-"""The pose of figure 2.3, and the pose of figure 2.4, at which equations are evaluated."""
+"""The pose of figure 2.3, and the pose of figure 2.4; equations are evaluated at the pose of figure
+2.4."""
 ANGLES = (15, 30, 45, 60)
 """Orientations of figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)
@@ -50,7 +51,7 @@ def platform(lower_links: int = 130) -> Any:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every number of part 2 with ours."""
+    """Compares every number of part 2 with the value of chasles."""
     return [
         *dimensions(printed),
         *joints(printed),
@@ -160,7 +161,7 @@ def leg(k: int) -> dict[str, float]:
 
 
 def in_mm(values: dict[str, float]) -> dict[str, float]:
-    """Converts lengths to millimetres, for an equation that adds lengths to areas."""
+    """Converts lengths to millimetres; the printed equation adds a length to squared lengths."""
     return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
 
 

@@ -32,7 +32,7 @@ import numpy as np
 Value = Any
 """A number, an array, or words. Numbers are in metres, radians and seconds."""
 Text = str | tuple["Text", ...]
-"""A printed value: the string of a number or word, or rows of them."""
+"""A printed value: a number or word as a string, or nested tuples of such strings."""
 
 PRINTED = Path(__file__).parent / "printed"
 UNITS = {

@@ -109,7 +109,7 @@ class Row:
         unit: The unit of both values.
         verdict: The result of the comparison.
         where: Position of the item in the paper.
-        note: The corrected value, the paper's "about", what was tried or assumed.
+        note: Remark, such as the corrected value, a tried interpretation or an assumption.
         digits: Decimals of `ours` in the table, if it is a number.
         source: The compared item.
         judge: Asserts the same verdict for another printed value.
@@ -134,7 +134,7 @@ class Row:
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Stores with the row how its verdict is asserted, so that changed digits can be tested."""
+    """Stores the verdict function in the row; tests apply this function to changed digits."""
 
     @wraps(verdict)
     def judged(printed: Printed, *values: Any, **named: Any) -> Row:

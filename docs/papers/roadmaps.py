@@ -28,7 +28,8 @@ SIDE = 100
 START, GOAL = np.array([8.0, 8.0]), np.array([92.0, 92.0])
 """Start and goal on the map, in cells."""
 CASES = {"3.2": (100, 10), "3.3": (100, 20), "3.4": (200, 10)}
-"""Number of points, and step size, of each figure; the report labels all three figures 3.2."""
+"""Number of points and step size of each figure. The report gives three figures the number 3.2;
+here the figures are numbered 3.2 to 3.4."""
 MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
@@ -60,7 +61,7 @@ def workshop() -> OccupancyMap:
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every statement of part 3 with ours."""
+    """Compares every statement of part 3 with the results of chasles."""
     return [*paths(printed), *claims(printed), *arm(printed)]
 
 

@@ -62,7 +62,7 @@ JUMP = 0.2
 
 
 def rows() -> list[Row]:
-    """Compares every printed value with ours."""
+    """Compares every printed value with the value of chasles."""
     printed = read("well_manipulator")
     return [
         *constant_rows(printed),
@@ -281,7 +281,7 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 def cylinder_speed_rows(
     printed: dict[str, Printed], found: Process, others: dict[str, Process]
 ) -> list[Row]:
-    """Compares figure 10, whose values in mm/s follow from no assumption."""
+    """Compares figure 10; no tried assumption gives its values in mm/s."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]

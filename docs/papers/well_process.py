@@ -54,7 +54,7 @@ class Process:
     swings: FloatArray
 
     def at(self, time: float) -> int:
-        """Returns the sample index at a time [s]; between stages, the first of the later one."""
+        """Returns the sample index at a time [s]; where two stages meet, the later stage counts."""
         return int(np.searchsorted(self.sampled.t, time - 0.5 / RATE))
 
 

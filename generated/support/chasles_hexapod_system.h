@@ -96,7 +96,8 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* Computes all coefficients; for all rods except the last, these are differences to the last rod.
+/* Computes the coefficients of all rods; the last rod's coefficients are subtracted from those of
+ * every other rod.
  */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)

@@ -14,7 +14,7 @@
 #define CHASLES_PATH_NEAREST 1e-8
 /* Maximum second Newton correction, of the order of the squared first correction. */
 #define CHASLES_PATH_ON 1e-7
-/* Initial and maximum step along a path, whose length is 1. */
+/* Initial and maximum step along a path of length 1. */
 #define CHASLES_PATH_FIRST 0.05
 #define CHASLES_PATH_LONGEST 0.25
 /* Minimum step along a path. If a path to a double solution ends before such a step, the rest of
@@ -23,7 +23,7 @@
 /* Maximum remaining length of a lost path whose last point is treated as a singular or infinite
  * end. */
 #define CHASLES_PATH_ALMOST 1e-6
-/* Maximum 1 - |<x, y>|^2 of two equal path ends, whose errors are 1e-13. */
+/* Maximum 1 - |<x, y>|^2 of two equal path ends with errors of 1e-13. */
 #define CHASLES_ENDS_ARE_ONE 1e-16
 /* Maximum 1 - |<x, y>|^2 of a path end x and the conjugate y of another path end: near a
  * singularity, fewer digits are valid. */
@@ -43,8 +43,8 @@
 #define CHASLES_ONE_MODE 1e-6
 /* Maximum |e.e| of a path end at infinity: no rotation has e.e = 0. */
 #define CHASLES_AT_INFINITY 1e-9
-/* Gimbal lock: maximum sine of the difference between the middle angle and a quarter turn at which
- * the outer two angles count as dependent. */
+/* Gimbal lock: the outer two angles count as dependent if the middle angle differs from a quarter
+ * turn by an angle with a sine below this value. */
 #define CHASLES_GIMBAL 1e-12
 
 /* Rods with double joints: error of the polynomial relative to the largest summands of a sample. */

@@ -18,7 +18,7 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Offsets [rad or m] of a fixed joint to values at which the relations of axes are generic."""
+"""Offsets [rad or m] of a fixed joint: do axes keep their relation at other joint values?"""
 _GENERIC = 0.4
 """Multiples [rad or m] are the values of the other joints, at which the axes that these joints move
 have no relation."""

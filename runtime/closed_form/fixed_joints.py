@@ -170,7 +170,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse for fixed joints, after derivation if the cache has none."""
+    """Return an inverse for fixed joints; derive it if the cache has none."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

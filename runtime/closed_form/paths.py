@@ -97,7 +97,7 @@ class InverseMethods(RobotFacts):
 
     @needs("fk", when=lambda robot: not robot.loops and robot.n > _FREE)
     def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
-        """Return all configurations with a tool orientation, for three free revolute joints.
+        """Return all configurations that reach a tool orientation with three free revolute joints.
 
         Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
         inverse is derived on first use, in seconds.

@@ -144,7 +144,7 @@ class Solutions(Fields):
         fastest. Windings are counted down from the upper limit, which is included; of values at
         both limits, only the upper is listed. Joints without limits keep their value. Joints with
         one limit are moved within this limit by the fewest turns. Each winding is then a separate
-        solution: distances from a seed wrap only for joints without limits.
+        solution. Distances from a seed ignore full turns only for joints without limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 

@@ -67,7 +67,7 @@ class NewtonMethods(RobotFacts):
             z_seed: (n_z,) a configuration near the first solution, or None; see `solve_loops`.
 
         Returns:
-            The configurations, as from `solve_loops`; after a failed step, all steps fail.
+            The result of `solve_loops` for all rows; all rows after a failed row also fail.
         """
         rows = np.asarray(q, dtype=np.float64)
         (size,) = self.configuration.outputs[0].shape

@@ -155,7 +155,7 @@ def _declared_size(parameter: str) -> int:
 def write_glue(manifest: Manifest) -> bytes:
     """Return the glue code: one wrapper for each function, and the table of all functions.
 
-    A portable kernel compiles it once for each CHASLES_LEVEL, a set of processor features.
+    For a portable kernel, the glue code is compiled once per CHASLES_LEVEL (processor features).
     """
     batched = manifest.batch_file in manifest.c_files
     lines = [

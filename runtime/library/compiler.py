@@ -153,7 +153,7 @@ def describe_machine() -> str:
 def _describe_processor() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            # One processor is enough, and the kernel generates this file during reading.
+            # The kernel generates this file while it is read, so only the first processor is read.
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:

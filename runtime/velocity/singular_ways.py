@@ -106,7 +106,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         low, high, at = _brackets(turned, s)
         high = np.minimum(high, type_1[at])
         type_2[at] = _bisected(lambda x: f(x, at)[1] > 0, low, high)
-        # Beyond the boundary of leg reach, the platform has no pose.
+        # The platform has no pose beyond the type 1 singularity.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
             found[~reached[:, 0]] = np.nan

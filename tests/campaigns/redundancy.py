@@ -15,7 +15,7 @@ from tests.support.oracles.self_motion import look_at, reached_poses
 from .campaign import Campaign, Outcome
 
 SAMPLES, CELLS = 400, 48
-"""Poses of a path, and grid points per parameter of the oracle."""
+"""Number of poses on a path. Number of grid points of the oracle for each parameter."""
 EVERY = 8
 """The oracle uses every eighth pose."""
 ON_PATH = 1e-9

@@ -1,7 +1,7 @@
 """Tests the inverses of arms with two to four joints and axes in any direction.
 
-Each regular random configuration must be among the solutions, and the number of solutions must be
-that of multi-start Newton iteration.
+Each regular random configuration must be among the solutions, and Newton iteration from many starts
+must find the same number of solutions.
 """
 
 import random

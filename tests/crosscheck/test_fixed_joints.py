@@ -136,7 +136,7 @@ def random_screws(dice, rng, n):
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_track_keeps_fixed_joints_exactly(name):
-    """The robot can follow the path without its fixed joints, whose values stay bitwise equal."""
+    """The robot can follow the path without its fixed joints; their values stay bitwise equal."""
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
     for _ in range(4):

@@ -16,8 +16,8 @@ FRAMES = {
     "body": pin.ReferenceFrame.LOCAL,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
 }
-# Rows (kind, theta, d, a, alpha); "r" is revolute and "p" is prismatic. The rows are distal, unless
-# their name says otherwise.
+# Rows (kind, theta, d, a, alpha); "r" is revolute and "p" is prismatic. The name of each table
+# states its convention.
 DISTAL = {
     "bricklaying_planar": [
         ("r", 0, 0, 7 * INCH, 0),

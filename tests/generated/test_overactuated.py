@@ -14,7 +14,7 @@ POSES, STEP = 50, 1e-6
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def exact(request, tmp_path_factory):
-    """Returns a platform whose actuators determine no pose, and its model."""
+    """Returns a platform with more actuators than degrees of freedom, and its model."""
     return platform(tmp_path_factory, drawn_overactuated(request.param, 2))
 
 
@@ -32,7 +32,7 @@ def platform(tmp_path_factory, mechanism):
 
 
 def poses_near(robot, seed=0, reach=0.1):
-    """Returns main-chain joints (N, n_theta) near the reference, at which they are 0."""
+    """Returns main-chain joints (N, n_theta) near 0, the values at the reference."""
     return np.random.default_rng(seed).uniform(-reach, reach, (POSES, len(robot.chain_joints)))
 
 

@@ -1,4 +1,4 @@
-"""The differential of exp and its inverse agree with their series and with differences."""
+"""The differential of exp, and its inverse, agree with power series and finite differences."""
 
 import mpmath
 import pytest

@@ -1,4 +1,4 @@
-"""Lets each allocation of some calls fail in turn; prints the ends of the calls as JSON.
+"""Lets each allocation of some calls fail in turn; prints as JSON how each call ends.
 
 Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
 """

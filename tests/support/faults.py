@@ -137,7 +137,7 @@ def check_writes(write: Callable[[], object], folder: Path, match: str | None = 
 
     Args:
         write: Writes several files into a folder.
-        folder: The output folder, with its former files.
+        folder: The output folder, which contains the files of an earlier run.
         match: Pattern of the error message.
     """
     former = contents(folder)

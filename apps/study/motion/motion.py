@@ -35,7 +35,8 @@ Redundancy = Literal["fixed", "minimum_norm", "global"]
 _HALVINGS = 4
 """Number of times that the sample spacing is halved before a jump of a joint is reported."""
 _SAMPLES = 521
-"""Number of poses at which a redundancy that is resolved over the curve satisfies the limits."""
+"""Number of sample poses if the redundancy is resolved over the whole curve; the limits are
+satisfied at these poses."""
 _ROUNDING = 1e-9
 """Relative excess of a time scaling over the curve length that counts as a rounding error."""
 

@@ -157,7 +157,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates, corrected by the curve's twist."""
+    """Convert joint positions and differences to coordinates; correct them to the curve's twist."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)

@@ -142,7 +142,7 @@ class OrientationGrid(StudyResult):
     """The angles that a planar platform can have at each position.
 
     Attributes:
-        grid: The cells, whose centers are the positions.
+        grid: The cells; the centers of the cells are the positions.
         angles: (k,) the angles [rad].
         possible: (nx, ny, k) whether each angle is possible at each position.
     """

@@ -6,9 +6,9 @@ most b from the farthest point of this arc and at least a from the nearest point
 both conditions consist of circles: about the ends of the arc with radii a and b, about m with radii
 b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 
-The border of the inclusive workspace also contains other curves, on which two legs reach their
-limits. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs
-reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
+The border of the inclusive workspace also contains other curves: two legs reach their limits on
+these curves. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all
+legs reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
 center of the square by d. The inside test and the outside test have a closed form. Other squares
 are subdivided; the remaining undecided area is the error.
 """

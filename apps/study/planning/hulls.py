@@ -130,9 +130,9 @@ class Hulls:
             w: (n_z,) half widths of the box [rad or m].
 
         Returns:
-            (bodies, hulls) maximum distances [m] from the position of each hull at the center. Row
-            k excludes the joints up to the joint of body k, which move all following shapes
-            together and so do not change the distances between these shapes.
+            (bodies, hulls) maximum displacement [m] of each hull within the box, relative to the
+            center of the box. Row k ignores the joints up to the joint of body k. These joints move
+            all following shapes together and do not change the distances between the shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints

@@ -108,7 +108,7 @@ class _Tangents:
         return [(part, found.count(part)) for part in dict.fromkeys(found)]
 
     def _whole(self) -> list[tuple[sp.Expr, int]]:
-        """Returns the factors of a polynomial whose only nontrivial factors are constants."""
+        """Returns the factors of a polynomial that has a single nonconstant factor."""
         source = self.source
         constants = [f for f in self.factors if not f.free_symbols & {*self.t, *source.slides}]
         left = self.polynomial

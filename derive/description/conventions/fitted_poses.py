@@ -1,4 +1,4 @@
-"""Poses in high precision as fields of conventions: axis lines, positions and angles."""
+"""Converts poses to convention fields in high precision: axis lines, positions and angles."""
 
 from collections.abc import Mapping
 from typing import Any

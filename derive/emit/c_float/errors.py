@@ -21,8 +21,8 @@ SAFETY = 2.0
 """Ratio of the printed bound to the largest measured error, because math libraries on other
 processors may round sines and angles less accurately."""
 NEAR_REFERENCE = 0.2
-"""Largest distance of sampled coordinates from the reference configuration of a robot with loops
-(radian, metre, or relative to a range below 1)."""
+"""Robots with loops: each coordinate is sampled within this distance of the reference (radian or
+metre). If the range of a coordinate is below 1, the distance is multiplied by the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (metre or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}

@@ -24,8 +24,8 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. The two parallel joints rotate axis 3 by the sum of their angles; joint 3 does not rotate
-    # its axis.
+    # 1. The two parallel joints rotate axis 3 by the sum of their angles; joint 3 does not move its
+    # own axis.
     q12 = work.step(
         [a1, a2],
         "subproblem 1",

@@ -43,7 +43,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     along = target.turned(terms, a4.h)
     # 1. The parallel joints change neither the height of the wrist along their axes nor its tilt.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel joints rotate the wrist axis; joint 4 does not rotate its axis.
+    # 2. The parallel joints rotate the wrist axis; joint 4 does not move its own axis.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],

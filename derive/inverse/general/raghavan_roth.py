@@ -216,7 +216,7 @@ def _raised(height: float) -> Array:
 
 
 def _inverses(constants: Sequence[Array], split: Split, T: Array) -> list[Array]:
-    """Returns the inverses of the transforms C_1 ... C_6, in the direction of the order."""
+    """Returns the inverses of the transforms C_1 ... C_6, in the elimination order."""
     before, *between, behind = constants
     if split.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]

@@ -106,7 +106,7 @@ def moving_chain(
 
 
 def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[tuple[int, ...]]:
-    """Yields sets of actuated joints that may be given, those nearest to the tool first."""
+    """Yields the sets of actuated joints that may be fixed; sets near the tool come first."""
     actuated = {c.moves for c in h.mechanism.coordinates}
     places = [place for place, k in enumerate(numbers) if h.robot.moving[k].name in actuated]
     yield from (give[::-1] for give in combinations(places[::-1], surplus))

@@ -92,7 +92,7 @@ class Work:
         lengths: The value of each prismatic joint, keyed by joint index.
         still: Indices of the joints that the loops of a robot hold still.
         signs: The sign symbols (1 or -1), in the order of the solution slots.
-        settled: Indices of the redundant branch signs, whose value is always 1.
+        settled: Indices of the redundant branch signs; these signs are always 1.
         choices: Number of branch signs introduced so far.
         sides: For signs of loop branches, the loop name and the branch names keyed by sign.
         steps: The solution steps in order.

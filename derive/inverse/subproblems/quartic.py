@@ -17,9 +17,10 @@ intersects the circle in two points, or misses the circle and has two complex ro
 
 Among several roots tau, the root farthest from the other roots is used. Two coinciding roots of the
 quartic then lie on the same line of the pair, so their computation loses no accuracy. The double
-root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau; the
-method converges monotonically on the outer side of the depressed cubic. If the outer root has no
-real line pair, the circle has no intersections; the other two roots tau follow from a quadratic.
+root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau. The start
+value is farther from the other roots than tau, so the method converges monotonically. If the outer
+root has no real line pair, the circle has no intersections; the other two roots tau follow from a
+quadratic.
 
 Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; Newton's method refines t in the cubic
 
@@ -75,7 +76,7 @@ class CirclePoint:
     Attributes:
         turn: Cosine and sine of the root angle.
         margin: Margin in units of the polynomial; 0 for a double root. The margin is negative for a
-            complex root; the angle is then the circle point nearest to a line of the pair.
+            complex root; ``turn`` is then the circle point nearest to a line of the pair.
     """
 
     turn: CosSin

@@ -101,7 +101,7 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` of a sum of unknown orientation that has the length of a known vector.
+    """Returns ``D'^2`` of the sum of two vectors, from the length of the sum.
 
     Args:
         terms: Table of named terms.

@@ -13,9 +13,9 @@ with up to four solutions. The rotation from w to v about k2 is theta2.
 If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
 components v' and w' normal to k2 only to 1e-8. Two solutions that the squares cannot distinguish
 therefore get start values on either side of their common point. Each solution moves to the nearer
-root of the second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on
-``v - R2 w = 0`` in all three angles follow, for data with vanishing first derivatives. Each step is
-used only if it reduces the closure error.
+root of the second-order expansion in v' and w', which restores the accuracy. If first derivatives
+vanish, the expansion is not enough; therefore damped Newton steps on ``v - R2 w = 0`` then refine
+all three angles. Each step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 

@@ -1,4 +1,4 @@
-r"""Prints the singular configurations, in which the Jacobian of a chain is rank deficient."""
+r"""Prints the singular configurations of a chain: its Jacobian is rank deficient there."""
 
 import math
 from collections.abc import Sequence

@@ -66,7 +66,7 @@ def area(loop: Loop) -> float:
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Simplifies a polygon by at most a distance.
+    """Removes corners of a polygon; the outline moves by at most ``slack``.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.

@@ -95,7 +95,7 @@ class Obstacles:
         lines: Start, end and half width of lines that no label should cross.
         outlines: Start, end and half width of body outlines, which a loop number may cross.
         boxes: Labels and symbols that must not be covered by a label.
-        plates: Filled polygons, on which a label may lie if no other position is free.
+        plates: Filled polygons; a label may lie on a polygon if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)

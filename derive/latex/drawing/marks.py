@@ -226,7 +226,7 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """Returns the side of a line with fewer corners of other bodies; 1 is left."""
+        """Returns 1 if fewer corners of other bodies are to the left of a line, else -1."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]
@@ -322,7 +322,7 @@ class Marks:
         )
 
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
-        """Returns the angle around a hinge (degree) whose direction is farthest from all bodies."""
+        """Returns the direction at a hinge (degree) that is farthest from all bodies."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
         ways = [
             (x - point[0], y - point[1])

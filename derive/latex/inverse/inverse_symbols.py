@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, or the last letter, upright if Latin, if none is free."""
+        """Returns the first free letter, else the last letter (upright if it is Latin)."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]

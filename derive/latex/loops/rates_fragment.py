@@ -41,7 +41,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns the rate equations of a step with right sides; later steps use these rates."""
+        """Returns the rates of a step and their expressions; later steps use these rates."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:

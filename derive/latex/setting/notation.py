@@ -314,7 +314,7 @@ def _joined(indices: Sequence[int], *, commas: bool) -> str:
 
 
 def is_surd(expression: sp.Expr) -> bool:
-    """Whether a number is a fraction, a multiple of a fraction's square root, or of pi."""
+    """Whether a number is rational, or a rational multiple of pi or of a rational square root."""
     coefficient, rest = expression.as_coeff_Mul()
     root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
     return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))

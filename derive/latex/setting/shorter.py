@@ -6,10 +6,10 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
-"""Maximum addends of a product of sums whose expansion is tried."""
+"""Expansion of a product of sums is tried if the result has at most this number of addends."""
 MAX_ADDED = 400
-"""Maximum operations of an expression in which the addition of angles is tried; SymPy compares all
-pairs."""
+"""Angle addition is tried in expressions with at most this number of operations, because SymPy
+compares all pairs."""
 MAX_GATHERED = 4
 """Maximum terms of a sum that is printed with its common root in front; longer sums must be broken
 across lines."""

@@ -1,8 +1,8 @@
 """Tool pose change caused by replacing written values with exact ones.
 
-Near a dead point, a small change of a length causes a large motion, so no bound holds at all
-configurations. Therefore the loops of both robot versions are closed at random configurations. The
-largest difference between the tool poses is reported.
+Near a dead point, a small change of a length causes a large motion, so no single bound is valid for
+all configurations. Therefore the loops of both robot versions are closed at random configurations.
+The largest difference between the tool poses is reported.
 """
 
 from collections.abc import Iterator
@@ -56,7 +56,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the planes of the loops of the robot as written, whose base may be rotated."""
+    """Returns the loop planes of the robot as written; the base of this robot may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.closers if c.a.body == m.base_frame}

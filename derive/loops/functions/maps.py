@@ -205,7 +205,7 @@ _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the margin function, whose entries are zero at the dead points of the loops."""
+    """Builds the margin function; its entries are zero at the dead points of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 

@@ -68,8 +68,7 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Returns one value per variable, with main-chain symbols for the main-chain joints.
 
-        The terms of the main chain are then the same for joints as inputs and for joints as
-        results.
+        The terms of the main chain then do not depend on whether the joints are inputs or results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:

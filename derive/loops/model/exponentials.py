@@ -96,7 +96,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a constant with more operations than a nominal dimension."""
+    """Whether an entry is a constant that is too long for a nominal dimension."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 

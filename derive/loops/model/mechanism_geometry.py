@@ -194,7 +194,7 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the passive joints in sequences of six that do not constrain a body."""
+    """Returns the joints in sequences of six passive joints, which leave a body free."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]

@@ -326,7 +326,7 @@ class NumericMechanism:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Returns a mask of the constants, which have the same value for the whole batch."""
+        """Returns a mask that is true for constants, which do not vary within a batch."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:

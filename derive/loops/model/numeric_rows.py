@@ -1,7 +1,8 @@
 """Closure equations in double precision, and their Jacobian from screw theory.
 
-The derivative of an equation with respect to a motion of the body of b is the power of a wrench at
-end b. For a motion of the body of a, it is the negative power of the same wrench.
+The derivative of an equation with respect to a motion of the body at end b is the power of a wrench
+at this end. For a motion of the body at end a, the derivative is the negative power of the same
+wrench.
 """
 
 from collections.abc import Iterator, Mapping

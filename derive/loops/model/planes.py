@@ -35,7 +35,7 @@ class PinEdge:
 
     Attributes:
         name: Name of the joint, swing angle or closure.
-        a: The body a, relative to which b rotates.
+        a: The body a; body b rotates relative to this body.
         at_a: The common point in a's axes.
         b: The other body.
         at_b: The common point in b's axes.

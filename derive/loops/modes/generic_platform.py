@@ -1,4 +1,4 @@
-"""A generic platform on six rods and its forty complex poses, from which all paths start.
+"""A generic platform on six rods, and its forty complex poses, the starts of all paths.
 
 The parameters of the rods are random numbers. The poses were found from a single pose by path
 tracking along random closed paths of rod parameters, until forty poses were known. A generic

@@ -144,7 +144,7 @@ def _exact(rods: SixRods, x: Array) -> Array:
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Tracks poses from the start rods to the end rods, which have the same ends a or b.
+    """Tracks poses while the rods change from start to end; the ends a or the ends b do not change.
 
     The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
     Newton steps update each pose. Between generic complex coefficients, no path meets a

@@ -38,7 +38,7 @@ QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
 class ChainAxes(NamedTuple):
-    """The axes of the main chain's x and y, in the axes of the linkage's root body.
+    """The x and y axes of the main chain, expressed in the root body of the linkage.
 
     Attributes:
         origin: The point of the plane with x = y = 0.
@@ -172,7 +172,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg, whose middle body is between two joints."""
+        """Returns the equation of a leg; its middle body is between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]

@@ -1,4 +1,4 @@
-"""Parametric functions of a robot with loops, whose geometry is an additional input.
+"""Parametric functions of a robot with loops: the geometry is an additional input.
 
 The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates q, and the unknown
 values u of passive joints and cylinders. Newton's iteration in C solves for u, starting from the

@@ -15,7 +15,7 @@ class Arm:
 
     Attributes:
         vector: Named components at angle zero.
-        angle: The angle that rotates the whole vector on its body.
+        angle: Angle by which the vector is rotated relative to its body.
         square: The squared length.
     """
 

@@ -94,7 +94,7 @@ class RateEquation:
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The closed form of one step in its quantities.
+    """The closed form of one solution step, in the vectors and scalars of the step.
 
     Attributes:
         vectors: Named components of the given vectors, by letter.
@@ -123,7 +123,7 @@ class LoopStep(ABC):
 
     Attributes:
         joints: Names of the pins, slides and struts of the group.
-        axes: The body in whose axes the equations are written.
+        axes: The equations are written in the axes of this body.
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of this body to the axes of the vectors in the equations.
         solved: The angles for which the step solves, as named terms.

@@ -43,8 +43,8 @@ class Sides:
         dyad: The ring.
         first: The side that is parallel to V in the parallelogram.
         turns: The rotations of X and Y in the parallelogram.
-        crossed: The exact rotations in the crossed mode of a rhombus, in which the two sides are
-            exchanged, or None for unequal sides.
+        crossed: The exact rotations in the crossed mode of a rhombus, or None for unequal sides.
+            The crossed mode exchanges the two sides.
         base: The sum of both side vectors.
     """
 

@@ -1,4 +1,4 @@
-"""Values of terms at the reference configuration, from which branch signs follow.
+"""Values of terms at the reference configuration; the branch signs follow from these values.
 
 The reference selects the branch of a loop. Only signs follow from the reference values, so double
 precision suffices.
@@ -39,7 +39,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that change one sign after the first ``taken`` signs.
 
-        These branches have equal signs before the changed sign.
+        Each such branch keeps all signs that precede the changed sign.
         """
         found = []
         for k in range(max(taken, len(self.asked)), len(self.taken)):
@@ -122,7 +122,8 @@ class AtReference:
     """Numerical values of terms at the reference configuration.
 
     Attributes:
-        size: The longest length of the mechanism (metre), relative to which lengths are compared.
+        size: The longest length of the mechanism (metre); lengths are compared relative to this
+            value.
         sides: The branch sign of each step with two branches, keyed by the joints or struts of the
             step.
     """

@@ -1,4 +1,4 @@
-"""A cylinder between two known points, whose distance is the cylinder length."""
+"""A cylinder between two known points; the distance of the points is the cylinder length."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A body on several guides, such as a bridge on two rails, whose bearings do not rotate.
+"""A body on several guides with bearings that do not rotate, such as a bridge on two rails.
 
 A closure connects both branches of the loop. If all rotations have their reference values, the two
 frames of the closure have the same orientation. If the unknown rotations have independent axes,
@@ -101,7 +101,7 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Returns the direction of a joint's motion in the meeting body's frame."""
+        """Returns a joint's motion direction, in the frame of the body where both paths meet."""
         way = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = way[: way.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)

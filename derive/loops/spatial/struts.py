@@ -43,7 +43,7 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values, to which the spatial loops add values.
+    """The known values; each solved spatial loop adds values.
 
     Attributes:
         values: Values of joints, swing angles and cylinders, keyed by name.

@@ -6,8 +6,8 @@
 
 #define MAX_SLOTS 64 /* maximum number of solution slots of a pose for the selection */
 
-/* Solves for a block of rows. If its first pose is rounded, or a solution is inexact, the inverse
- * projects the poses before the selection. */
+/* Solves for a block of rows. If the first pose is rounded, or a solution is inexact, the inverse
+ * projects all poses before the selection. */
 static void solve_block(const Function *inverse, npy_intp first, npy_intp count, const Rows *rows)
 {
     const Kernel *kernel = inverse->kernel;

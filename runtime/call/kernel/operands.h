@@ -19,7 +19,7 @@ typedef struct {
     npy_intp size; /* number of elements, the product of dims */
 } Operand;
 
-/* The test of input poses for rigidity, for an inverse (rigid_poses.h). */
+/* How an inverse tests whether its input poses are rigid (rigid_poses.h). */
 typedef enum { NO_POSES, POSES_BY_RESIDUAL, POSES_JUDGED } PosesOf;
 
 typedef struct {
@@ -48,7 +48,7 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
                    PyObject *inputs, PyObject *outputs);
 
 /* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length;
- * returns -1 on error if its operands are those of a different function. */
+ * returns -1 on error if the operands do not fit such an inverse. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

@@ -1,8 +1,8 @@
 """The command ``python tests/apps/drawing/draw_all.py FOLDER N`` draws many arms without compiling
 them.
 
-The arms are all shelf arms, the URDFs of a folder and N random chains. Prints the arms with
-overlapping labels, and the number of drawings.
+The arms come from the robot files in ``derive/robots/shelf``, from the URDF files of a folder and
+from N random chains. Prints the arms with overlapping labels, and the number of drawings.
 """
 
 import random

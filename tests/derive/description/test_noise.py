@@ -156,7 +156,7 @@ def test_random_angles_are_rarely_snapped(places):
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
     # The true value of a truncated or rounded angle lies in a range of one and a half units in the
-    # last place. Fractions of a rounded pi are rare.
+    # last place. Few random angles are fractions of a rounded pi by chance.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 
@@ -176,7 +176,8 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # Rounded values of exact proportions become exact, and intended values stay unchanged.
+        # The direction of a rounded vector becomes exact; a vector with intended values stays
+        # unchanged.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),

@@ -137,7 +137,7 @@ def driver(name):
 
 
 def inputs_of(robot, info, rng, count):
-    """Returns random inputs near the reference of a robot, at which its loops close."""
+    """Returns random inputs near the reference of a robot; the loops close at these inputs."""
     middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
     q = middle + rng.uniform(-0.1, 0.1, (count, robot.n))
     if info.inputs[0].name == "T":

@@ -1,5 +1,5 @@
-"""Calibrated arms near fold points, at which two solutions merge: no solution is missed or
-spurious."""
+"""Two solutions of a calibrated arm merge at a fold point. Near such points, no solution is missed
+or spurious."""
 
 import numpy as np
 import pytest

@@ -34,7 +34,7 @@ def loaded(request, tmp_path_factory):
 
 
 def values(robot, rng, function):
-    """Returns inputs near the middle of the limits, at which the loops close."""
+    """Returns inputs near the middle of the limits; the loops close at these inputs."""
     middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
     if function.inputs[0].name == "theta":
         middle = robot.chain(middle)

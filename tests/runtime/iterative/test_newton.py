@@ -100,8 +100,8 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Follows w to the coordinates q by Newton's method in small steps; returns NaN where the
-    determinant of c_u, the derivative of the loop equations c, changes sign."""
+    """Follows w to the coordinates q by Newton's method in small steps. The result is NaN if det
+    c_u changes sign; c_u is the derivative of the loop equations."""
     names = [v.name for v in robot.configuration_variables]
     own = [k for k, name in enumerate(names) if not name.startswith("psi")]
     moved = [c.name for c in robot.coordinates]

@@ -190,7 +190,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns a mechanism with displaced joints and closures, whose loops close in the
+    """Returns a mechanism with displaced joints and closures; its loops close in the
     least-squares sense.
 
     Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.

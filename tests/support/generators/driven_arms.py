@@ -37,7 +37,8 @@ ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
 """Scale of the lengths. Arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Function that adds the drive of a body at its pin on another body."""
+"""Function (sketch, body, other body, pin) that adds the drive of a body; a pin connects the body
+to the other body."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:

@@ -73,7 +73,7 @@ def _chain(joints, parent="0"):
 
 
 def _tripteron(rng):
-    """Returns three orthogonal PRRR legs; closed at the reference by the last pins' places."""
+    """Returns three orthogonal PRRR legs; the last pins are placed so that the reference closes."""
     text, reference = "", {}
     pins = {"x": (90, 0, 90), "y": (-90, 0, 0), "z": (0, 0, 0)}
     for k, letter in enumerate("xyz"):
@@ -174,7 +174,7 @@ def _universal(rng):
 
 
 def _rotary(rng, offset=0):
-    """Returns three legs of an arm and a rod between universal joints, a rotary delta.
+    """Returns a rotary delta: each leg has an arm, and a rod between universal joints.
 
     The axes of a universal joint have the distance ``offset``.
     """

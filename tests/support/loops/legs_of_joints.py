@@ -179,7 +179,7 @@ axis = {axis}
 
 
 def driven_by_a_leg():
-    """Returns a 3-RPS platform whose main chain is one leg, in which three joints represent the
+    """Returns a 3-RPS platform whose main chain is one leg; in this leg, three joints represent the
     ball joint."""
     text = DRIVEN_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]

@@ -34,8 +34,8 @@ class Verdict:
     Attributes:
         poses: Number of targets, all reachable.
         missed: Number of targets without a correct claimed solution.
-        unfound: Number of targets without a correct answer, even among answers not claimed as
-            solutions.
+        unfound: Number of targets without any correct answer; answers that are not marked valid
+            also count.
         wrong: Number of targets with an incorrect claimed solution.
         lost: Number of targets whose regular generating coordinates are not among the solutions, or
             None for sets of singular coordinates.

@@ -55,7 +55,8 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Moves s->w, where the loops are nearly closed, to coordinates q. Returns whether it succeeds. */
+/* Moves the configuration s->w to the coordinates q; the loops are nearly closed at the start.
+ * Returns 1 on success. */
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {

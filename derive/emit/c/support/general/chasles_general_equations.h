@@ -9,10 +9,10 @@
  * twelve unknowns. det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its
  * real roots (chasles_general_roots.h), and each root gives the other joints
  * (chasles_general_back.h). Newton's iteration on the pose refines them (chasles_general_newton.h).
- * Such an order of the joints is an elimination order (type chasles_general_split). If it fails,
- * other elimination orders and nearby poses follow (chasles_general.h). All computations use
- * vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has no
- * state and depends only on libm.
+ * Such an order of the joints is an elimination order (type chasles_general_split). If one order
+ * fails, other elimination orders and nearby poses are tried (chasles_general.h). All computations
+ * use vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has
+ * no state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
  * joint belongs to the pair, or is the joint of v and w without a half angle. If both pair joints
@@ -50,8 +50,8 @@
 #define CHASLES_NOISE 1e-6
 /* If its largest coefficient is below this value, the determinant (of entries of order 1) may be a
  * zero polynomial with rounding errors. It is accepted if its relative error is below
- * CHASLES_CLEAN. An arm whose geometry is within 1e-3 of a structure with zero determinant may have
- * a determinant of 1e-20 with twelve valid digits. */
+ * CHASLES_CLEAN. For some axis structures, the determinant is zero. For an arm within 1e-3 of such
+ * a structure, the determinant may be 1e-20 and still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
 /* Largest residual of the eight other equations at a root that is a solution, relative to the
@@ -324,7 +324,7 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* Computes the coefficients of the quantities of a line that a joint moves. */
+/* A joint moves a line; computes the coefficients of the line's quantities. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)

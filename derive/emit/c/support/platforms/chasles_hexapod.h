@@ -135,7 +135,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* If the pose is distant, lengths are relative to its distance. */
+    /* The tolerance is relative to the distance of the platform if this distance is large. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];

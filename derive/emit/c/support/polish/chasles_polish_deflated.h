@@ -2,8 +2,8 @@
  * and is the same for every robot.
  *
  * The determinant is divided by sin((s - r) / 2) for each of an even number n of known roots r. The
- * quotient is a trigonometric polynomial in s whose degree is lower by n / 2. If this quotient has
- * no real root, the known roots are all roots, and simple. This test is cheaper than root
+ * quotient is a trigonometric polynomial in s whose degree is lower by n / 2. If the quotient has
+ * no real root, no root is missing and every known root is simple. This test is cheaper than root
  * isolation, because it needs fewer samples and cells.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
@@ -168,8 +168,8 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
-/* Returns whether the known roots are exact, from the error estimate of the quotient. A root error
- * adds this error times the quotient's value at the root. */
+/* Returns whether the known roots are exact, from the error estimate of the quotient. An error of a
+ * known root contributes this error times the quotient's value at the root. */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {

@@ -95,9 +95,9 @@
 /* Error (radian, or relative to the arm length) before a correction above which a curve is lost. */
 #define POLISH_OFF_CURVE 0.05
 
-/* Maximum numbers of steps from a nominal solution (each step doubles the digits), steps from a
- * crossing, strides along a curve, line directions, and line directions for branches with a known
- * solution. */
+/* Maximum numbers, in this order: steps from a nominal solution (each step doubles the digits);
+ * steps from a crossing; strides along a curve; directions of lines; directions of lines for
+ * branches with a known solution. */
 #define POLISH_STEPS 6
 #define POLISH_MAX_STEPS 30
 #define POLISH_MAX_STRIDES 60
@@ -114,8 +114,8 @@
  * the curvature may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* Maximum distance [rad] from a fold point to its solutions, and maximum step orthogonal to v, at
- * which the second-order equation gives the number of solutions. */
+/* The second-order equation gives the number of solutions near a fold point, up to this distance
+ * [rad] of the solutions from the fold point, and up to this step orthogonal to v. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Minimum ratio of a second step to the squared first step (an assumption). */
