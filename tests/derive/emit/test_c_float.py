@@ -12,6 +12,15 @@ from chasles.cli.app import run as main
 from chasles.derive import write
 from tests.support import cortex_m4
 from tests.support.derivations import robot_of
+from tests.support.exports import (
+    apart,
+    configurations,
+    expected,
+    inputs_of,
+    inverse_of,
+    regular_slots,
+    right_angles,
+)
 from tests.support.pages import examples
 from tests.support.tools import needs
 
@@ -25,7 +34,6 @@ CALLED = {"sinf", "cosf", "sincosf", "sqrtf", "atan2f"}
 SAMPLES = 10_000
 PAGE = "how-to/microcontroller.md"
 SOLVED = 2e-5
-REGULAR = 1e-3
 SINGLE = ctypes.POINTER(ctypes.c_float)
 
 
@@ -73,48 +81,6 @@ def called(library, name, info, inputs):
     return found
 
 
-def inputs_of(robot, info, q):
-    """Returns the inputs of a function at configurations."""
-    rng = np.random.default_rng(3)
-    if info.role.is_inverse:
-        return [robot.fk(q), *(q[:, [k]] for k in info.role.fixed)]
-    return [q, *(rng.uniform(-1, 1, (len(q), *item.shape)) for item in info.inputs[1:])]
-
-
-def expected(robot, info, inputs):
-    """Returns the results of a function in double precision."""
-    if not info.role.is_inverse:
-        results = getattr(robot, info.name)(*inputs)
-        return results if isinstance(results, tuple) else (results,)
-    fixed = [robot_of(robot.name).coordinates[k].name for k in info.role.fixed]
-    values = dict(zip(fixed, (x[:, 0] for x in inputs[1:]), strict=True))
-    found = robot.ik(inputs[0], fixed=values) if fixed else robot.ik(inputs[0])
-    return found.q, found.residual, found.margin
-
-
-def configurations(robot, count):
-    """Returns random configurations, for a robot with loops near its reference."""
-    rng = np.random.default_rng(7)
-    if robot.reference:
-        return np.array(robot.reference.q) + rng.uniform(-0.05, 0.05, (count, robot.n))
-    return rng.uniform(-3, 3, (count, robot.n))
-
-
-def apart(x, y):
-    """Returns the distances of coordinates up to full turns."""
-    difference = x - y
-    return np.abs(difference - 2 * np.pi * np.round(difference / (2 * np.pi)))
-
-
-def regular_slots(robot, info, q, residual):
-    """Returns which solution slots hold solutions away from singularities."""
-    valid = residual <= 1e-9
-    kept = [k for k in range(robot.n) if k not in info.role.fixed]
-    J = robot.jacobian_mixed(q[valid])[..., kept]
-    valid[valid] = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR
-    return valid
-
-
 @needs("gcc")
 @pytest.mark.parametrize("name", NAMES)
 def test_errors_are_within_the_printed_bounds(name, exported, built):
@@ -136,7 +102,7 @@ def test_errors_are_within_the_printed_bounds(name, exported, built):
 @pytest.mark.parametrize("name", NAMES)
 def test_inverse_finds_all_regular_solutions_within_the_printed_bounds(name, exported, built):
     robot = chasles.load(name)
-    (info,) = (info for info in robot.manifest.functions if info.name == "ik")
+    info = inverse_of(robot)
     inputs = inputs_of(robot, info, configurations(robot, SAMPLES))
     exact = expected(robot, info, inputs)
     q, residual, margin = called(built[name], name, info, inputs)
@@ -152,9 +118,9 @@ def test_inverse_finds_all_regular_solutions_within_the_printed_bounds(name, exp
 @needs("gcc")
 @pytest.mark.parametrize("name", ["ur5e", "panda", "puma560"])
 def test_right_angle_poses_have_as_many_solutions(name, built):
-    robot, rng = chasles.load(name), np.random.default_rng(0)
-    (info,) = (info for info in robot.manifest.functions if info.name == "ik")
-    inputs = inputs_of(robot, info, rng.integers(-2, 3, (2000, robot.n)) * (np.pi / 2))
+    robot = chasles.load(name)
+    info = inverse_of(robot)
+    inputs = inputs_of(robot, info, right_angles(robot, 2000))
     exact = expected(robot, info, inputs)
     q, residual, _ = called(built[name], name, info, inputs)
     solved = exact[1] <= 1e-9
