@@ -10,6 +10,7 @@ from .c import language as c
 from .c_float import language as c_float
 from .cpp import language as cpp
 from .emitter import Emitter
+from .rust import language as rust
 
 EMITTERS = (
     Emitter("c", c.files),
@@ -25,6 +26,7 @@ ON_DEMAND = {
         Emitter("casadi_c", casadi_c.files),
         Emitter("cpp", cpp.files),
         Emitter("c_float", c_float.files),
+        Emitter("rust", rust.files),
     )
 }
 """Optional languages, by name."""

@@ -1,0 +1,1 @@
+"""A crate in Rust without dependencies, which also compiles without Rust's standard library."""

@@ -1,0 +1,102 @@
+"""Prints the functions of a robot as Rust."""
+
+import textwrap
+from collections.abc import Sequence
+
+from ...program.operations import Operation, Program, Store
+from ...terms.symbolic_function import Argument, Result, Signature
+from ..c.expressions import FUNCTIONS, WIDTH, expression, naming
+
+_KEYWORDS = (
+    "abstract as async await become box break const continue crate do dyn else enum extern false "
+    "final fn for gen if impl in let loop macro match mod move mut override priv pub ref return "
+    "self Self static struct super trait true try type typeof union unsafe unsized use virtual "
+    "where while yield"
+)
+CONSTANTS = ("N", "SOLVED", "COORDINATE_NAMES", "COORDINATE_UNITS", "COORDINATE_LIMITS")
+"""Constants of a crate."""
+RESERVED = frozenset([*_KEYWORDS.split(), *CONSTANTS])
+"""Names that an argument cannot have; such a name gets a trailing underscore."""
+_TEMPLATES = {
+    Operation.SIGN: "if {0} < 0.0 {{ -1.0 }} else if {0} > 0.0 {{ 1.0 }} else {{ {0} }}",
+    Operation.SELECT: "if {0} {{ {1} }} else {{ {2} }}",
+    Operation.ABS: "math::abs({0})",
+    Operation.MIN: "f64::min({0}, {1})",
+    Operation.MAX: "f64::max({0}, {1})",
+}
+_CALLS = {
+    operation: f"math::{name}"
+    for operation, name in FUNCTIONS.items()
+    if operation not in _TEMPLATES
+}
+
+
+def safe(name: str) -> str:
+    """Returns a name that an argument in Rust can have."""
+    return f"{name}_" if name in RESERVED else name
+
+
+def definition(function: Signature, described: Sequence[str], program: Program) -> str:
+    """Returns a function with its comment.
+
+    Args:
+        function: The function.
+        described: The lines of the comment; the first line is the summary.
+        program: The program of all branches of the function.
+    """
+    first, *others = described
+    # Markdown would read the products and indices of formulas as emphasis and links.
+    comment = [f"/// {first}", "///", "/// ```text", *(f"/// {line}" for line in others), "/// ```"]
+    inputs = [f"{safe(a.name)}: &{kind(a)}" for a in function.inputs]
+    outputs = [f"{safe(r.name)}: &mut {kind(r)}" for r in function.outputs]
+    head = f"pub fn {function.name}({', '.join([*inputs, *outputs])}) {{"
+    used = {program.arguments[entry.argument] for entry in program.inputs}
+    unused = [f"    let _ = {safe(a.name)};" for a in function.inputs if a.name not in used]
+    wrapped = textwrap.wrap(head, WIDTH, subsequent_indent="    ")
+    return "\n".join([*comment, *wrapped, *unused, *_statements(function, program), "}\n"])
+
+
+def kind(value: Argument | Result) -> str:
+    """Returns the type of an argument: an array, or for coordinates in slots an array of arrays.
+
+    The slots of a residual or a margin are the entries of an array.
+    """
+    if is_slots(value):
+        slots, n = value.shape
+        return f"[[f64; {n}]; {slots}]"
+    return f"[f64; {value.size}]"
+
+
+def is_slots(value: Argument | Result) -> bool:
+    """Whether a result contains the coordinates of all solution slots."""
+    return isinstance(value, Result) and value.name == "q" and len(value.shape) > 1
+
+
+def _statements(function: Signature, program: Program) -> list[str]:
+    name = naming(program)
+    lines = [
+        f"    let {name(entry)} = {safe(program.arguments[entry.argument])}[{entry.entry}];"
+        for entry in program.inputs
+    ]
+    for statement in program.statements:
+        if isinstance(statement, Store):
+            place = _place(function.outputs[statement.output], statement.entry)
+            lines.append(f"    {place} = {name(statement.value)};")
+            continue
+        terms = [name(operand) for operand in statement.operands]
+        if statement.operation in _TEMPLATES:
+            right = _TEMPLATES[statement.operation].format(*terms)
+        elif statement.operation in _CALLS:
+            right = f"{_CALLS[statement.operation]}({', '.join(terms)})"
+        else:
+            right = expression(statement, name)
+        lines.append(f"    let {name(statement.result)} = {right};")
+    return lines
+
+
+def _place(result: Result, entry: int) -> str:
+    """Returns the expression of an entry of a result."""
+    if is_slots(result):
+        slot, k = divmod(entry, result.shape[1])
+        return f"{safe(result.name)}[{slot}][{k}]"
+    return f"{safe(result.name)}[{entry}]"

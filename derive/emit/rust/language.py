@@ -1,0 +1,141 @@
+"""Writes a crate in Rust: the functions without an iterative solver, and an example."""
+
+import json
+import math
+import textwrap
+from collections.abc import Iterable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from ...derivation import Derivation
+from ...model.robot import SerialRobot
+from ...program.programs import Programs
+from ...terms.symbolic_function import SymbolicFunction
+from ..c.expressions import WIDTH, number
+from ..c.header import description
+from ..c_float.errors import SOLVED
+from ..templates import filled
+from .functions import definition
+
+SUPPORT = Path(__file__).parent / "support"
+_START = 0.4
+"""Value of a serial joint in the example (radian, metre), if its limits allow it."""
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Returns the files of the crate by path."""
+    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    values = {
+        "robot": derivation.robot.name,
+        "title": derivation.robot.title,
+        "version": version("chasles"),
+        "missing": _missing(derivation),
+    }
+    found = {
+        "src/lib.rs": _library(derivation, printed, programs, values),
+        "src/math.rs": filled(SUPPORT / "math.rs", {}),
+        "Cargo.toml": filled(SUPPORT / "Cargo.toml", values),
+        "README.md": f"{filled(SUPPORT / 'README.md', values).rstrip()}\n",
+    }
+    return found | _example(derivation, printed, values)
+
+
+def _library(
+    derivation: Derivation,
+    printed: Sequence[SymbolicFunction],
+    programs: Programs,
+    values: dict[str, str],
+) -> str:
+    coordinates = [
+        f"//!   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
+        for k, joint in enumerate(derivation.robot.coordinates)
+    ]
+    comment = [f"//! {line}".rstrip() for line in textwrap.wrap(values["missing"], WIDTH - 4)]
+    filled_in = values | {
+        "coordinates": "\n".join(coordinates),
+        "missing": "\n".join([*comment, "//!"] if comment else ["//!"]),
+        "constants": _constants(derivation),
+    }
+    head = filled(SUPPORT / "lib.rs.in", filled_in)
+    bodies = [definition(f, description(f, programs), programs.whole[f.name]) for f in printed]
+    return "\n".join([head, *bodies])
+
+
+def _missing(derivation: Derivation) -> str:
+    """Names the functions that the crate lacks, or returns ""."""
+    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
+    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
+    return f"Only in C, because of an iterative solver: {names}." if names else ""
+
+
+def _constants(derivation: Derivation) -> str:
+    """Returns the constants of the robot's coordinates."""
+    moved = derivation.robot.coordinates
+    limits = [
+        f"[{_bound(c.limits[0], 'f64::NEG_INFINITY')}, {_bound(c.limits[1], 'f64::INFINITY')}]"
+        for c in moved
+    ]
+    return "\n".join(
+        [
+            "/// Number of coordinates.",
+            f"pub const N: usize = {len(moved)};",
+            "/// Largest residual of a solution (metre or radian).",
+            f"pub const SOLVED: f64 = {number(SOLVED)};",
+            "/// Names of the coordinates.",
+            *_array("COORDINATE_NAMES: [&str; N]", (_text(c.name) for c in moved)),
+            "/// Units of the coordinates.",
+            *_array("COORDINATE_UNITS: [&str; N]", (_text(c.unit) for c in moved)),
+            "/// Lower and upper limits of the coordinates.",
+            *_array("COORDINATE_LIMITS: [[f64; 2]; N]", limits),
+        ]
+    )
+
+
+def _array(head: str, values: Iterable[str]) -> list[str]:
+    return [f"pub const {head} = [", *(f"    {value}," for value in values), "];"]
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _bound(value: object, infinite: str) -> str:
+    return infinite if value is None else number(float(value))  # type: ignore[arg-type]
+
+
+def _example(
+    derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
+) -> dict[str, str]:
+    """Returns an example that solves a pose, or that prints a pose; {} without ``fk``."""
+    if not any(function.name == "fk" for function in printed):
+        return {}
+    values = values | {"start": ", ".join(map(number, _start(derivation)))}
+    inverse = next((f for f in printed if _is_solved(derivation, f)), None)
+    if inverse is None:
+        return {"examples/pose.rs": filled(SUPPORT / "pose.rs.in", values)}
+    fixed = (f"&[q[{k}]]" for k in inverse.role.fixed)
+    values |= {
+        "inverse": inverse.name,
+        "slots": str(inverse.branches),
+        "inputs": ", ".join(["&pose", *fixed]),
+    }
+    return {"examples/solutions.rs": filled(SUPPORT / "solutions.rs.in", values)}
+
+
+def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
+    """Whether the example can call an inverse: a pose and fixed joints are its inputs."""
+    robot = derivation.robot
+    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
+    joints = len(function.inputs) - 1
+    is_known = not joints or (has_joints and joints == len(function.role.fixed))
+    return function.role.is_inverse and function.role.domain == "pose" and is_known
+
+
+def _start(derivation: Derivation) -> list[float]:
+    """Returns coordinates at which the loops close and at which a serial arm is not stretched."""
+    if derivation.hybrid is not None:
+        return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
+    limits = [coordinate.limits for coordinate in derivation.robot.coordinates]
+    low = [-math.inf if side[0] is None else float(side[0]) for side in limits]
+    high = [math.inf if side[1] is None else float(side[1]) for side in limits]
+    return [sorted((x, _START, y))[1] for x, y in zip(low, high, strict=True)]
