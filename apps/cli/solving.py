@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -21,6 +23,7 @@ from .values import (
     coordinates,
     fixed_values,
     rounded,
+    rounding,
     shown,
     shown_unit,
     values,
@@ -113,16 +116,30 @@ def ik(
     T = _pose(xyz, rpy, quat, order, rotvec)
     seed = None if q_seed is None else coordinates(arm, q_seed, "--q-seed")
     values_of_fixed = fixed_values(arm, fixed or ()) or None
-    found, reason = _solutions(arm, T, task, seed, values_of_fixed, nearest, numeric)
-    inside = np.array([bool(arm.is_within_limits(row)) for row in found], dtype=bool)
+    found = _solutions(arm, T, task, seed, values_of_fixed, nearest, numeric)
+    inside = np.array([bool(arm.is_within_limits(row)) for row in found.q], dtype=bool)
     if as_json:
-        rows = zip(found.tolist(), inside.tolist(), strict=True)
+        rows = zip(found.q.tolist(), inside.tolist(), strict=True)
         solutions = [{"q": row, "within_limits": is_inside} for row, is_inside in rows]
-        print_json({"robot": arm.name, "T": T.tolist(), "solutions": solutions, "reason": reason})
+        residual = found.residual if math.isfinite(found.residual) else None
+        about = {"reason": found.reason, "residual": residual}
+        print_json({"robot": arm.name, "T": T.tolist(), "solutions": solutions, **about})
     else:
-        _print_solutions(arm, found, inside, reason)
+        _print_solutions(arm, found, inside)
     if not inside.any():
         raise typer.Exit(1)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Solutions q (k, n); the reason if there is none.
+
+    The residual [m] is the least one of a pose without an exact solution, else NaN.
+    """
+
+    q: FloatArray
+    reason: str = ""
+    residual: float = math.nan
 
 
 def _solutions(
@@ -133,27 +150,57 @@ def _solutions(
     fixed: dict[str, float] | None,
     nearest: bool,
     numeric: bool,
-) -> tuple[FloatArray, str]:
-    """Return solutions (k, n), and the reason if there is none."""
+) -> _Found:
+    """Return the solutions, or those within the rounding of printed poses if there is none."""
     if numeric:
         weights = _POSITION if task == "position" else None
-        return _single(arm.ik_numeric(T, seed, fixed=fixed, task_weights=weights), arm.n)
+        solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=weights)
+        return _single(solution, rounding(arm))
     if nearest:
         if seed is None:
             raise InputValueError("--nearest: expected --q-seed, too")
-        return _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), arm.n)
+        found = _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), 0.0)
+        is_listed = task == "pose" and bool(fixed) == bool(arm.manifest.redundancy)
+        if not len(found.q) and is_listed and found.residual <= rounding(arm):
+            return _nearest_within_limits(arm, _all(arm, T, task, seed, fixed))
+        return found
+    return _all(arm, T, task, seed, fixed)
+
+
+def _all(
+    arm: chasles.Robot,
+    T: FloatArray,
+    task: Literal["pose", "position"],
+    seed: FloatArray | None,
+    fixed: dict[str, float] | None,
+) -> _Found:
+    """Return all solutions, or all within the rounding of printed poses if none is exact."""
     if fixed and task == "position":
         raise InputValueError("--fixed: expected --nearest or --numeric, too, with --task position")
     solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
+    least = float(solutions.least_squares().residual)
+    if not solutions.valid.any() and least <= rounding(arm):
+        solutions = solutions.within_tolerance(rounding(arm))
     if seed is not None:
         solutions = solutions.sorted_by_distance(seed)
     found = np.asarray(solutions.valid_q())
-    return found, "" if len(found) else "out of reach"
+    return _Found(found, "" if len(found) else "out of reach", least)
 
 
-def _single(solution: Any, n: int) -> tuple[FloatArray, str]:
-    found = solution.q[None] if solution.valid else np.empty((0, n))
-    return found, str(solution.reason)
+def _single(solution: Any, tolerance: float) -> _Found:
+    """Return one solution; one that is not valid needs a residual of at most the tolerance."""
+    if solution.valid:
+        return _Found(solution.q[None])
+    is_near = bool(solution.residual <= tolerance)
+    reason = "" if is_near else str(solution.reason)
+    q = solution.q[None] if is_near else np.empty((0, len(solution.q)))
+    return _Found(q, reason, float(solution.residual))
+
+
+def _nearest_within_limits(arm: chasles.Robot, found: _Found) -> _Found:
+    """Return the first of sorted solutions within the limits."""
+    q = np.array([row for row in found.q if arm.is_within_limits(row)][:1]).reshape(-1, arm.n)
+    return _Found(q, "" if len(q) else "limits", found.residual)
 
 
 def _pose(
@@ -175,16 +222,24 @@ def _pose(
     return se3.pose(p, **turn, order=order if quat else None)
 
 
-def _print_solutions(arm: chasles.Robot, found: FloatArray, inside: Any, reason: str) -> None:
-    if not len(found):
-        say(f"{arm.name}: no solution ({reason})")
+def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
+    least = ""
+    if math.isfinite(found.residual):
+        unit = "m, rad" if arm.unit_length == 1 else f"m, angles times {arm.unit_length:g} m"
+        least = f"residual {found.residual:.3g} ({unit})"
+    if not len(found.q):
+        # Limits can remove solutions whose residual is small.
+        missed = f"; the least {least}" if found.residual > rounding(arm) and least else ""
+        say(f"{arm.name}: no solution ({found.reason}{missed})")
         return
-    plural = "" if len(found) == 1 else "s"
-    say(f"{arm.name}: {len(found)} solution{plural}, {int(inside.sum())} within the limits\n")
+    plural = "" if len(found.q) == 1 else "s"
+    rounded_pose = least and f" for a rounded pose, {least}"
+    within = f"{int(inside.sum())} within the limits"
+    say(f"{arm.name}: {len(found.q)} solution{plural}{rounded_pose}, {within}\n")
     heads = [f"{one.name} [{shown_unit(one.unit)}]" for one in arm.coordinates]
     widths = [max(12, len(head)) for head in heads]
     say("  ".join(head.rjust(width) for head, width in zip(heads, widths, strict=True)))
-    for row, is_inside in zip(found, inside, strict=True):
+    for row, is_inside in zip(found.q, inside, strict=True):
         cells = [
             shown(number, one.unit).rjust(width)
             for number, one, width in zip(row, arm.coordinates, widths, strict=True)

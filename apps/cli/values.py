@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 
 FloatArray = NDArray[np.float64]
+DECIMALS = 4
+"""Number of decimals of printed degrees and millimeters."""
 ANGLE, LENGTH = "rad", "m"
 _UNITS = {
     "rad": (ANGLE, 1.0),
@@ -81,7 +83,13 @@ def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
 def shown(number: float, unit: str) -> str:
     """Return a number in degrees or millimeters for display."""
     scaled = math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
-    return f"{rounded(scaled, 4):.4f}"
+    return f"{rounded(scaled, DECIMALS):.{DECIMALS}f}"
+
+
+def rounding(robot: Robot) -> float:
+    """Return the largest tool error [m] of a pose with rounded position and angles, as printed."""
+    half = 0.5 * 10.0**-DECIMALS
+    return max(math.sqrt(3) * half / 1000, 3 * math.radians(half) * robot.unit_length)
 
 
 def rounded(number: float, digits: int) -> float:

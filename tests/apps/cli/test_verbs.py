@@ -88,7 +88,53 @@ def test_fixed_joint_takes_a_value_with_a_unit():
 def test_pose_out_of_reach_is_stated_with_status_1():
     done = run("ik", "ur5e", "--xyz", "3,0,0", "--rpy", "0,0,0")
     assert done.exit_code == 1
-    assert done.stdout == "ur5e: no solution (out of reach)\n"
+    assert done.stdout == "ur5e: no solution (out of reach; the least residual 2.09 (m, rad))\n"
+
+
+FIVE_JOINTS = ("lynxmotion", "--q", "30deg,60deg,-70deg,-40deg,20deg")
+
+
+def printed_pose(*words):
+    """Returns the pose that ``fk`` prints, as options of ``ik``."""
+    lines = run("fk", *words).stdout.splitlines()
+    xyz, rpy = (
+        next(line for line in lines if line.startswith(head)).split()[2:] for head in ("xyz", "rpy")
+    )
+    return (
+        *("--xyz", ",".join(f"{word}mm" for word in xyz)),
+        *("--rpy", ",".join(f"{word}deg" for word in rpy)),
+    )
+
+
+@pytest.mark.parametrize("way", [(), ("--numeric",), ("--nearest", "--q-seed", FIVE_JOINTS[2])])
+def test_inverse_takes_the_printed_pose_of_an_arm_with_five_joints(way):
+    words = ("ik", FIVE_JOINTS[0], *printed_pose(*FIVE_JOINTS), *way)
+    done = run(*words)
+    assert done.exit_code == 0, done.output
+    assert re.search(
+        r"\d solutions? for a rounded pose, residual \S+e-0\d \(m, rad\), \d", done.stdout
+    )
+    printed = json.loads(run(*words, "--json").stdout)
+    q = np.array([one["q"] for one in printed["solutions"]])
+    assert 1e-9 < printed["residual"] < 3e-6
+    assert way or np.abs(q - np.radians([30, 60, -70, -40, 20])).max(1).min() < 1e-5
+    assert np.abs(chasles.load(FIVE_JOINTS[0]).fk(q)[:, :3] - target(words)[:3]).max() < 3e-6
+
+
+def target(words):
+    T = np.eye(4)
+    T[:] = json.loads(run(*words, "--json").stdout)["T"]
+    return T
+
+
+@pytest.mark.parametrize("way", [(), ("--numeric",)])
+def test_inverse_states_the_residual_of_a_coarsely_rounded_pose(way):
+    pose = [re.sub(r"(\.\d)\d+", r"\1", word) for word in printed_pose(*FIVE_JOINTS)]
+    done = run("ik", FIVE_JOINTS[0], *pose, *way)
+    assert done.exit_code == 1
+    assert re.search(
+        r"no solution \(.*; the least residual 0\.0002\d+ \(m, rad\)\)\n$", done.stdout
+    )
 
 
 @pytest.mark.parametrize(
