@@ -177,6 +177,8 @@ def _all(
     """Return all solutions, or all within the rounding of printed poses if none is exact."""
     if fixed and task == "position":
         raise InputValueError("--fixed: expected --nearest or --numeric, too, with --task position")
+    if task == "pose" and arm.manifest.redundancy and not fixed:
+        raise InputValueError(_infinitely_many(arm))
     solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
     least = float(solutions.least_squares().residual)
     if not solutions.valid.any() and least <= rounding(arm):
@@ -201,6 +203,14 @@ def _nearest_within_limits(arm: chasles.Robot, found: _Found) -> _Found:
     """Return the first of sorted solutions within the limits."""
     q = np.array([row for row in found.q if arm.is_within_limits(row)][:1]).reshape(-1, arm.n)
     return _Found(q, "" if len(q) else "limits", found.residual)
+
+
+def _infinitely_many(arm: chasles.Robot) -> str:
+    fixed = [f"--fixed {one.name}=10{shown_unit(one.unit)}" for one in arm.manifest.redundancy]
+    return (
+        f"{arm.name}: infinitely many solutions reach a pose; pass a value such as "
+        f"{' '.join(fixed)}, or --nearest with --q-seed for the solution nearest to a configuration"
+    )
 
 
 def _pose(

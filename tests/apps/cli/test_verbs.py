@@ -137,6 +137,14 @@ def test_inverse_states_the_residual_of_a_coarsely_rounded_pose(way):
     )
 
 
+def test_redundant_arm_asks_for_the_option_that_fixes_a_joint():
+    done = run("ik", "panda", "--xyz", "0.4,0,0.4", "--rpy", "180deg,0,0")
+    assert done.exit_code == 1
+    assert "such as --fixed joint7=10deg" in done.stderr
+    assert "fixed={" not in done.stderr
+    assert "ik_nearest(" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
