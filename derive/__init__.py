@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from .build.generate import files as files
     from .build.generate import write as write
     from .chain.poe import product_of_exponentials as product_of_exponentials
+    from .checking import check as check
     from .conversion.conversions import Conversion as Conversion
     from .conversion.conversions import convert as convert
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
     from .description.checking import Finding as Finding
-    from .description.checking import check as check
     from .description.conventions.suited import (
         with_suitable_conventions as with_suitable_conventions,
     )
@@ -77,10 +77,8 @@ _ROOMS = {
         "Derivation",
         "derive",
     ),
-    "description.checking": (
-        "Finding",
-        "check",
-    ),
+    "checking": ("check",),
+    "description.checking": ("Finding",),
     "description.conventions.suited": ("with_suitable_conventions",),
     "description.importers.ur_calibration": ("apply_calibration",),
     "description.robot_files": (

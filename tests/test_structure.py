@@ -40,7 +40,7 @@ STAGES = (
     ("quality",),
     ("inverse",),
     ("derivation",),
-    ("sympy_expressions",),
+    ("checking", "sympy_expressions"),
     ("program",),
     ("latex",),
     ("conversion",),

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..model.errors import DescriptionError
+from ..model.mechanism import Described
 from .conventions import CONVENTIONS
 from .file_text import text_of
 from .robot_files import read, reader_of
@@ -52,52 +53,36 @@ class Finding:
         return f"{self.where}: {kind}{self.message}"
 
 
-def check(
+def checked(
     source: str | Path,
-    *,
-    base: str | None = None,
-    tip: str | None = None,
-    group: str | None = None,
-    arguments: Sequence[str] = (),
-) -> tuple[Finding, ...]:
-    """Reports the errors, warnings and notes of a robot description.
+    base: str | None,
+    tip: str | None,
+    group: str | None,
+    arguments: Sequence[str],
+) -> tuple[tuple[Finding, ...], Described | None]:
+    """Returns the findings of reading a description, and the robot; see :func:`.check`.
 
-    In a robot file, all independent errors are found, because the check continues with a corrected
-    value after each error. The check ends early if no correction is possible, for example after an
-    unknown convention. In other formats, the check finds the first error only.
-
-    Args:
-        source: A file or a robot's name, see :func:`~chasles.derive.read`.
-        base: The link whose frame is the base frame.
-        tip: The link whose frame is the tool frame.
-        group: A group of an SRDF file next to the file, instead of base and tip.
-        arguments: Argument values of a xacro file, each as ``name:=value``.
-
-    Returns:
-        The findings: errors by line or, for a valid robot, warnings and notes. A last note states
-        that the check ended early.
-
-    Raises:
-        UnknownRobotError: The robot name is unknown.
+    The robot is None if the description has errors.
     """
     file, _ = located(source)
     try:
         if file.suffix.lower() == ".toml":
             errors = tuple(_errors(text_of(file), str(file)))
             if errors:
-                return errors
+                return errors, None
         with warnings.catch_warnings():
             # The robot's list of changed numbers repeats this warning, so it is suppressed.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
-        return (_finding(error, str(file)),)
+        return (finding_of(error, str(file)),), None
     warning = robot.cleaning.warning
     notes = tuple(Finding("note", str(file), note) for note in robot.notes)
-    return ((Finding("warning", str(file), warning),) if warning else ()) + notes
+    return ((Finding("warning", str(file), warning),) if warning else ()) + notes, robot
 
 
-def _finding(error: DescriptionError, file: str = "") -> Finding:
+def finding_of(error: DescriptionError, file: str = "") -> Finding:
+    """Returns an error as a finding; the file is used if the error names none."""
     line = "" if error.line is None else f":{error.line}"
     where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
     return Finding("error", where, str(error).removeprefix(f"{where}: "))
@@ -122,7 +107,7 @@ def _errors(text: str, file: str) -> Iterator[Finding]:
         else:
             is_complete = True
             break
-    yield from map(_finding, sorted(errors, key=lambda error: (error.file, error.line or 0)))
+    yield from map(finding_of, sorted(errors, key=lambda error: (error.file, error.line or 0)))
     if not is_complete:
         yield Finding("note", file, "the check ended early; correct these errors and check again")
 

@@ -1,6 +1,7 @@
 """The check reports all errors of a file, and no error that follows from a correction."""
 
 import json
+import re
 
 import pytest
 
@@ -162,3 +163,39 @@ def test_command_prints_findings_and_fails(tmp_path):
     assert done.exit_code == 1
     assert {row["severity"] for row in json.loads(done.stdout)} == {"error"}
     assert run("check", "ur5e").exit_code == 0
+
+
+BOOM = """\
+name = "boom"
+convention = "urdf"
+actuated = ["jack"]
+units = { length = "mm", angle = "deg" }
+
+[[joints]]
+name = "boom"
+axis = [0, 0, 1]
+
+[[cylinders]]
+name = "jack"
+limits = [800, LONGEST]
+a = { body = "0", xyz = [0, -600, 0] }
+b = { body = "link1", xyz = [500, 0, 0] }
+
+[reference]
+boom = 45
+jack = JACK
+"""
+
+
+@pytest.mark.parametrize(
+    ("jack", "longest", "severity", "message"),
+    [
+        ("1500", "1000", "error", "does not close at the reference"),
+        ("900", "1400", "note", "limits of jack, .* the loops close from 800 to 1100 mm"),
+    ],
+)
+def test_loops_are_checked_at_reference(tmp_path, jack, longest, severity, message):
+    path = tmp_path / "boom.toml"
+    path.write_text(BOOM.replace("JACK", jack).replace("LONGEST", longest))
+    (found,) = (finding for finding in check(path) if re.search(message, finding.message))
+    assert (found.severity, found.where) == (severity, str(path))
