@@ -6,6 +6,7 @@ remains the only validator.
 """
 
 import re
+import tomllib
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ from .serial_file import RobotFile
 from .shipped_files import located
 from .suggestions import suggestion
 from .toml_file import Keys, is_missing, keys_of
+from .toml_lines import table_of
 
 MAX_ERRORS = 100
 """Maximum number of errors per file."""
@@ -186,5 +188,11 @@ class _Repairs:
             return False
         line = lines[error.line - 1]
         lines[error.line - 1] = re.sub(rf"\b{re.escape(error.value)}\b", word, line, count=1)
-        text, self.text = self.text, "\n".join(lines)
-        return self.text != text
+        text = "\n".join(lines)
+        try:
+            table_of(text)
+        except tomllib.TOMLDecodeError:
+            # The table has a field of the suggested name already.
+            return False
+        changed, self.text = text != self.text, text
+        return changed

@@ -114,6 +114,16 @@ def test_words_of_other_programs_are_suggested(tmp_path):
         assert f"did you mean '{word}'?" in text
 
 
+def test_suggested_word_that_the_table_has_is_no_second_error(tmp_path):
+    path = tmp_path / "arm.toml"
+    joint = '[[joints]]\nname = "one"\na = 1\n'
+    path.write_text(f'name = "arm"\nconvention = "dh"\ntitel = "an arm"\ntitle = "Arm"\n{joint}')
+    (finding,) = check(path)
+    assert "did you mean 'title'?" in finding.message
+    path.write_text(path.read_text() + "alfa = 1\nalpha = 1\nd = true\n")
+    assert found(path) == {3: ["titel"], 8: ["joints[1].alfa"], 10: ["joints[1].d"]}
+
+
 def test_first_error_is_the_error_of_the_reader(tmp_path):
     path = tmp_path / "arm.toml"
     path.write_text(SERIAL)
