@@ -219,6 +219,15 @@ def test_template_derives_without_notes_and_has_an_inverse(kind, tmp_path):
     assert file.read_text() == template(kind)
 
 
+def test_comments_of_revolute_joints_in_the_table_name_no_length():
+    head, *joints = template("dh").split("[[joints]]")
+    assert 'type = "prismatic"' in head
+    assert len(joints) == 6
+    for joint in joints:
+        assert "prismatic" not in joint
+        assert "mm" not in joint
+
+
 def test_unknown_template_is_refused():
     with pytest.raises(chasles.InputValueError, match="expected one of arm, dh, mechanism"):
         template("leg")
