@@ -3,6 +3,7 @@
 import builtins
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,3 +100,8 @@ def test_import_of_calibration_names_the_pip_command(package, hide, monkeypatch)
 def test_missing_module_of_chasles_stays_a_fault():
     with pytest.raises(ModuleNotFoundError), requires("chasles[study]"):
         import_module("chasles.absent")
+
+
+def test_readme_installs_all_extras():
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    assert "pip install '.[all]'" in text.partition("## Install")[2].partition("\n## ")[0]
