@@ -124,12 +124,24 @@ def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:
             f"its ends are {1000 * apart:.4g} mm apart along ({axis}), the axis of the loop's "
             "joints: put both ends in one plane normal to that axis, or use ball ends"
         )
-    if abs(A[:3, 2] @ n) > 1 - GAP:
+    frames = (("a", A), ("b", B))
+    rotated = [f"{end} by {_rotation(F[:3, :3].T @ n)}" for end, F in frames if _tilts(F, n)]
+    if not rotated:
         return ""
     return (
         "a pin rotates about the z axis of its frames, but the loop's joints rotate about "
-        f"({axis}): rotate both frames by rpy"
+        f"({axis}): rotate frame {' and frame '.join(rotated)}"
     )
+
+
+def _tilts(frame: Vector, n: Vector) -> bool:
+    return bool(abs(frame[:3, 2] @ n) <= 1 - GAP)
+
+
+def _rotation(n: Vector) -> str:
+    """Returns the rotation of a frame whose z axis becomes the direction n in the frame."""
+    along = [k for k in range(2) if abs(n[k]) > 1 - GAP]
+    return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 
 
 def _kind(closer: Closure | Strut) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import MEASURED_STRUCTURE
+from ...model.tolerances import GAP, MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ..model.planes import Loop, axes_in_numbers, linkages
 from .residual_gaps import residual_gaps
@@ -50,6 +50,11 @@ class Tilt:
         """Whether the deviation is within manufacturing errors of an intended planar loop."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
+    @property
+    def is_rounding(self) -> bool:
+        """Whether the axes are parallel to rounding, and the ends are in one plane."""
+        return max(self.angle * self.span, self.offset) <= GAP * self.span
+
     def __str__(self) -> str:
         """Describes the deviation."""
         return (
@@ -82,7 +87,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
         if isinstance(loop.closer, Closure) and loop.closer.kind in ("pin", "ball") and turning:
             tilt = tilt_of(mechanism, terms, loop)
-            if tilt.is_small:
+            if tilt.is_small and not tilt.is_rounding:
                 found += f"\n    Its loop is nearly planar: {tilt}."
     redundant = residual_gaps(mechanism)
     if redundant is not None:

@@ -278,7 +278,9 @@ foot = 2
 def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
     text = message(read_text(PIN_ACROSS))
     assert "a pin rotates about the z axis of its frames" in text
-    assert "rotate about (0, -1, 0): rotate both frames by rpy" in text
+    rotation = "rpy = [90, 0, 0] deg"
+    assert f"(0, -1, 0): rotate frame a by {rotation} and frame b by {rotation}" in text
+    assert "0 mrad" not in text
     good = PIN_ACROSS.replace("xyz = [2, 0, 0] }", 'xyz = [2, 0, 0], rpy = ["pi/2", 0, 0] }')
     good = good.replace('{ body = "shoe" }', '{ body = "shoe", rpy = ["pi/2", 0, 0] }')
     assert message(read_text(good)) == ""
