@@ -6,8 +6,8 @@ ON_CURVE = 1e-11
 """Maximum residual [m, rad] of a configuration on a curve: a hundredth of the documented
 accuracy of motions."""
 IN_PLACE = 1e-12
-"""Distance [m] and angle [rad] between two poses that count as rounding errors. At more than 1 m
-from the base, the distance is relative to the distance from the base."""
+"""Distance [m] and angle [rad] between two poses that count as rounding errors. If the poses are
+more than 1 m away from the base, their distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
 """Sine of the angle below which three points count as collinear: the radius of their circle is a
 billion times their distance. This sine is also the relative distance up to which points count as

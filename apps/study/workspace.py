@@ -48,12 +48,12 @@ class Workspace(StudyResult):
         robot: The robot's name.
         grid: The cells.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
-        manipulability: (nx, ny, nz) maximum over the configurations in each cell of the minimum
-            singular value of the Jacobian (`Manipulability.min_singular_value`); 0 in cells without
-            hits, or None if not requested.
-        limit_margin: (nx, ny, nz) maximum over the configurations in each cell of the distance to
-            the nearest limit, relative to the range of that coordinate (at most 1/2); 0 in cells
-            without hits, or None if not requested.
+        manipulability: (nx, ny, nz) minimum singular value of the Jacobian
+            (`Manipulability.min_singular_value`) at the best configuration in each cell; 0 in cells
+            without hits. None if not requested.
+        limit_margin: (nx, ny, nz) distance to the nearest limit at the best configuration in each
+            cell, relative to the range of that coordinate (at most 1/2); 0 in cells without hits.
+            None if not requested.
         directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
             tool points into, or None if not requested.
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.

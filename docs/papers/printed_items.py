@@ -76,8 +76,8 @@ class Printed:
 
     Attributes:
         item: Name of the item.
-        value: The printed number or words, or rows of them, or None if the paper does not print the
-            value, or if it is lost.
+        value: The printed number or word, or rows of numbers or words. None if the paper does not
+            print the value, or if the printed value is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.
         about: The tolerance [unit] implied by the paper's words, where None means half a unit of

@@ -278,7 +278,7 @@ def assumed(printed: Printed, ours: Value, reason: str) -> Row:
 
 @_repeatable
 def lost(printed: Printed, ours: Value, reason: str) -> Row:
-    """States a value or curve that is missing in the available text, with ours.
+    """States a value or curve that is missing in the available text, and the value of chasles.
 
     Raises:
         Refuted: The paper prints a value, or the reason is empty.

@@ -85,7 +85,7 @@ def hostile():
 
 
 def chain(count, *, crossed):
-    """Returns a chain with a number of joints, with crossed or parallel axes."""
+    """Returns a chain of ``count`` joints with crossed or parallel axes."""
     zero = sp.Integer(0)
     lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
     joints = []

@@ -108,7 +108,7 @@ class StationPositions(Measurements):
         )
 
     def _placed_as(self, other: Self) -> Self:
-        """Return these measurements with station frames taken from other measurements."""
+        """Return these measurements with the station frames of `other`."""
         return replace(self, T_W_station=other.T_W_station)
 
     def _scaled(self, factor: float) -> Self:

@@ -101,7 +101,7 @@ def overactuated(mechanism: Mechanism) -> ResidualGaps | None:
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Returns the number of joints in a loop with its closure; all joint errors add up."""
+    """Returns the number of joints in a loop, with its closure: each adds an error to the gap."""
     one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
     return len(one ^ other) + 1
 

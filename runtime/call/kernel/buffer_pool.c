@@ -37,7 +37,7 @@ static Block take_kept(int i)
     return block;
 }
 
-/* Returns the oldest blocks to the system until at most n blocks with `bytes` bytes remain.
+/* Returns the oldest blocks to the system until at most n blocks and `bytes` bytes remain.
  */
 static void shrink_kept(int n, size_t bytes)
 {

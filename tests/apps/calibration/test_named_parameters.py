@@ -92,7 +92,8 @@ def test_identified_parameters_are_within_their_intervals(delta):
         low, high = found.confidence_intervals[rows].T
         inside += ((low <= [*CHANGED.values()]) & ([*CHANGED.values()] <= high)).sum()
         np.testing.assert_allclose(found.values[rows], [*CHANGED.values()], atol=3e-4)
-    # At most 19 of 24 intervals with probability 0.95 contain the true value in one of 200 samples.
+    # Each of the 24 intervals contains the true value with probability 0.95. In only one of 200
+    # samples, 19 intervals or fewer contain the true value.
     assert inside >= 20
 
 

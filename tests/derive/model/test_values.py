@@ -125,8 +125,8 @@ def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
 
 
 def test_named_constants_stay_short_and_keep_their_value():
-    """A product of hundreds of long decimals is repeatedly replaced by a name of equal value in the
-    expression."""
+    """A product grows by hundreds of long decimals. After each step, a name with the same value
+    replaces the product."""
     dice, terms, product, expected = random.Random(5), Terms({}), sp.Integer(1), sp.Float(1, 60)
     for _ in range(200):
         factor = sp.Rational(f"{dice.uniform(0.5, 2):.17f}")
