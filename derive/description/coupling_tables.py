@@ -7,8 +7,9 @@ import sympy as sp
 
 from ..model.coupling import Coupling, Limits, Motor, MotorKind
 from ..model.errors import DescriptionError
-from ..model.kinds import JointKind
+from ..model.kinds import JointKind, ParameterKind
 from ..model.robot import Joint
+from .plausibility import LARGEST_LIMIT, statement_of
 from .suggestions import hint
 from .toml_file import Keys, TomlFile, is_name, listed
 
@@ -106,9 +107,12 @@ class CoordinateFile(TomlFile):
         if kind == "fixed":
             self.fail(keys, "no value for a fixed joint")
         scale = self.coordinate_scale(kind)
-        if kind != "prismatic":
-            self.check_degrees(keys, value, "angle")
+        quantity: ParameterKind = "length" if kind == "prismatic" else "angle"
+        self.check_degrees(keys, value, quantity)
         lower, upper = (self.literal((*keys, side)) * scale for side in (0, 1))
+        largest = max(abs(float(lower)), abs(float(upper)))
+        if quantity not in self.stated and largest > LARGEST_LIMIT[quantity]:
+            self.fail(keys, statement_of(quantity, LARGEST_LIMIT))
         if not float(lower) < float(upper):
             self.fail(keys, "a minimum below the maximum")
         return lower, upper

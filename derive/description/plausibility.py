@@ -4,6 +4,8 @@ A file format with units raises an error for an implausible number without a sta
 without units, such as URDF, is read with a note. A stated unit is always accepted.
 """
 
+from collections.abc import Mapping
+
 from ..model.cleaning import written
 from ..model.kinds import ParameterKind
 from ..model.placements import Rotation
@@ -16,11 +18,15 @@ LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGES
 _DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
 
 
-def statement_of(kind: ParameterKind) -> str:
+LARGEST_LIMIT: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": MAX_TURNED}
+"""Largest magnitude (metre, radian) of a joint limit that needs no stated unit."""
+
+
+def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = LARGEST) -> str:
     """Returns the error text that requests the unit of a large length or angle."""
     default, other = _DEFAULTS[kind]
     return (
-        f"{'a length' if kind == 'length' else 'an angle'} of at most {LARGEST[kind]:g} {default}, "
+        f"{'a length' if kind == 'length' else 'an angle'} of at most {largest[kind]:g} {default}, "
         f"the default unit; state the unit: units = {{ {kind} = "
         f'"{other}" }}, or "{default}" to keep this value'
     )

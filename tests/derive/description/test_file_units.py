@@ -200,3 +200,14 @@ def test_radians_in_a_parameter_and_in_limits_are_refused():
             read_text(turned.replace("t = {", 't = { meaning = "twist",'))
     with pytest.raises(DescriptionError, match="-pi in radians: write -180"):
         read_text(DEGREES.format("90") + "limits = [-3.1416, 3.1416]\n")
+
+
+@pytest.mark.parametrize(
+    ("joint", "unit"), [('type = "revolute"', "45 rad"), ('type = "prismatic"', "m, the default")]
+)
+def test_large_limits_need_a_stated_unit(joint, unit):
+    text = f'name = "r"\nconvention = "dh"\n[[joints]]\n{joint}\nlimits = [-170, 170]\n'
+    with pytest.raises(DescriptionError, match=rf"limits: expected .* {unit}.* state the unit"):
+        read_text(text)
+    units = 'units = { length = "m", angle = "rad" }\n[[joints]]'
+    assert read_text(text.replace("[[joints]]", units)).joints[0].limits == (-170, 170)
