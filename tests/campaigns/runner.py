@@ -41,6 +41,7 @@ NAMES = (
         "readers",
         "mutants",
         "memory",
+        "exports",
     ),
 )
 """Names of all campaigns; each is a module of this package."""

@@ -9,7 +9,7 @@ import pytest
 
 import chasles
 from chasles.derive import read, write
-from chasles.derive.emit.cpp.header import safe
+from tests.support.cpp_driver import FUNCTIONS, compiled_functions, driver, inputs_of
 from tests.support.derivations import description, robot_of
 from tests.support.pages import examples
 from tests.support.tools import needs, reason
@@ -17,9 +17,6 @@ from tests.support.tools import needs, reason
 pytestmark = [needs("g++"), needs("cmake")]
 NAMES = ["ur5e", "excavator", "planar_3rrr"]
 """A serial arm, a robot with loops in closed form, and a platform with iterated loops."""
-FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
-"""Functions that the tests compile: with one result, with several results, and with solutions in
-solution slots."""
 PAGE = "how-to/cpp.md"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 CONSUMER = """\
@@ -37,18 +34,6 @@ FetchContent_Declare(chasles_{name} SOURCE_DIR {source})
 FetchContent_MakeAvailable(chasles_{name})
 add_executable({name} {name}.cpp)
 target_link_libraries({name} PRIVATE chasles::{name} chasles::ur5e)
-"""
-PUT = """\
-#include <cstdio>
-#include <cstring>
-
-static void put(double value) { std::fwrite(&value, sizeof value, 1, stdout); }
-template <typename Values>
-static void put(const Values& values) {
-  for (const double value : values) {
-    put(value);
-  }
-}
 """
 EIGEN = """\
 #include <chasles/eigen.hpp>
@@ -102,48 +87,6 @@ def built(tmp_path_factory):
     run("cmake", "-S", ".", "-B", "build", kind, f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
     run("cmake", "--build", "build", cwd=folder)
     return folder
-
-
-def compiled_functions(robot):
-    """Returns the manifest entries of the functions that the tests compile."""
-    return [info for info in robot.manifest.functions if info.name in FUNCTIONS]
-
-
-def driver(name):
-    """Writes a C++ program that evaluates a function for rows of inputs."""
-    robot, cases = chasles.load(name), []
-    for info in compiled_functions(robot):
-        sizes = [int(np.prod(item.shape)) for item in info.inputs]
-        starts = np.concatenate([[0], np.cumsum(sizes)])
-        arguments = ", ".join(
-            f"x[{start}]" if size == 1 else f"chasles::View<{size}>(x + {start})"
-            for start, size in zip(starts[:-1].tolist(), sizes, strict=True)
-        )
-        members = [f"found.{safe(item.name)}" for item in info.outputs]
-        outputs = members if len(members) > 1 else ["found"]
-        puts = " ".join(f"put({output});" for output in outputs)
-        cases.append(
-            f'  if (!std::strcmp(argv[1], "{info.name}")) {{\n'
-            f"    double x[{starts[-1]}];\n"
-            f"    while (std::fread(x, sizeof x, 1, stdin)) {{\n"
-            f"      const auto found = robot::{safe(info.name)}({arguments});\n      {puts}\n"
-            "    }\n  }"
-        )
-    body = "\n".join(cases)
-    return (
-        f"#include <chasles/{robot.name}.hpp>\n{PUT}\nnamespace robot = chasles::{robot.name};\n\n"
-        f"int main(int, char** argv) {{\n{body}\n  return 0;\n}}\n"
-    )
-
-
-def inputs_of(robot, info, rng, count):
-    """Returns random inputs near the reference of a robot; the loops close at these inputs."""
-    middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
-    q = middle + rng.uniform(-0.1, 0.1, (count, robot.n))
-    if info.inputs[0].name == "T":
-        return [robot.fk(q)]
-    first = robot.chain(q) if info.inputs[0].name == "theta" else q
-    return [first, *(rng.uniform(-1, 1, (count, *item.shape)) for item in info.inputs[1:])]
 
 
 @pytest.mark.parametrize("name", NAMES)

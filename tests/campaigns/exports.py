@@ -1,0 +1,97 @@
+"""Compares the exported C++ header of shipped robots with the C of the robots.
+
+The C is called pose by pose, because the batch code sums in another order.
+"""
+
+import os
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+import chasles
+from chasles.contract.manifest import FunctionInfo
+from chasles.derive import write
+from chasles.library.compiler import FLAGS
+from tests.support.cpp_driver import FUNCTIONS, compiled_functions, driver, inputs_of
+from tests.support.derivations import robot_of
+
+from .campaign import Campaign, Outcome
+
+ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
+"""The solvers of the last two are support C."""
+ROWS = 10_000
+EXACT = "-O1 -ffp-contract=off"
+"""Compiler flags in addition to the default flags.
+
+Compilers contract multiplications and additions differently in each program, and near singular
+poses the difference exceeds the tolerance.
+"""
+TOLERANCE = 1e-12
+"""Largest difference, relative to values above 1."""
+
+
+def trial(number: int) -> Outcome:
+    """Compares all compiled functions of one robot on random inputs."""
+    os.environ["CHASLES_CFLAGS"] = EXACT  # the runner restores it
+    robot = chasles.load(ROBOTS[number % len(ROBOTS)])
+    rng, failures = np.random.default_rng(number), []
+    finite, largest = 0, 0.0
+    with TemporaryDirectory() as folder:
+        program = built(robot, Path(folder))
+        for info in compiled_functions(robot):
+            inputs = inputs_of(robot, info, rng, ROWS)
+            found, expected = in_cpp(program, info, inputs), in_c(robot, info, inputs)
+            finite += int(np.isfinite(expected).sum())
+            worst = difference(found, expected)
+            largest = max(largest, worst)
+            if worst > TOLERANCE:
+                failures.append(f"{robot.name}, {info.name}: differs by {worst:.1e}")
+    counts = {"functions": len(compiled_functions(robot)), "finite values": finite}
+    return Outcome(counts, tuple(failures), {"difference": largest})
+
+
+def difference(found: np.ndarray, expected: np.ndarray) -> float:
+    """Returns the largest difference; a NaN or infinity without its equal is infinitely far."""
+    is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))
+    return float(np.max(np.nan_to_num(relative, nan=np.inf), where=~is_same, initial=0.0))
+
+
+def built(robot: chasles.Robot, folder: Path) -> Path:
+    """Exports and compiles the C++ package of a robot with a program that evaluates its header."""
+    functions = sorted(FUNCTIONS & set(robot.functions))
+    write(robot_of(robot.name), folder, functions=functions, languages=["cpp"])
+    (folder / "driver.cpp").write_text(driver(robot.name))
+    places = [f"-I{folder / part}" for part in ("include", "include/chasles", "src")]
+    defaults = [flag for flag in FLAGS if flag not in ("-std=c99", "-shared")]
+    flags = [*defaults, *EXACT.split(), *places]
+    c = ["gcc", "-std=c99", *flags, "-c", f"src/{robot.name}.c", "-o", "robot.o"]
+    cpp = ["g++", "-std=c++17", *flags, "driver.cpp", "robot.o", "-lm", "-o", "driver"]
+    for command in (c, cpp):
+        subprocess.run(command, cwd=folder, check=True)
+    return folder / "driver"
+
+
+def in_cpp(program: Path, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
+    """Returns the outputs of a function of the header, flat and row by row."""
+    rows = np.hstack([item.reshape(len(item), -1) for item in inputs]).tobytes()
+    done = subprocess.run([program, info.name], input=rows, capture_output=True, check=True)
+    return np.frombuffer(done.stdout).reshape(len(inputs[0]), -1)
+
+
+def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
+    """Returns the outputs of the C of the robot, flat and row by row."""
+    function = robot.functions[info.name].ufunc
+    results = (function(*row) for row in zip(*inputs, strict=True))
+    as_tuples = (item if isinstance(item, tuple) else (item,) for item in results)
+    return np.array([np.concatenate([np.ravel(part) for part in item]) for item in as_tuples])
+
+
+CAMPAIGN = Campaign(
+    "exports",
+    "The exported C++ header of shipped robots returns what their C returns, to 1e-12.",
+    trial,
+)

@@ -1,0 +1,68 @@
+"""C++ programs that evaluate the exported header of a robot for rows of inputs, and the inputs."""
+
+import numpy as np
+
+import chasles
+from chasles.derive.emit.cpp.header import safe
+
+FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
+"""Functions that the programs compile: with one result, with several results, and with solutions in
+solution slots."""
+PUT = """\
+#include <cstdio>
+#include <cstring>
+
+static void put(double value) { std::fwrite(&value, sizeof value, 1, stdout); }
+template <typename Values>
+static void put(const Values& values) {
+  for (const double value : values) {
+    put(value);
+  }
+}
+"""
+
+
+def compiled_functions(robot):
+    """Returns the manifest entries of the functions that the programs compile."""
+    return [info for info in robot.manifest.functions if info.name in FUNCTIONS]
+
+
+def driver(name):
+    """Writes a C++ program that evaluates a function for rows of inputs."""
+    robot, cases = chasles.load(name), []
+    for info in compiled_functions(robot):
+        sizes = [int(np.prod(item.shape)) for item in info.inputs]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        arguments = ", ".join(
+            f"x[{start}]" if size == 1 else f"chasles::View<{size}>(x + {start})"
+            for start, size in zip(starts[:-1].tolist(), sizes, strict=True)
+        )
+        members = [f"found.{safe(item.name)}" for item in info.outputs]
+        outputs = members if len(members) > 1 else ["found"]
+        puts = " ".join(f"put({output});" for output in outputs)
+        cases.append(
+            f'  if (!std::strcmp(argv[1], "{info.name}")) {{\n'
+            f"    double x[{starts[-1]}];\n"
+            f"    while (std::fread(x, sizeof x, 1, stdin)) {{\n"
+            f"      const auto found = robot::{safe(info.name)}({arguments});\n      {puts}\n"
+            "    }\n  }"
+        )
+    body = "\n".join(cases)
+    return (
+        f"#include <chasles/{robot.name}.hpp>\n{PUT}\nnamespace robot = chasles::{robot.name};\n\n"
+        f"int main(int, char** argv) {{\n{body}\n  return 0;\n}}\n"
+    )
+
+
+def inputs_of(robot, info, rng, count):
+    """Returns random inputs of a function.
+
+    Inputs of a robot with loops are near its reference; the loops close at these inputs. The
+    redundancy parameter of an inverse is the last joint, as for panda.
+    """
+    middle, spread = (np.array(robot.reference.q), 0.1) if robot.reference else (0.0, np.pi)
+    q = middle + rng.uniform(-spread, spread, (count, robot.n))
+    if info.inputs[0].name == "T":
+        return [robot.fk(q), *(q[:, -1] for _ in info.inputs[1:])]
+    first = robot.chain(q) if info.inputs[0].name == "theta" else q
+    return [first, *(rng.uniform(-1, 1, (count, *item.shape)) for item in info.inputs[1:])]
