@@ -6,6 +6,7 @@ import io
 import shutil
 import subprocess
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,7 +18,7 @@ from chasles import InputValueError, NotInstalledError, load
 from chasles.contract import output_file, write_files
 from chasles.library import is_description, shipped_folders
 
-from .console import say, stop
+from .console import err, say, stop
 from .options import Base, Exact, Picture, Robot, Tip, add, listed
 from .values import coordinates
 
@@ -82,17 +83,26 @@ def view(
     # The other verbs of the command line do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
+    from chasles.view.meshes import count_meshes  # noqa: PLC0415
 
     if html and (play or port):
         raise InputValueError("--play and --port require the live view; omit them with --html")
     arm = load(robot, base=base, tip=tip, exact=exact)
+    file = Path(robot) if is_description(Path(robot)) else None
     if html:
         write_html(arm, html)
         say(f"written: {html}")
+        if file and (count := count_meshes(file)):
+            meshes = "1 mesh" if count == 1 else f"{count} meshes"
+            note = f"{file}: the page omits {meshes}; the links are drawn as rods"
+            err.print(note, style="yellow", markup=False)
         return
     trajectory = Trajectory.load(play, arm) if play else None
-    file = Path(robot) if is_description(Path(robot)) else None
-    shown = LiveView(arm, port=port, urdf=file, trajectory=trajectory)
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always", UserWarning)
+        shown = LiveView(arm, port=port, urdf=file, trajectory=trajectory)
+    for warning in given:
+        err.print(str(warning.message), style="yellow", markup=False)
     say(f"{arm.name}: {shown.address} (Ctrl-C stops it)")
     try:
         shown.wait()

@@ -98,3 +98,16 @@ def checked_by(access: Access) -> Iterator[None]:
             yield
         finally:
             server.serve = serve  # type: ignore[misc]
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Context in which viser prints nothing: its address of the page lacks the token."""
+    import rich  # noqa: PLC0415
+
+    console = rich.get_console()
+    was_quiet, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = was_quiet

@@ -16,7 +16,7 @@ from chasles import InputValueError, Robot
 from chasles.arrays import real_array
 from chasles.contract import as_path, requires
 
-from .access import Access, checked_by
+from .access import Access, checked_by, silent
 from .display import COLOURS, Display, Displayed, Ghosts, quaternions
 from .escaping import markdown
 from .meshes import BodyMesh, body_meshes
@@ -79,6 +79,9 @@ class LiveView:
             urdf: The URDF file of the robot, for its meshes.
             trajectory: A trajectory to play.
 
+        Warns:
+            UserWarning: Mesh files were not found.
+
         Raises:
             InputValueError: viser is not installed, or the port is not free.
             ManifestError: The robot was derived by an earlier version, without bodies.
@@ -91,7 +94,7 @@ class LiveView:
         meshes = body_meshes(as_path("urdf", urdf), self._display.skeleton) if urdf else ()
         number = _free_port(port)
         access = Access()
-        with checked_by(access):
+        with checked_by(access), silent():
             self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
         self.address = access.address(self._server.get_port())
         self.displayed, self.is_dragged = self._display.start, False
@@ -107,7 +110,8 @@ class LiveView:
 
     def close(self) -> None:
         """Stop the server."""
-        self._server.stop()
+        with silent():
+            self._server.stop()
 
     def wait(self) -> NoReturn:
         """Play the trajectory, if any, until the process is interrupted."""

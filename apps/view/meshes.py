@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,6 +49,9 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     Returns:
         A mesh for each link with an available shape; () if the file is not a .urdf file.
 
+    Warns:
+        UserWarning: Mesh files were not found.
+
     Raises:
         NotInstalledError: yourdfpy is not installed.
         InputValueError: yourdfpy cannot read the file, or a mesh is outside the ROS package of the
@@ -81,16 +88,39 @@ def _base(skeleton: Skeleton, urdf: Any) -> str:
     return name if name in urdf.link_map else str(urdf.base_link)
 
 
+def count_meshes(file: Path) -> int:
+    """Return the number of visual mesh files of a URDF file; 0 if the file is not a .urdf file."""
+    if file.suffix != ".urdf":
+        return 0
+    with requires("chasles[view]"):
+        root = _root(file)
+    return len({mesh.get("filename") for mesh in root.iterfind(".//visual//mesh")})
+
+
+def _root(file: Path) -> Any:
+    """Return the root of a URDF file without a document type; another may raise a SyntaxError."""
+    from lxml import etree  # noqa: PLC0415
+
+    # An XML entity could read another file.
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    root = etree.fromstring(read_input(file, _MAX_FILE), parser)
+    if root.getroottree().docinfo.doctype:
+        raise InputValueError(f"{file}: expected no document type declaration")
+    return root
+
+
 def _read(file: Path) -> Any:
     with requires("chasles[view]"):
+        import lxml  # noqa: F401, PLC0415
         import yourdfpy  # noqa: PLC0415
-        from lxml import etree  # noqa: PLC0415
         from yourdfpy.urdf import filename_handler_magic  # noqa: PLC0415
     folder = input_folder(file)
+    is_file: dict[str, bool] = {}
 
     def found(fname: str) -> str:
         path = Path(filename_handler_magic(fname, str(file.parent)))
-        if path.is_file() and not is_inside(path, folder):
+        is_file[fname] = path.is_file()
+        if is_file[fname] and not is_inside(path, folder):
             raise InputValueError(
                 f"{file}: expected meshes inside {folder}, got {fname!r}; copy the mesh there, or "
                 f"put a {PACKAGE_FILE} into a folder that contains both"
@@ -98,12 +128,32 @@ def _read(file: Path) -> Any:
         return str(path)
 
     try:
-        # An XML entity could read another file.
-        parser = etree.XMLParser(resolve_entities=False, no_network=True)
-        if etree.fromstring(read_input(file, _MAX_FILE), parser).getroottree().docinfo.doctype:
-            raise InputValueError(f"{file}: expected no document type declaration")
-        return yourdfpy.URDF.load(str(file), filename_handler=found)
+        _root(file)
+        with _missing_files_unlogged():
+            urdf = yourdfpy.URDF.load(str(file), filename_handler=found)
     except InputValueError:
         raise
     except (OSError, SyntaxError, ValueError, KeyError) as error:
         raise InputValueError(f"{file}: cannot read the meshes ({error})") from error
+    if missing := len(is_file) - sum(is_file.values()):
+        warnings.warn(
+            f"{file}: {missing} of {len(is_file)} meshes were not found; their links are drawn as "
+            "rods",
+            stacklevel=3,
+        )
+    return urdf
+
+
+@contextmanager
+def _missing_files_unlogged() -> Iterator[None]:
+    """Context in which yourdfpy does not log two lines for each missing mesh file."""
+    logger = logging.getLogger("yourdfpy.urdf")
+
+    def is_other(record: logging.LogRecord) -> bool:
+        return not record.getMessage().startswith(("Unable to resolve filename", "Can't find"))
+
+    logger.addFilter(is_other)
+    try:
+        yield
+    finally:
+        logger.removeFilter(is_other)

@@ -21,6 +21,12 @@ def page():
     view.close()
 
 
+def test_no_address_without_the_token_is_printed(capfd):
+    LiveView(chasles.load("scara")).close()
+    printed = capfd.readouterr()
+    assert printed.out + printed.err == ""
+
+
 def answer(page, path, **headers):
     """Returns the response to a request for a path."""
     connection = HTTPConnection("127.0.0.1", page.port, timeout=60)

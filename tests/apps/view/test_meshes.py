@@ -1,5 +1,6 @@
 """The meshes of a URDF have the same poses in a skeleton as in yourdfpy's kinematics."""
 
+import re
 import shutil
 
 import numpy as np
@@ -8,7 +9,9 @@ import pytest
 import chasles
 from chasles.drawing import skeleton
 from chasles.errors import InputValueError
+from chasles.view import LiveView
 from chasles.view.meshes import body_meshes
+from tests.support.command_line import run
 from tests.support.optional import OptionalPackage
 
 yourdfpy = OptionalPackage("yourdfpy")
@@ -78,6 +81,46 @@ def test_mesh_poses_match_yourdfpy(meshed):
 
 def test_files_other_than_urdf_have_no_meshes(tmp_path):
     assert body_meshes(tmp_path / "arm.toml", skeleton(chasles.load("scara"))) == ()
+
+
+@pytest.fixture
+def without_files(tmp_path):
+    """A URDF file with three meshes, two of which do not exist, and a collision mesh."""
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "part.stl")
+    shape = '<geometry><mesh filename="{}"/></geometry>'
+    text = ARM.replace('<cylinder radius="0.05" length="0.4"/>', '<mesh filename="gone.stl"/>')
+    text = text.replace('<sphere radius="0.03"/>', '<mesh filename="package://any/gone.stl"/>')
+    text = text.replace("</robot>", f"</robot>\n<!-- {shape.format('hidden.stl')} -->")
+    collision = f"<collision>{shape.format('collision.stl')}</collision>"
+    file = tmp_path / "meshed.urdf"
+    file.write_text(text.replace("</visual></link>", f"</visual>{collision}</link>", 1))
+    return file
+
+
+def test_missing_meshes_are_one_warning(without_files, caplog):
+    with pytest.warns(UserWarning, match="2 of 3 meshes were not found; their links") as given:
+        meshes = body_meshes(without_files, skeleton(chasles.load(without_files)))
+    assert len(meshes) == 2
+    assert len(given) == 1
+    assert not caplog.records
+
+
+def test_command_states_missing_meshes_in_one_sentence(without_files, tmp_path, monkeypatch):
+    pytest.importorskip("viser")
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    chasles.load(without_files)
+    monkeypatch.setattr(LiveView, "wait", interrupted)
+    done = run("view", without_files)
+    assert done.exit_code == 0
+    assert re.fullmatch(r"meshed: http://localhost:\d+/\?token=\S+ \(Ctrl-C .*\)\n", done.stdout)
+    sentence = f"{without_files}: 2 of 3 meshes were not found; their links are drawn as rods\n"
+    assert done.stderr == sentence
+    done = run("view", without_files, "--html", tmp_path / "page.html")
+    assert done.stderr == f"{without_files}: the page omits 3 meshes; the links are drawn as rods\n"
 
 
 def test_invalid_urdf_is_rejected_by_file_name(tmp_path):
