@@ -148,7 +148,12 @@ class UrdfFile:
             and element.find("mimic") is None
             and _states_no_range(element.find("limit"))
         ]
-        notes = (*ends.notes, *without_limits(unlimited), *questioned(robot))
+        assumed = [
+            f"joint {element.get('name')} states no axis: taken as x, the default of URDF"
+            for element in elements
+            if KINDS[element.get("type", "")] != "fixed" and element.find("axis") is None
+        ]
+        notes = (*ends.notes, *assumed, *without_limits(unlimited), *questioned(robot))
         return replace(robot, notes=notes)
 
     # --- the tree of joints ---

@@ -234,6 +234,12 @@ def test_absurdly_wide_limits_are_dropped(lower, upper, limited):
     assert limits == ((sp.Integer(int(lower)), sp.Integer(int(upper))) if limited else (None, None))
 
 
+def test_missing_axis_is_noted():
+    robot = read_text(TWO_LINKS.replace('<axis xyz="0 0 1"/>', ""), format="urdf")
+    assert "joint turn states no axis: taken as x, the default of URDF" in robot.notes
+    assert not any("axis" in note for note in read_text(TWO_LINKS, format="urdf").notes)
+
+
 MAX_CALLS = 1000
 
 
