@@ -13,10 +13,11 @@ import typer
 
 import chasles
 from chasles import InputValueError, load, robots, se3, shelf_robots
-from chasles.contract import Argument, Manifest, read_manifest
+from chasles.contract import Argument, Coordinate, Manifest, read_manifest
 from chasles.library import find_folder, options_of, shelf, shipped_folders
+from chasles.tolerances import AT_LIMIT
 
-from .console import print_json, say
+from .console import err, print_json, say
 from .options import Base, Exact, Fixed, Json, Robot, Tip, add
 from .values import (
     FloatArray,
@@ -59,6 +60,8 @@ def fk(
     """Compute the pose of the tool."""
     arm = load(robot, base=base, tip=tip, exact=exact)
     at = coordinates(arm, q, "--q")
+    if outside := _outside(arm, at):
+        err.print(f"outside the limits: {outside}", style="yellow", markup=False)
     T = np.asarray(arm.fk(at))
     if as_json:
         print_json({"robot": arm.name, "q": at.tolist(), "T": T.tolist()})
@@ -257,11 +260,23 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
         say("  ".join([*cells, "" if is_inside else "outside the limits"]).rstrip())
 
 
+def _outside(arm: chasles.Robot, q: FloatArray) -> str:
+    """Return the coordinates outside their limits, with the limits."""
+    found = []
+    for one, x, lower, upper in zip(arm.coordinates, q, arm.lower, arm.upper, strict=True):
+        slack = AT_LIMIT * (arm.unit_length if one.unit == "m" else 1)
+        if not lower - slack <= x <= upper + slack:
+            low, high = (f"{float(shown(end, one.unit)):g}" for end in (lower, upper))
+            found.append(f"{_coordinate(one, x)} ({low} to {high} {shown_unit(one.unit)})")
+    return ", ".join(found)
+
+
+def _coordinate(one: Coordinate, x: float) -> str:
+    return f"{one.name} {float(shown(x, one.unit)):g} {shown_unit(one.unit)}"
+
+
 def _configuration(arm: chasles.Robot, q: FloatArray) -> str:
-    pairs = zip(arm.coordinates, q, strict=True)
-    return ", ".join(
-        f"{one.name} {float(shown(x, one.unit)):g} {shown_unit(one.unit)}" for one, x in pairs
-    )
+    return ", ".join(map(_coordinate, arm.coordinates, q))
 
 
 def _row(numbers: FloatArray, unit: str) -> str:

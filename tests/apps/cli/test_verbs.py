@@ -41,6 +41,22 @@ def test_text_of_forward_kinematics_names_frames_and_units():
     assert [float(word) for word in xyz.split()[2:]] == [0, 800, 877 - 50 - 200]
 
 
+def test_forward_kinematics_name_the_coordinates_outside_their_limits():
+    inside = run("fk", "lynxmotion", "--q", "0,60deg,-70deg,-40deg,9")
+    outside = run("fk", "lynxmotion", "--q", "0,10deg,-70deg,-40,9")
+    assert "limits" not in inside.output
+    assert inside.stderr == ""
+    (line,) = outside.stderr.splitlines()
+    assert line == (
+        "outside the limits: shoulder 10 deg (30 to 150 deg), "
+        "wrist_pitch -2291.83 deg (-150 to 30 deg)"
+    )
+    (line,) = run("fk", "scara", "--q", "0,0,1,0").stderr.splitlines()
+    assert line == "outside the limits: quill 1000 mm (0 to 195 mm)"
+    long = run("fk", "excavator", "--q", "0,9,1,1")
+    assert "boom_cylinder 9000 mm (" in long.stderr
+
+
 @pytest.mark.parametrize(
     "turn",
     [("--rpy", "180deg,0,0"), ("--rotvec", "180deg,0,0"), ("--quat", "1,0,0,0", "--order", "xyzw")],
