@@ -2,8 +2,8 @@
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
 counts depend only on the generated C and the compiler; replacements of library functions in the
-generated C are included. The count of a Python call is the difference between many and few calls,
-divided by the difference in the number of calls.
+generated C are included. The count of a Python call is the difference between long and short runs,
+per additional call.
 """
 
 import json

@@ -104,7 +104,7 @@ def alternated(
     """Return the times of each function [s], in alternating order to distribute disturbances.
 
     Each function first runs once without being timed. By default, the times are processor times of
-    all threads of this process, which exclude the time of other processes.
+    all threads of this process, without other processes.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():

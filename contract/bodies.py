@@ -129,7 +129,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class PlacedTip:
-    """The tip frame: the body that carries the frame, and the pose of the frame in that body."""
+    """The tip frame: its body, and its pose in that body."""
 
     body: int
     placement: PoseRows

@@ -234,11 +234,11 @@ class Cleaning:
     """The combined effect of all cleaned values.
 
     Attributes:
-        position: Upper bound of the distance (m) between the tool positions with written and used
-            values, within the joint limits; 0.0 without cleaned values.
-        orientation: Upper bound of the angle (rad) between the tool orientations with written and
-            used values. For a robot with loops, both bounds are maxima over random configurations;
-            the notes state the number of configurations.
+        position: Upper bound of the change (m) of the tool position by cleaning, within the joint
+            limits; 0.0 if no value was cleaned.
+        orientation: Upper bound of the change (rad) of the tool orientation by cleaning. For a
+            robot with loops, both bounds are maxima over random configurations; the notes state the
+            number of configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 

@@ -189,8 +189,7 @@ def _of_mechanism(
     *,
     parametric: bool,
 ) -> Derivation:
-    # Each step reads only the results of earlier steps, and imports only the folders of these
-    # steps.
+    # Each step uses only results and folders of earlier steps.
     model = loop_model(mechanism)
     loops = solved_loops(model)
     has_chain = not loops.forward.open

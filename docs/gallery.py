@@ -1,7 +1,7 @@
 """Writes a page with sliders for every robot to build/gallery/<robot>.html, and an index of them.
 
 The index shows a drawing of each robot, its axes and the structure that its inverse uses. With the
-argument "shelf", the script also writes the well-known arms, which are derived on first use.
+argument "shelf", the script also writes the arms that are derived on first use.
 """
 
 import html

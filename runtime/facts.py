@@ -24,7 +24,7 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Smallest singular value, relative to the best candidate, below which a candidate is singular."""
+"""Below this smallest singular value (relative to the best candidate), a candidate is singular."""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -154,9 +154,9 @@ class RobotFacts(GeneratedFunctions):
     def q_reference(self) -> FloatArray:
         """(n,) a configuration within the limits and away from singularities.
 
-        For a robot with loops it is the reference configuration, unless that is singular. Otherwise
-        it is the configuration, out of 256 around the reference or around the middle of the limits,
-        at which the smallest singular value of the Jacobian is largest (lengths in `unit_length`).
+        For a robot with loops it is the reference configuration, unless that is singular.
+        Otherwise, of 256 configurations around the reference or around mid-range, the one with the
+        largest minimum singular value of the Jacobian (lengths in `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4

@@ -1,8 +1,8 @@
 """The size of a robot, and the length that is equivalent to 1 rad in tolerances.
 
-This unit length is the power of 1000 [m] nearest to the workspace size, which is the root mean
-square distance of the tip from its mean position, over configurations that fill the limits. The
-unit length is 1 m for robots from 0.03 m to 30 m.
+This unit length is the power of 1000 [m] nearest to the workspace size. The size is the root mean
+square distance of the tip from its mean position over the joint limits. The unit length is 1 m for
+robots from 0.03 m to 30 m.
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
 degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
 GIVEN_NEAR = 1e-2
-"""Maximum residual (length, radian) of a solution slot at the offset value from which Newton's
-method starts: the offset times the amplification near a singularity."""
+"""Newton's method starts from solution slots at the offset value up to this residual (length,
+radian): the offset times the amplification near a singularity."""
 AT_REST = 1e-7
 """Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
 much to reach smaller residuals."""
@@ -54,7 +54,7 @@ singularity, each is accurate to 1e-8."""
 AT_LIMIT = 1e-12
 """Maximum limit violation (length, radian) that counts as rounding."""
 FAR = 50.0
-"""Residual (length) above which a message suggests a wrong unit, such as mm instead of m."""
+"""Above this residual (length), a message suggests a wrong unit, such as mm instead of m."""
 JUMP = 0.5
 """Maximum joint motion (length, radian) between poses of a path. Branches differ by 1 rad or more
 away from singularities; larger steps cannot be distinguished from a change of branch."""
@@ -73,7 +73,7 @@ affects half of the digits."""
 POLISHED = 1e-14
 """Residual (metre, radian) at which the iteration ends."""
 SETTLED = 1e-12
-"""Residual (metre, radian) below which a step without improvement ends the iteration."""
+"""Below this residual (metre, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
 """Maximum ratio of the damping lambda^2 to the squared error; larger ratios stop the steps."""
 MIN_DAMPING = 1e-14
@@ -96,7 +96,7 @@ SINGULAR = 1e-6
 """Maximum singular value of J_x or J_q at a parallel singularity: a rounded pose at a type-1
 singularity has the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
-"""Ratio of smallest to largest singular value below which the condition number is infinite."""
+"""Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
 """Default fraction of the error that a step of `track` corrects. The full linear correction is 1;
 above 2 the error would grow."""
@@ -104,6 +104,6 @@ above 2 the error would grow."""
 # --- poses, twists and screws ---
 
 NO_ROTATION = 0.3
-"""Deviation of a matrix from a rotation [rad] above which it is not projected to a pose."""
+"""A matrix is not projected to a pose if its deviation from a rotation [rad] is larger."""
 SERIES = 0.25
-"""Angle [rad] below which quotients with a vanishing denominator use their series."""
+"""Below this angle [rad], quotients with a vanishing denominator use their series."""

@@ -23,7 +23,7 @@ suggests a different robot or wrong joint values."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
-"""Ratio of actual to stated noise above which the identified parameters do not explain the
+"""Above this ratio of actual to stated noise, the identified parameters do not explain the
 measurements."""
 MIN_SPREAD = 1e-6
 """Minimum spread of the tool positions [m]; a smaller spread means that the tool only rotates."""

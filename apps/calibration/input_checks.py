@@ -2,8 +2,8 @@
 
 The nominal robot normally fits the measurements to a few percent of their spread, and the
 calibrated robot fits far better. If the misfit is larger, the checks repeat the fit with corrected
-input. The checks try other units, joint signs and zeros, swapped joint columns, and a joint added
-to a later joint, as in controllers for parallel links. The checks also try shifted rows, a
+input. The checks try other units, joint signs and zeros, and swapped joint columns. They also add a
+joint to a later joint, as in controllers for parallel links. The checks also try shifted rows, a
 left-handed frame and other orientation conventions.
 """
 
@@ -29,12 +29,12 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 DOUBTFUL = 0.05
-"""Error of the nominal robot, relative to the spread of its tool positions, above which mistakes
-are checked."""
+"""Mistakes are checked if the error of the nominal robot is larger, relative to the spread of its
+tool positions."""
 BETTER = 10.0
-"""Minimum ratio of the nominal robot's errors with the mistake and after its correction."""
+"""Factor by which a correction must reduce the nominal robot's errors."""
 MUCH_BETTER = 3.0
-"""Minimum ratio of the calibrated robot's errors with the mistake and after its correction."""
+"""Factor by which a correction must reduce the errors after calibration."""
 _TRIED = 3
 """Number of mistakes that are checked by a calibration, beginning with the smallest nominal
 error."""
@@ -57,7 +57,7 @@ _FEW = 6
 """Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
 checked for any number of rows."""
 _ALIKE = 1.5
-"""Ratio of misfits up to which two mistakes count as equally good; the more frequent mistake is
+"""Up to this ratio of misfits, two mistakes count as equally good; the more frequent mistake is
 reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll
 joint by 180 deg."""
 

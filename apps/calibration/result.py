@@ -164,7 +164,7 @@ class Calibration(StudyResult):
         return _report(self)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the errors before and after the calibration against the configurations [mm].
+        """Plot the errors [mm] before and after the calibration over the configurations.
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.

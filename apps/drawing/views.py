@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Sine of the angle up to which axes are considered parallel. The residual of iterated loops is
-about 1e-9, and an angle of 1e-3 would be visible."""
+"""Up to this sine of their angle, axes count as parallel. The residual of iterated loops is about
+1e-9, and an angle of 1e-3 would be visible."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 

@@ -55,8 +55,7 @@ _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss; if more are
 missed, the number of cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side; with fewer cells, nearly all cells are at the
-surface."""
+"""Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
 _MAX_CELLS = 10**9
 """Maximum number of cells; the counts of all cells then take 4 GB."""
 
@@ -161,7 +160,7 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
 
 _FLAT = 1e-9
-"""Relative extent along a direction below which a body counts as flat."""
+"""Below this relative extent along a direction, a body counts as flat."""
 
 
 class SizeEstimate(NamedTuple):
@@ -208,8 +207,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
     """Return the number of filled cells and its error.
 
-    The arguments are the cells that all points visit, and the cells that a random half of the
-    points visits.
+    The arguments are the cells with any point, and the cells with points of a random half.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)

@@ -9,7 +9,7 @@ IN_PLACE = 1e-12
 """Distance [m] and angle [rad] between two poses that count as rounding errors. If the poses are
 more than 1 m away from the base, their distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
-"""Sine of the angle below which three points count as collinear: the radius of their circle is a
+"""Below this sine of their angle, three points count as collinear: the radius of their circle is a
 billion times their distance. This sine is also the relative distance up to which points count as
 coplanar."""
 NODES_APART = 2e-3
@@ -20,11 +20,11 @@ amplify rounding errors to about 2e-10."""
 # --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
-"""Distance relative to the size of a region up to which circles are equal and short arcs count as
-points: far above rounding errors, far below manufacturing tolerances."""
+"""Up to this distance (relative to the size of a region), circles are equal and short arcs count as
+points. The value is far above rounding errors and far below manufacturing tolerances."""
 TANGENT = 1e-12
-"""Difference of a cosine from 1 below which circles count as tangent, a thousand times larger than
-rounding errors."""
+"""Circles count as tangent if a cosine differs from 1 by less: a thousand times the rounding
+error."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; less for
 short arcs. The distance exceeds SAME_ARC, so that a test point is beyond all equal arcs."""

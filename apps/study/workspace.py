@@ -30,9 +30,9 @@ local optima."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
-"""Step length below which an optimization stops, relative to the coordinate ranges."""
+"""An optimization stops below this step length, relative to the coordinate ranges."""
 _SLOPE = 1e-14
-"""Gradient below which an optimization stops, for coordinates relative to the ranges."""
+"""An optimization stops below this gradient, for coordinates relative to the ranges."""
 FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 

@@ -1,9 +1,9 @@
 """Access to the live view: only the page with the token in its address may connect.
 
 Every program on this machine can reach a server on 127.0.0.1, and so can a page of any web site in
-the browser. Three checks keep other pages out: the Host header names this machine (a foreign name
-that resolves to 127.0.0.1 does not), the Origin of a WebSocket is the page itself, and the request
-has the token, in the address or in the cookie that the first response sets.
+the browser. Three checks keep other pages out. The Host header names this machine; a foreign name
+for 127.0.0.1 is rejected. The Origin of a WebSocket is the page itself. The request has the token,
+in the address or in the cookie of the first response.
 """
 
 from __future__ import annotations

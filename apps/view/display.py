@@ -26,10 +26,9 @@ from .tool_branches import Branches, branches
 FloatArray = NDArray[np.float64]
 
 _NEAR_LIMIT = 0.05
-"""Distance from a limit, relative to the range of the coordinate, below which a coordinate is near
-its limit."""
+"""A coordinate is near its limit below this distance, relative to the range of the coordinate."""
 _NEAR_BORDER = 0.05
-"""Margin of a branch (no unit) below which the pose is near the workspace border."""
+"""Below this margin of a branch (no unit), the pose is near the workspace border."""
 _STRIDE = 0.05
 """Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
 _PLANAR_GHOSTS = 8
@@ -75,7 +74,7 @@ class Displayed:
 
 @dataclass(frozen=True, eq=False)
 class Ghosts:
-    """Other configurations with the same tool pose as ghosts, in a fixed number of solution slots.
+    """Other branches for the same tool pose, in a fixed number of solution slots.
 
     Attributes:
         positions: (g, bodies, 3) positions of the bodies [m].
@@ -154,8 +153,8 @@ class Display:
             last: The previous configuration, which selects the branch of loops solved by iteration.
 
         Returns:
-            The configuration. If the loops do not close, the previous configuration; for iterated
-            loops, the last configuration with closed loops on the straight path in q.
+            The configuration. The previous configuration if the loops do not close. For iterated
+            loops, the last closed configuration on the straight path in q.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)

@@ -25,8 +25,8 @@ class Branches:
     """All inverse solutions for a tool pose, and the solution to follow.
 
     Attributes:
-        q: (k, n) coordinates of the branches [rad or m], at the full turns nearest to the previous
-            configuration, or at turns within the limits if the nearest turns violate the limits.
+        q: (k, n) coordinates of the branches [rad or m]. Full turns are chosen nearest to the
+            previous configuration, within the limits.
         inside: (k,) whether a branch is within the limits.
         margin: (k,) margin of each branch; 0 at the workspace border.
         followed: (n,) coordinates of the nearest branch within the limits; if no branch is within

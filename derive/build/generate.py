@@ -107,7 +107,7 @@ def write(
 ) -> list[Path]:
     """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
 
-    Files that only an earlier run generated are removed; files that chasles did not generate are
+    Files of earlier runs are removed if they are obsolete. Files that chasles did not generate are
     never removed.
 
     Args:

@@ -37,8 +37,8 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     """Returns coordinates within the limits that separate the joints in the default view.
 
     Selects the best of up to two thousand configurations with round angles. The score is the
-    smallest distance between two joints in the image plus the overall spread; joints below the base
-    and bent joints reduce the score. The result is the same on every computer.
+    smallest joint distance in the image plus the overall spread. Bent joints, and joints below the
+    base, reduce it. The result is the same on every computer.
 
     Args:
         rigid: The bodies of a serial robot.

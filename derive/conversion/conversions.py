@@ -30,7 +30,7 @@ TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
 """A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
-"""Pose error (metre, radian) above which a note states the error."""
+"""Above this pose error (metre, radian), a note states the error."""
 
 
 @dataclass(frozen=True)

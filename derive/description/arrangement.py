@@ -3,9 +3,9 @@
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
 (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
 rotations by multiples of 15 degrees about a frame axis map these points to each other. The point
-with the fewest decimal places is unchanged, and the other points become exact copies of this point.
-A rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
-exact root.
+with the fewest decimal places is unchanged. The others become exact copies of it. A rounded
+distance between two points of a body, such as a rod length in a parallelogram, becomes an exact
+root.
 """
 
 import math
@@ -26,8 +26,8 @@ _AXES = (2, 0, 1)
 """Rotation axes of the copies; z first, because legs are usually arranged about z."""
 _LAST_PLACES = 1.5
 """Maximum difference between a rounded component and the copy of a rounded point, in units of the
-last decimal place: half a unit from each of the two roundings, where the second rounding error is
-rotated by up to 45 degrees."""
+last decimal place. Each rounding adds half a unit; the second error may be rotated by up to 45
+degrees."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:

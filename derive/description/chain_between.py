@@ -215,8 +215,8 @@ def _with_loops(
 ) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
     """Returns the joints of a chain and of its loops, and the members of these loops.
 
-    A loop belongs to the robot if the loop shares a moving joint with the chain or with another
-    loop of the robot.
+    A loop belongs to the robot if it shares a moving joint with the chain, or with a loop of the
+    robot.
     """
     carrying = {joint.link: joint for joint in joints}
     moving = {joint.name for joint in joints if joint.kind != "fixed"}

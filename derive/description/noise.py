@@ -158,9 +158,10 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 def exact_direction(vector: Vector) -> Vector:
     """Returns the exact value of a rounded direction in a file, else the vector without noise.
 
-    A decimal vector of any length is replaced by a unit vector of :func:`exact_directions` if,
-    after scaling, each component agrees within one unit of the last written place or within
-    ``NOISE`` of the length. A zero component must be exactly zero in the file.
+    A decimal vector of any length is scaled and compared with the unit vectors of
+    :func:`exact_directions`. A unit vector replaces it if each component agrees within one unit of
+    the last written place, or within ``NOISE`` of the length. A zero component must be exactly zero
+    in the file.
 
     Returns:
         A unit vector of exact roots, or the decimals as written in the file.

@@ -369,7 +369,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file that states a value: this file or the file that extends this file."""
+        """Returns the file with a value: this file, or a file that extends it."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (

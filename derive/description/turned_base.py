@@ -31,7 +31,7 @@ angles."""
 _FINE = 10**20
 """Resolution (1/radian) of an angle in rotated axes before simplification."""
 _UPRIGHT = 1e-3
-"""Cosine of the pitch below which roll and yaw count as rotations about the same axis."""
+"""Below this cosine of the pitch, roll and yaw count as rotations about the same axis."""
 _GUARD = 2
 """Additional decimal places of a coordinate in rotated axes in the list of changes."""
 

@@ -14,8 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference; the solution at each point starts the search at
-the next point. With this number of points, each robot stays on its branch within its limits.
+"""Number of points on the line from the reference. Each search starts at the previous solution.
+With this number of points, each robot stays on its branch within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,

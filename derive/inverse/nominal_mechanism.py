@@ -1,11 +1,11 @@
-"""Nominal mechanism of a robot with loops as built: its design, or rounded lengths.
+"""Nominal mechanism of an as-built robot with loops: its design, or rounded lengths.
 
-The lengths and axis directions of a built robot differ slightly from its design. If the file
+The lengths and axis directions of an as-built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. If the file does not specify a design,
-the design probably has round lengths, and equal or proportional lengths with which its loops have a
-closed form. Therefore, lengths are rounded to decimal grids, from coarse to fine, and axes to
-multiples of 15 degrees. The nominal mechanism is the first candidate with a closed-form inverse
-from which Newton's method converges to the true robot.
+the lengths of the design are probably round. Some are equal or proportional, so that the loops have
+a closed form. Therefore, lengths are rounded to decimal grids, from coarse to fine, and axes to
+multiples of 15 degrees. The nominal mechanism is the first candidate with a suitable closed-form
+inverse: from its solutions, Newton's method converges to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -43,7 +43,7 @@ SAMPLES, MAX_DRAWN = 100, 600
 closed in only one of five trials."""
 STEPS = 8
 CONVERGED = 1e-12
-"""Newton step below which a configuration counts as converged (radian, or relative length)."""
+"""Below this Newton step (radian, or relative length), a configuration counts as converged."""
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ def convergence_of(
         # Loop solutions are continued from the reference configuration; if a joint rotates in the
         # opposite direction, the loops may block.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
-        # If the design has few degrees of freedom, it cannot reach all poses of the built robot.
+        # If the design has few degrees of freedom, it cannot reach all poses of the as-built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _newton(fk, T, start, weights, fixed)

@@ -56,9 +56,9 @@ def polished_inverse(
         classification: The structure, with the deviation of the axes from this structure.
         nominal: The task ``ik`` of the nominal arm.
         general: Tables of the general solver, which finds the solutions of uncertain branches. If
-            the solver is well conditioned, it runs at every pose of two kinds of arms: arms with
-            fixed joints, because their singularities are more complex, and arms that differ
-            considerably from their nominal arm.
+            the solver is well conditioned, it runs at every pose in two cases. In the first case,
+            fixed joints make the singularities more complex. In the second case, the arm differs
+            considerably from its nominal arm.
         move: Median joint displacement (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found

@@ -175,8 +175,8 @@ def _by_structure(
 def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
     """Returns the tasks of partial poses that a structure solves.
 
-    A structure that is read from the tool has only tasks that read the chain from the base. A
-    structure with fixed joints has none.
+    If the axes are numbered from the tool, only tasks that number the chain from the base are kept.
+    A structure with fixed joints has none.
     """
     tasks = [] if found.given else found.family.tasks
     usable = [task for task in tasks if found.is_whole or task.reads_base]
@@ -347,8 +347,8 @@ def _by_free_followers(
         families: The families to try, in order.
 
     Returns:
-        The result is None if a joint follows a fraction of another joint (full turns are then
-        ambiguous), or if the pose does not determine all free joints.
+        The result is None if the pose does not determine all free joints, or if a mimic ratio is a
+        fraction (full turns are then ambiguous).
     """
     if not chain.keeps_turns:
         return None

@@ -3,9 +3,9 @@
 The added joint 6 rotates the tool about the tool axis. Position and direction of the tool axis do
 not depend on angle 6, and a solution with angle 6 at 0 exists at every reachable pose. If the six
 joints fit no family, a joint that stays at 0 and has a different axis is added, for the pose task
-only. The added axis passes through the intersection of the last two or first two axes (which makes
-a spherical wrist), through a point of an axis next to a prismatic joint, or at a distance from the
-other axes.
+only. The added axis passes through the intersection of the last or first two axes, for a spherical
+wrist. Otherwise, it passes through a point of an axis next to a prismatic joint, or at a distance
+from the other axes.
 """
 
 from collections.abc import Iterator, Sequence

@@ -12,7 +12,7 @@ from .tolerances import LARGE_CLEANING, NOISE
 CleanedUnit = Literal["m", "rad", "1"]
 _UPWARDS = Context(prec=2, rounding=ROUND_CEILING)
 _PLACES = 6
-"""Number of leading zeros above which small numbers are written with an exponent."""
+"""Above this number of leading zeros, small numbers are written with an exponent."""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ Part = Literal[
 joint; corrections of its axis; gain and waves of its drive; its compliance under gravity; end
 positions and strut lengths of loops; corrections of the base and tool frames."""
 _PARAMETER = "_parameter"
-"""Suffix of a named parameter with the name of a group or of a different parameter."""
+"""Suffix of a named parameter if its name is already used by a group or a different parameter."""
 _UNIT_OF_KIND = {"length": "m", "angle": "rad"}
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (

@@ -84,7 +84,7 @@ class Joint:
             robot.
         limits: Lowest and highest value of the coordinate (radian or metre), or None if unbounded.
         pitch: Translation of a helical joint per radian (metre).
-        direction: 1, or -1 if the joint moves against its coordinate.
+        direction: 1, or -1 if the joint moves opposite to its coordinate.
         convention: The convention of the description, or None if the description has plain
             placements.
         given: Values of the convention's fields in the description, with vectors by component, for
@@ -247,7 +247,7 @@ class SerialRobot:
     Attributes:
         name: A C identifier; the prefix of all generated names.
         joints: The joints in order from the base.
-        title: The robot's name for readers.
+        title: The robot's name in articles and messages.
         source: Publication or data sheet that states the dimensions.
         base: The chain's first frame in the base frame.
         tool: The tool frame in the last link's frame.

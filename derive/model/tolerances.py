@@ -18,7 +18,7 @@ RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Number of correct decimal digits of a constant with many operations; rounding and cancellation
 may change the last eight of the 40 digits."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Difference (no unit) up to which a constant near 1 equals an integer: 1e-32, the last reliable
+"""Up to this difference (no unit), a constant near 1 equals an integer: 1e-32, the last reliable
 digit."""
 
 MAX_WAVES = 0.05
@@ -36,7 +36,7 @@ NOISE = 1e-9
 is relative to the robot's longest length or to a direction's largest component, or in radian.
 Exporters round poses to nine or more decimal places, and 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Tool position change (metre) caused by noise removal above which a warning is printed; the value
+"""Above this tool position change (metre) caused by noise removal, a warning is printed; the value
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
@@ -60,18 +60,18 @@ CHANCE = 0.01
 of the last decimal place to the snapping angle. 1.57 is a right angle, 0.785 is 45 degrees, but
 0.79 is not."""
 LONGEST_LENGTH = 20.0
-"""Length (metre) above which the unit must be stated. Links of arms are shorter than 10 m, and an
+"""Above this length (metre), the unit must be stated. Links of arms are shorter than 10 m, and an
 arm in millimetres has a link longer than 20 units."""
 SHORTEST_ARM = 1e-3
-"""Length (metre) below which the size of a whole arm is implausible; desktop arms are about 0.1 m
+"""Below this length (metre), the size of a whole arm is implausible; desktop arms are about 0.1 m
 long."""
 LARGEST_ANGLE = 6.5
-"""Angle (radian) above which the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
+"""Above this angle (radian), the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
 MAX_TURNED = 45.0
-"""Joint limit (radian) above which the value may be in degrees: seven turns, more than most
+"""Above this joint limit (radian), the value may be in degrees: seven turns, more than most
 continuous joints have."""
 UNLIMITED = 10_000
-"""Width of a joint range (radian or metre) above which a joint counts as unlimited. Exporters write
+"""Above this width of a joint range (radian or metre), a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
 """Digits of axis angles without a short exact form: 1e-25 rad is far below the rounding of a
@@ -99,7 +99,7 @@ expression is about as large as the expression."""
 # --- numbers that count as integers ---
 
 MEANT = 1e-100
-"""Magnitude (no unit) below which a nonzero constant is not replaced by 0. Rounding of numbers near
+"""Below this magnitude (no unit), a nonzero constant is not replaced by 0. Rounding of numbers near
 1 gives at least 1e-40, so a constant of 1e-150 must come from the file itself."""
 UNIT_VECTOR = 1e-12
 """Maximum difference between a unit vector's squared length and 1 (no unit): rounding gives about
@@ -108,13 +108,13 @@ UNIT_VECTOR = 1e-12
 # --- loops: closures, ranks, branches ---
 
 BRANCHES_APART = 1e-6
-"""Distance difference below which two branches are equally near to the reference.
+"""Below this distance difference, two branches are equally near to the reference.
 
 The distance is the root of a sum of squares, in radian or relative to the mechanism size. Rounding
 in double precision gives about 1e-8 near a dead point; references are written with three digits.
 """
 OFF_BRANCH = 1e-6
-"""Closure error of a joint (relative to the size, or radian) above which a branch does not exist.
+"""Above this closure error of a joint (relative to the size, or radian), a branch does not exist.
 
 Rounding in double precision gives about 1e-8 near a dead point. The closure error of an
 incompatible joint is about as large as the links.
@@ -126,7 +126,7 @@ If the main chain has more joints than degrees of freedom, consistent joint valu
 1e-8 near a dead point. Inconsistent joint values, set by hand, give far larger residuals.
 """
 OFF_AXIS = 1e-12
-"""Squared distance (square metre) above which a point at the reference is not on an axis."""
+"""Above this squared distance (square metre), a point at the reference is not on an axis."""
 ZERO_COMPONENT = 1e-25
 """Vector components below this value are zero (no unit, or metre between points).
 
@@ -134,19 +134,19 @@ Components are evaluated at 40-digit precision, so 15 digits remain for rounding
 nonzero component is as small as this value.
 """
 CLOSED_LOOP = 1e-12
-"""Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
+"""Below this residual (metre, or sine of an angle), a loop is closed in double precision."""
 NEARLY_DEAD = 1e-3
-"""Value of sin^2 of a transmission angle at the reference below which a different ring of pins is
-solved first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints
-by milliradians."""
+"""If sin^2 of a transmission angle at the reference is smaller, a different ring of pins is solved
+first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints by
+milliradians."""
 CLEAR_LEG = 0.25
-"""Value of sin^2 of a transmission angle at the reference below which a leg farther from its dead
-point is preferred for the same joint: 30 degrees, a typical joint motion in use."""
+"""If sin^2 of a leg's transmission angle at the reference is smaller, a leg farther from its dead
+point solves the joint. The angle is 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
-"""Length, relative to the longest vector, below which a vector may be exactly zero. Rounding gives
+"""Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
-"""Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. The last
+"""Above this residual (metre, or sine of an angle), a CasADi implicit function has failed. The last
 step of the iteration is 1e-14. The iteration solves redundant equations in squared form."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest singular value are zero (no unit).
@@ -161,7 +161,7 @@ At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redun
 seem to be independent.
 """
 STILL_JOINT = 1e-6
-"""Motion below which closed loops hold a joint still (radian, or relative to the size).
+"""Below this motion (radian, or relative to the size), a joint cannot move in its closed loops.
 
 Random closed configurations differ by more, and each may be 1e-6 away from closure.
 """
@@ -184,9 +184,9 @@ freedom. The distance is large enough to detect singular values that vanish at t
 if they grow quadratically).
 """
 GAP = 1e-7
-"""Closure error up to which a loop counts as closed in a numerical search (relative to the size, or
-radian). A search with finite differences ends about 1e-10 from closure. At a dead point, the
-closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""
+"""Up to this closure error (relative to the size, or radian), a loop counts as closed in a
+numerical search. A search with finite differences ends about 1e-10 from closure. At a dead point,
+the closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""
 DIFFERENCE_STEP = 1e-6
 """Step of central differences in a numerical search (radian, or relative to the size). The square
 of the step, and the rounding error of a double relative to the step, are both below 1e-9."""
@@ -197,7 +197,7 @@ CLOSING_GAIN = 3e-3
 closed loops. With a smaller decrease, three quarters of the squared closure error would remain
 after eighty iterations, but a closed loop needs a decrease by fourteen orders of magnitude."""
 SAME_POINT = 1e-9
-"""Distance below which two points of a drawing coincide (metre), also for directions (no unit).
+"""Below this distance (metre; no unit for directions), two points of a drawing coincide.
 
 Loops closed in double precision have errors of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
@@ -208,23 +208,23 @@ relative).
 Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
 """
 PIN_ACROSS = 0.1
-"""Cosine of the angle between a pin and its strut up to which the pin is perpendicular (no unit).
+"""A pin counts as perpendicular to its strut up to this cosine of their angle.
 
 In robots as built, this cosine is a few hundredths. A frame that only locates the point of an end
 may have any orientation.
 """
 SAME_VIEW = 1e-6
-"""Angle up to which directions of a solved configuration count as parallel in a drawing (radian).
+"""Up to this angle (radian), directions of a solved configuration count as parallel in a drawing.
 
 A configuration that closes overconstrained loops is accurate to about 1e-7.
 """
 LAYOUT_TIE = 1e-5
-"""Distance from the middle between two tenths of a millimetre below which values round up (0.1 mm).
+"""Below this distance from the middle between two tenths of a millimetre, values round up (0.1 mm).
 
 The last digits of these values differ between machines, but the bytes of a drawing must not differ.
 """
 DRAWN_AS_ONE = 1e-6
-"""Distance below which two points of a body are drawn as one point, relative to the robot's size.
+"""Below this distance, two points of a body are drawn as one point, relative to the robot's size.
 
 The eye resolves a hundred times as much; placements in double precision have errors of 1e-15.
 """
@@ -243,38 +243,38 @@ be equally near."""
 PATH_ON = 1e-7
 """Maximum second Newton correction, about the square of the first correction."""
 SHORTEST_PATH_STEP = 1e-9
-"""Step length below which a path ends: its end point is singular, or at infinity."""
+"""Below this step length, a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
 """Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12. The measure
 grows with the square of the difference."""
 SINGULAR_POSE = 1e11
-"""Condition number above which a pose counts as singular for generic rods; regular poses have about
+"""Above this condition number, a pose counts as singular for generic rods; regular poses have about
 1e4."""
 POSE_AT_INFINITY = 1e-10
 """Maximum |e.e| of a pose at infinity; for a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
-"""Distance (metre) below which a centroid counts as the origin."""
+"""Below this distance (metre), a centroid counts as the origin."""
 RODS_SPAN = 1e-9
-"""Relative singular value below which the rods do not vary in the corresponding direction."""
+"""Below this relative singular value, the rods do not vary in the corresponding direction."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Deviation up to which axes have exactly a closed-form structure (radian, or relative to the arm's
-length).
+"""Up to this deviation (radian, or relative to the arm's length), axes have exactly a closed-form
+structure.
 
 Decimal numbers in a file are read exactly, so only rounding errors of the numerical test remain.
 """
 MEASURED_STRUCTURE = 5e-3
-"""Deviation up to which axes are intended to have a closed-form structure (radian, or relative to
-the arm's length).
+"""Up to this deviation (radian, or relative to the arm's length), axes are meant to have a
+closed-form structure.
 
 The value bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
 """
 NEARLY_STRUCTURE = 3e-2
-"""Deviation up to which a nominal arm with a closed-form structure is tried for another arm
-(radian, or relative to the arm's length). The nominal arm is used if Newton's iteration converges
-from its solutions to the solutions of the true arm, which is rare for larger deviations."""
+"""Up to this deviation (radian, or relative to the arm's length), a nominal arm with a closed-form
+structure is tried. The nominal arm is used if Newton's iteration converges from its solutions to
+the solutions of the true arm, which is rare for larger deviations."""
 MIN_CONVERGED = 0.9
 """Fraction of random configurations that must be recovered from a nominal arm. About one
 configuration in ten is near a singularity, where a small difference between the arms moves
@@ -285,34 +285,34 @@ CONVERGENCE_CLEAR = 0.95
 fraction recovered from all nominal solutions is also computed. For 70 arms, the second fraction was
 at most 0.03 smaller and 0.05 larger."""
 MIN_NEARBY = 0.5
-"""Fraction of random configurations with a nearby nominal branch: nearly 1 for suitable nominal
-arms, 0 if the nominal inverse has different configurations."""
+"""Required fraction of random configurations near a nominal branch. The fraction is nearly 1 for
+suitable nominal arms, and 0 if the nominal inverse has different branches."""
 RECOVERED = 1e-6
-"""Distance (radian, or relative to the arm's length) below which the iteration has recovered a
+"""Below this distance (radian, or relative to the arm's length), the iteration has recovered a
 configuration. Away from singularities, the error after eight steps is 1e-14."""
 MAX_REFINING_STEP = 0.3
 """Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
 different branch."""
 LOST = 1e-5
-"""Error (radian, or metre for arms of at least a metre) above which a reachable pose counts as
+"""Above this error (radian, or metre for arms of at least a metre), a reachable pose counts as
 missed. Smaller errors, which may result from rounding, are refined at run time."""
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as 0, with lengths relative to the arm."""
 OBLIQUE_AXES = 1e-3
-"""Sine of the angle between axes below which a prismatic joint fixes no point of its axis."""
+"""Minimum sine of the angle by which directions must differ from parallel or perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Maximum distance (metre) and sine of the angle from its joint axis, or from the base plane, at
-which the tool lies on this axis or in this plane."""
+"""The tool lies on its joint axis, or in the base plane, up to this distance (metre) and this sine
+of the angle."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
-"""Smallest singular value up to which unit directions are linearly dependent."""
+"""Up to this smallest singular value, unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Sine of the angle between axis 6 and axes 2 to 4 up to which all these axes count as parallel.
+"""Up to this sine of the angle between axis 6 and axes 2 to 4, all these axes count as parallel.
 
 The sum of angles 2 to 4 is then chosen to bring the elbow within reach, with an orientation error
 of at most this value.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
-"""Distance (metre) of a point from an axis up to which a rotation does not move the point.
+"""Up to this distance (metre) of a point from an axis, a rotation does not move the point.
 
 The rotation angle is then chosen for the later joints, which moves the point by at most twice this
 value.
@@ -332,11 +332,11 @@ the direction of (0, 0) becomes the angle 0 instead of 0/0.
 VECTOR_FLOOR = sp.Float("1e-140", 20)
 """Fraction of a second vector added to a vector that may be 0; other vectors stay unchanged."""
 GREATEST_NUMBER = 1e300
-"""Sum of input magnitudes (metre or no unit) above which an input counts as infinite."""
+"""Above this sum of input magnitudes (metre or no unit), an input counts as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """This value is added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""Magnitude below which the article omits a number, such as a term that only prevents a division by
+"""The article omits numbers below this magnitude, such as a term that only prevents a division by
 zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between two solutions that coincide.
@@ -349,7 +349,7 @@ MIN_CONIC = sp.Rational(1, 10**20)
 """Lower bound of the amplitude g of the second harmonic; the coefficients are near 1 and have
 errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
-"""Value of P + Q above which the resolvent is linear up to 1e-5, and its closed form loses
+"""Above this value of P + Q, the resolvent is linear up to 1e-5, and its closed form loses
 digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 """Upper bound of a root tau that rounding has moved out of [-1, 1]."""
@@ -361,17 +361,17 @@ EVEN_CONIC = sp.Rational(4, 10**15)
 REAL_LINES = sp.Rational(1, 10**13)
 """Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding."""
 MIN_SLOPE = sp.Rational(1, 10**10)
-"""Slope of the cubic below which roots belong to a triple root that rounding has separated."""
+"""Below this slope of the cubic, rounding has split a triple root."""
 GREATEST_T = sp.Rational(3, 2)
 """Upper bound of t after a step from a triple root; an exact t is at most 1."""
 MIN_T = sp.Rational(1, 10**8)
-"""Value of t below which alpha is too small to divide p by alpha."""
+"""Below this value of t, alpha is too small to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
-"""Sine of the angle up to which two rows are linearly dependent, except for rounding."""
+"""Up to this sine of their angle, two rows are linearly dependent, except for rounding."""
 FARTHEST_POINT = sp.Integer(10) ** 6
 """Upper bound for the point X of subproblem 6; no solution exists beyond sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
-"""Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
+"""Minimum squared ratio of singular values for undamped Newton steps on two angles."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """Minimum squared ratio of singular values for undamped Newton steps on three angles. For a
 Jacobian of rank 1, rounding errors are larger than smaller values of this ratio."""
@@ -386,28 +386,27 @@ Squared lengths determine an angle up to 1e-8.
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Maximum step (radian) on the second-order parabola, a hundred times the start distance."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
-"""Error (radian, or relative to the arm's length) below which all conditions are solved together.
+"""Below this error (radian, or relative to the arm's length), all conditions are solved together.
 
 A step loses at most half of the digits, so a solution is accurate to about 1e-8.
 """
 POSE_DAMPING = sp.Rational(1, 10**12)
-"""Minimum squared ratio of singular values at which pose steps are undamped; rounding of the normal
-equations is 1e-16."""
+"""Minimum squared ratio of singular values for undamped pose steps; rounding is 1e-16."""
 DETERMINANT_TAIL = 1e-9
-"""Relative size up to which coefficients above degree 8 of a determinant count as 0; rounding gives
+"""Up to this relative size, coefficients above degree 8 of a determinant count as 0; rounding gives
 1e-15."""
 SINGLE_SOLUTION = 1e-12
-"""Ratio of the second smallest to the largest singular value below which the second smallest counts
+"""Below this ratio of the second smallest to the largest singular value, the second smallest counts
 as 0.
 
 The six equations do not determine a unique solution in this case.
 """
 POOR_SEPARATION = 1e-5
-"""Separation of the solutions (:attr:`.Choice.separation`) below which other joints are fixed
-instead. The separation is 1e-4 or more for arms with six regular joints besides the prismatic
-joint, and 7e-7 for an arm with a prismatic joint along two axes."""
+"""Below this separation of the solutions (:attr:`.Choice.separation`), other joints are fixed
+instead. Arms with six regular joints and a prismatic joint have at least 1e-4. An arm whose
+prismatic joint is parallel to two axes has 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Separation of the solutions (:attr:`.Choice.separation`) above which the general solver is
+"""Above this separation of the solutions (:attr:`.Choice.separation`), the general solver is
 practical.
 
 The general solver may then run at every pose of an arm that nearly has a closed-form structure. The
@@ -425,7 +424,7 @@ was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and mrad, an
 tested arms with up to 3 mm and mrad.
 """
 SEPARATE = 1e-2
-"""Joint difference (radian) above which the roots of the determinant distinguish two solutions.
+"""Above this joint difference (radian), the roots of the determinant distinguish two solutions.
 
 The value is ten times the difference of two roots whose vectors may be exchanged.
 """
@@ -445,12 +444,12 @@ FEW_PRINTED_DIGITS = 6
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Margin (no unit) up to which a loop counts as being at a dead point: sin^2 of a microradian."""
+"""Up to this margin (no unit), a loop counts as being at a dead point: sin^2 of a microradian."""
 
 # --- emit: single precision ---
 
 MAX_THRESHOLD = 1e-8
-"""Magnitude (any unit) below which a constant that only conditions use is a rounding threshold. The
+"""Below this magnitude (any unit), a constant used only by conditions is a rounding threshold. The
 largest threshold is 4e-15 times the fourth power of twice the length of an arm in metres."""
 FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first
@@ -469,20 +468,20 @@ grow without bound."""
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Value up to which factors of minors count as 0 (no unit, or metre for lengths near one metre):
-ten thousand times the rounding error of the sums in these factors."""
+"""Up to this value (no unit, or metre for lengths near one metre), factors of minors count as 0.
+The value is ten thousand times the rounding error of the sums in these factors."""
 NO_WORK = 1e-12
-"""Length of J^T y or J x for unit vectors y or x up to which a configuration is singular; lengths
-are relative to the arm's length. The value is a thousand times the rounding error of a Jacobian."""
+"""A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
+Lengths are relative to the arm's length. Rounding is 1e-15."""
 LAST_STEP = 1e-9
 """Length of the last Newton step (radian, or relative to the arm's length) to a singular
 configuration, so that the printed digits (1e-5) are correct. If two singularities intersect, J^T y
 is small long before q is accurate."""
 OTHER_CONFIGURATION = 0.02
-"""Distance (radian, or relative to the arm's length) above which configurations count as different:
-about a degree, which a reader notices."""
+"""Above this distance (radian, or relative to the arm's length), configurations count as different.
+A reader notices about a degree."""
 RANK_LOST = 1e-6
-"""Singular value below which a Jacobian is rank deficient; lengths are relative to the arm's. At
+"""Below this singular value, a Jacobian is rank deficient; lengths are relative to the arm's. At
 drawn configurations, a full-rank arm has more than 1e-3, a deficient arm only rounding errors."""
 
 # --- inverse: numerical solutions of a general arm ---
@@ -495,5 +494,5 @@ SOLVED_POSE = 1e-13
 """Maximum pose error of a solution (no unit, or relative to the arm's length): a hundred times the
 rounding error of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
-"""Joint difference (radian, or relative to the arm's length) above which two solutions differ;
+"""Above this joint difference (radian, or relative to the arm's length), two solutions differ;
 printed values differ if the difference is at least 1e-4 rad."""

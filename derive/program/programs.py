@@ -71,7 +71,7 @@ def seeing_its_inputs(program: Program) -> Program:
         program: The program of an inverse, for all solution slots or for a single slot.
 
     Returns:
-        The program, with a residual that depends on every input on which the coordinates depend.
+        The program. Its residual depends on each input of the coordinates.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

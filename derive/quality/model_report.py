@@ -202,9 +202,9 @@ def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
     """Returns displacements (d, k) of a joint axis, one column per parameter between both axes.
 
-    The parameters are the fields of the previous joint that act after its motion or commute with
-    it, the coordinate offset of the previous joint, and the fields of this joint that act before
-    its motion. The axis of a previous prismatic joint has an arbitrary position.
+    The previous joint contributes its coordinate offset, and the fields that act after its motion
+    or commute with it. This joint contributes the fields that act before its motion. The axis of a
+    previous prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.
@@ -253,7 +253,7 @@ def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
 
 
 def _moving_along(before: Placement) -> Placement:
-    """Returns the last motions before the motion of the joint that commute with its motion."""
+    """Returns the final motions along or about z; these motions commute with the joint."""
     count = len(before)
     while count and before[count - 1].is_along_z:
         count -= 1

@@ -84,7 +84,7 @@ class WrittenFunction(Signature):
         solver: Name of the solver, which is the same for all robots; each language has a file for
             this solver.
         tables: The numerical data of the robot, in the class of the solver.
-        calls: Names of the functions that the solver calls, in the order that the solver expects.
+        calls: Names of the functions that the solver calls, in the solver's order.
         branches: Number of solution slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
         margin: Name of the function that explains NaN results; empty if there is no such function.

@@ -44,7 +44,7 @@ AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
 """The moving axis of each panel of figure 3; the caption lists the ring top first."""
 SLIDES = (0, 3)
 ROUNDING = 1e-12
-"""Distance [m] below which points coincide."""
+"""Below this distance [m], points coincide."""
 
 
 def rows() -> list[Row]:

@@ -26,8 +26,7 @@ from chasles.study import PlanarRegion, constant_orientation_workspace
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
-"""The pose of figure 2.3, and the pose of figure 2.4; equations are evaluated at the pose of figure
-2.4."""
+"""The poses of figures 2.3 and 2.4; equations are evaluated at the second."""
 ANGLES = (15, 30, 45, 60)
 """Orientations of figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)

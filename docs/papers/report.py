@@ -315,7 +315,8 @@ def not_reproducible(
         readings: Other interpretations that were tried, each with its value.
 
     Raises:
-        Refuted: The value or an interpretation agrees, or nothing was tried.
+        Refuted: Our value or an interpretation agrees with the printed value, or no interpretation
+            was tried.
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):

@@ -38,7 +38,7 @@ FEW = 25
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9
-"""Fraction of successful runs above which the number of points is enough."""
+"""Above this fraction of successful runs, the number of points is enough."""
 SMALL, LARGE = 10, 20
 """Steps of the figures, in cells."""
 LINK = 0.012

@@ -52,7 +52,7 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 FloatArray = NDArray[np.float64]
 
 BY_LAW = "with our assumption for 39-49 s"
-"""Note on values that depend on the last stage, whose motion the paper does not define."""
+"""Note on values of the last stage; the paper does not define its motion."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of theta2, 3, 5 and 7 of (63), within half a unit of its last digit [rad]."""
 HALF_UNIT = np.radians(0.005)

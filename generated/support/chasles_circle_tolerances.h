@@ -4,8 +4,8 @@
 #ifndef CHASLES_CIRCLE_TOLERANCES_H
 #define CHASLES_CIRCLE_TOLERANCES_H
 
-/* Half distance [rad] of a complex root pair that may be real: a residual of 1e-9 separates a
- * double root by 1e-4. */
+/* Two complex roots are tried as real roots if half their distance [rad] is smaller. A residual of
+ * 1e-9 separates a double root by 1e-4. */
 #define CHASLES_NEARLY_REAL 1e-3
 /* Size [rad] of the last Newton step to a root of the determinant; the next step would be rounding.
  */

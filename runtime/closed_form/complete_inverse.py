@@ -20,8 +20,8 @@ from .solutions import Solutions, solutions_of
 _OTHER_VALUES = (0.5, 1.1, 1.9)
 """Offsets [rad or m] of a fixed joint: do axes keep their relation at other joint values?"""
 _GENERIC = 0.4
-"""Multiples [rad or m] are the values of the other joints, at which the axes that these joints move
-have no relation."""
+"""The other joints have multiples of this value [rad or m], so that their axes have no special
+relation."""
 _SEARCH = 16
 """Number of Newton steps from each start configuration; then only configurations near the pose
 continue."""
@@ -31,7 +31,7 @@ _TURNS = 96
 
 @dataclass(frozen=True)
 class CompleteInverse:
-    """An inverse for fixed joints, also if the structure of the other joints is degenerate.
+    """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
     At some values of a fixed joint, its adjacent axes are parallel, at right angles or in a plane.
     In this case, formulas for oblique axes miss solutions. Newton's method finds these solutions
@@ -79,7 +79,7 @@ class CompleteInverse:
         return _with_slots(solutions, further)
 
     def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
-        """Test for values (..., f) at which axes have relations that hold at no other value."""
+        """Test for values (..., f) at which the axes have special relations."""
         offsets = np.array([0.0, *_OTHER_VALUES])[:, None]
         n = len(kind.wraps)
         q = np.tile(_GENERIC * np.arange(1, n + 1), (*at.shape[:-1], len(offsets), 1))

@@ -319,7 +319,8 @@ class InverseMethods(RobotFacts):
         moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
-            # Multiples of 2 pi between poses, without accumulation of rounding errors.
+            # Rounding to multiples of 2 pi prevents rounding errors from accumulating along the
+            # path.
             turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)

@@ -23,7 +23,8 @@ from .cache import cache_folder
 
 _COMPILER = "chasles.derive"
 _GENERATED = ("chasles.generated", "chasles_robots")
-"""Packages of generated robots; the separate distribution chasles_robots contains the shelf."""
+"""Packages of generated robots. The optional package chasles_robots contains robots that otherwise
+are derived on first use."""
 SUFFIXES = (".toml", ".urdf", ".xacro", ".xml", ".sdf")
 """File suffixes of robot files, URDF, xacro, MJCF and SDF."""
 _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"

@@ -146,8 +146,8 @@
  * select the sign of the singular direction. */
 #define DIRECTION_TIE 1e-9
 
-/* Maximum difference [rad or length] between windings of one solution, modulo 2 pi, and minimum
- * cell width in the search for equal solutions. */
+/* Maximum difference [rad or length] of equal solutions, modulo 2 pi. The search for equal
+ * solutions uses cells of at least this width. */
 #define SAME_TURNS 1e-9
 
 /* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate: a joint

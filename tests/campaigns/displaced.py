@@ -1,6 +1,6 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
-Even trials use a shipped or shelf arm, odd trials a random arm with round numbers. The errors of
+Even trials use a named arm of chasles, odd trials a random arm with round numbers. The errors of
 every joint and the tool are at most a random size between 0.1 and 10 (millimetre, milliradian).
 Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular
 configurations may be missing from the solutions of its pose. Missing configurations with right

@@ -1,8 +1,8 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
-Platforms have three RPS, PRS or RRS legs, six UPS, PUS or RUS legs, or legs without ball joints, as
-a tripteron, an Exechon, a 3-UPU and a 3-RUU have. ``fk`` of every valid solution slot is the target
-pose, one slot is the generating configuration, and no slot is valid in another assembly mode.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. Others have no ball joints:
+tripteron, Exechon, 3-UPU and 3-RUU. ``fk`` of every valid solution slot is the target pose, one
+slot is the generating configuration, and no slot is valid in another assembly mode.
 """
 
 import tempfile

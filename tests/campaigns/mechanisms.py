@@ -31,7 +31,7 @@ INPUTS = 20
 LEFT = 1e-12
 """Maximum loop residual of a valid solution slot relative to the mechanism size."""
 AT_DEAD_POINT = 1e-5
-"""Margin below which two branches nearly coincide and the count is uncertain."""
+"""Below this margin, two branches nearly coincide and the count is uncertain."""
 FAULTS = (
     "missing",
     "repeated",

@@ -3,8 +3,8 @@
 The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
 and base (3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton
 iteration may be missing, and every mode must have the correct rod lengths. Singular modes are not
-compared, because Newton's method does not converge at them. The counts include modes that Newton's
-method does not find, and platforms whose mode list may be incomplete.
+compared, because Newton's method does not converge at them. The script counts modes that Newton's
+method does not find, and platforms with a possibly incomplete mode list.
 """
 
 import ctypes

@@ -25,8 +25,7 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Numbers per trial: mutated files that are only read, mutated files that are derived, random arms
-that are derived."""
+"""Numbers per trial: mutated files to read, mutated files to derive, random arms to derive."""
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
 """Time limits for reading and deriving."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"

@@ -16,7 +16,7 @@ from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
 SAME = 1e-7
 AT_DEAD_POINT = 1e-6
-"""Margin below which two solutions of the inverse nearly merge."""
+"""Below this margin, two solutions of the inverse nearly merge."""
 FOUND = 1e-5
 """Tolerance in radian, or relative to the mechanism's size; accuracy is lower near dead points."""
 POSES = 50

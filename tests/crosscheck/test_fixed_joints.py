@@ -1,4 +1,4 @@
-"""Fixed joints against Pinocchio's reduced models, which lack these joints."""
+"""Compares fixed joints with Pinocchio's reduced models, which lack these joints."""
 
 import random
 
@@ -12,10 +12,10 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Singular value below which these tests apply damping. Many random configurations have smaller
+"""Below this singular value, these tests apply damping. Many random configurations have smaller
 singular values."""
 AGREES = 1e-9
-"""Relative tolerance of joint rates against NumPy, for a condition number of 1 / BORDER."""
+"""Relative difference of joint rates from NumPy's, for a condition number of 1 / BORDER."""
 CHAINS, POSES = 300, 4
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

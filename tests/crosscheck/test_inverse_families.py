@@ -1,4 +1,4 @@
-"""Every family of inverses on random arms, against independent forward kinematics.
+"""Compares each family of inverses with independent forward kinematics, on random arms.
 
 ``make campaign ONLY=structures`` tests more arms of each structure.
 """

@@ -1,4 +1,4 @@
-"""Inverses on pose sets that are hard for solvers, against independent code and other solvers."""
+"""Compares inverses with independent code and other solvers, on difficult poses."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.tolerances import ORACLE, WORST_INVERSE
 
 SMALL = Sizes(random=500, singular=50, grid=512)
 TARGETS = 1
-"""Number of targets whose solutions Newton's method counts."""
+"""Number of targets. Newton's method counts the solutions of each target."""
 SIX = ("ur5e", "puma560", "irb6640")
 LOCKED = ("iiwa14", "panda")
 COUNTED = 100

@@ -1,4 +1,4 @@
-"""Identification Jacobians against Pinocchio's kinematic regressors.
+"""Compares identification Jacobians with Pinocchio's kinematic regressors.
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
 more joint at the tool. A regressor returns the tool twist per displacement of each placement. The

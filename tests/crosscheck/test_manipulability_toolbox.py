@@ -1,4 +1,4 @@
-"""Manipulability against the Robotics Toolbox, whose measures mix metre and radian."""
+"""Compares manipulability with the Robotics Toolbox, where metre and radian are mixed."""
 
 import numpy as np
 import pytest

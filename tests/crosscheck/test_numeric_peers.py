@@ -1,4 +1,4 @@
-"""Iterative inverses against SciPy's bounded least squares and the Robotics Toolbox."""
+"""Compares iterative inverses with SciPy's bounded least squares and the Robotics Toolbox."""
 
 import numpy as np
 import pytest

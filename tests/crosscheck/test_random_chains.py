@@ -1,4 +1,4 @@
-"""Random chains with all joint types against Pinocchio: poses, Jacobians and accelerations."""
+"""Compares random chains with Pinocchio: poses, Jacobians and accelerations."""
 
 import pytest
 

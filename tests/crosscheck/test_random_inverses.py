@@ -19,7 +19,7 @@ OBLIQUE_WRISTS = (80,)
 """Arm whose pose does not determine a rotation. The wrist of this arm reaches only some
 orientations."""
 LOST_BEFORE = (50925,)
-"""Arm with poses that the closed form misses, and that steps with a fixed joint find."""
+"""Arm with poses that the closed form misses, but that the fixed-joint steps find."""
 FOLDED = (33, 20350, 53401)
 """Arms whose elbow is nearly folded in poses near right angles."""
 OTHERS = (88, 764, 1478)

@@ -1,4 +1,4 @@
-"""The shipped DH robots against the Robotics Toolbox: poses, Jacobians and Hessian."""
+"""Compares the shipped DH robots with the Robotics Toolbox: poses, Jacobians and Hessian."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Poses and limits of the shelf arms against descriptions from other sources.
+"""Compares poses and limits of arms derived on first use with other descriptions.
 
 The file `shelf_poses.json` states the source of each arm, the constant rotations of base and tool
 between its frames and ours, and the rounding of its angles (1.5708 for pi/2).

@@ -1,4 +1,4 @@
-"""The compiled shipped robots against Pinocchio models with independently typed parameters."""
+"""Compares compiled shipped robots with Pinocchio models from independent parameters."""
 
 import numpy as np
 import pytest

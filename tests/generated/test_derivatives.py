@@ -1,4 +1,4 @@
-"""Closed-form derivatives against CasADi's automatic differentiation of the forward kinematics."""
+"""Compares closed-form derivatives with CasADi's automatic differentiation."""
 
 import casadi as ca
 import numpy as np

@@ -1,4 +1,4 @@
-"""Closed-form robots with loops against independent oracles.
+"""Compares closed-form robots with loops with independent oracles.
 
 The oracles are body placements in NumPy with Newton's method, complex steps and the implicit
 function theorem (closures), automatic differentiation of the CasADi functions, and differences.

@@ -20,7 +20,7 @@ def exact(request, tmp_path_factory):
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def least(request, tmp_path_factory):
-    """Returns a platform that closes in least squares, and its model."""
+    """Returns a platform with least-squares closure, and the numerical model of this platform."""
     mechanism = drawn_overactuated(request.param, 3, closure="least squares")
     return platform(tmp_path_factory, mechanism)
 

@@ -1,4 +1,4 @@
-"""Compiled C against the equations evaluated at 30-digit precision."""
+"""Compares compiled C with the equations at 30-digit precision."""
 
 import mpmath
 import numpy as np

@@ -1,1 +1,1 @@
-"""Identities of SO(3) and SE(3), against series, 40-digit arithmetic and Pinocchio."""
+"""Compares identities of SO(3) and SE(3) with series, 40-digit arithmetic and Pinocchio."""

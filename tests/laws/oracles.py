@@ -28,8 +28,7 @@ MAX_TERMS = 120
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
 NEAR_HALF_TURN = [math.pi - 10.0**-k for k in (3, 6, 9, 10)]
-# Angles for exp, and a subset of these angles at which log inverts exp, with fewer angles near the
-# half turn.
+# Angles for exp, and a subset for log, which inverts exp below the half turn.
 PRINCIPAL_ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 2.0, 3.0, *NEAR_HALF_TURN]
 ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[:3], math.pi, 4.0, 6.0]
 

@@ -74,8 +74,8 @@ def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives few functions, in this process.
 
     Robots with `parametric=True` get the functions `IDENTIFICATION`; a derivation of all functions
-    of a six-axis arm takes 8 s. Robot files and robots of the shelf get `functions`, by default
-    all.
+    of a six-axis arm takes 8 s. Robot files, and robots that are derived on first use, get
+    `functions`, by default all.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()

@@ -132,8 +132,8 @@ def check_writes(write: Callable[[], object], folder: Path, match: str | None = 
     succeeds.
 
     The simulated faults are each file operation in turn, and a full disk at the start and before
-    the end. If several files are written, moving the second or a later file may fail after the
-    first file has moved; then each file has its former or its new content.
+    the end. Of several files, the first may be moved before the move of a later one fails. Each
+    file then has its former or its new content.
 
     Args:
         write: Writes several files into a folder.

@@ -6,8 +6,7 @@ import pytest
 
 
 class OptionalPackage:
-    """Proxy of a package: the first use imports the package, or skips the test if the package is
-    missing.
+    """Proxy of a package: the first use imports it, or skips the test if it is missing.
 
     Every test worker imports all test files. With this proxy, a slow package is imported only by
     the tests that use it.

@@ -36,8 +36,7 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """Counts the solution slots of reachable poses in which the solution equals the printed
-    solution.
+    """Counts the solution slots, at reachable poses, where computed and printed solutions agree.
 
     Args:
         found: The derivation.

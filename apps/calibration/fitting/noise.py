@@ -59,7 +59,7 @@ _STRAY = math.log(10)
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
-"""Relative diagonal entry of the triangular factor below which the variables are undetermined."""
+"""Below this relative diagonal entry of the triangular factor, the variables are undetermined."""
 
 
 class Undetermined(Exception):

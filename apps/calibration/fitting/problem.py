@@ -66,7 +66,7 @@ _NEARBY = 1e-6
 _MAX_NEARBY = 200
 """Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
-"""Relative change of the noise below which the parameters do not change significantly."""
+"""Below this relative change of the noise, the parameters do not change significantly."""
 
 
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:

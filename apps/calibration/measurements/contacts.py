@@ -239,7 +239,7 @@ _HEIGHT = 0.1
 """Minimum height of a fixed point above a plane of points, relative to the extent of these
 points."""
 _FLAT = 1e-6
-"""Relative singular value below which points count as coplanar or collinear."""
+"""Below this relative singular value, points count as coplanar or collinear."""
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:

@@ -29,20 +29,20 @@ _FINISHED = 6
 _ROUNDS = 60
 """Maximum number of refinement steps."""
 _SETTLED = 1e-6
-"""Relative decrease of the squared error below which the iteration stops."""
+"""Below this relative decrease of the squared error, the iteration stops."""
 _DAMPED = 1e-3
 """Initial damping relative to the trace of the normal equations."""
 _STUCK = 1e6
 """Damping relative to the trace of the normal equations at which the iteration stops."""
 _FULL = 1e-9
-"""Relative singular value below which an unknown is undetermined."""
+"""Below this relative singular value, an unknown is undetermined."""
 _ACROSS = 0.1
-"""Second singular value of axis directions below which the axes count as parallel."""
+"""Below this second singular value of axis directions, the axes count as parallel."""
 _LEVER = 0.1
 """Minimum distance of points that represent an orientation [m]: 0.05 mrad moves the points by 5
 um."""
 _REPEATED = 0.999
-"""Ratio of the two largest singular values above which orientations alone are ambiguous."""
+"""Above this ratio of the two largest singular values, orientations alone are ambiguous."""
 
 
 class Registration(NamedTuple):

@@ -33,7 +33,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _LINE = 1e-3
-"""Spread of positions perpendicular to a line [m] below which the positions count as collinear."""
+"""Below this spread of positions perpendicular to a line [m], the positions count as collinear."""
 _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 

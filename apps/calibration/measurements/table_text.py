@@ -103,7 +103,7 @@ def _separator(texts: Sequence[str]) -> str:
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
     for text in texts:
         if separator:
-            # Reads line by line, so that an unclosed quotation mark does not include the next line.
+            # Reads line by line, so that an unclosed quotation mark affects a single line.
             yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
         else:
             yield _BEFORE_UNIT.split(text.strip())
@@ -112,8 +112,8 @@ def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
 def number(cell: str) -> float:
     """Return the number in a cell, or NaN if the cell contains no number.
 
-    A comma in a number is a decimal mark. If a cell has a point and a comma, the first mark is a
-    thousands separator and the second mark the decimal mark.
+    A comma in a number is a decimal mark. If a cell has a point and a comma, the first separates
+    thousands, and the second is the decimal mark.
     """
     text = cell.strip().replace("\u2212", "-")
     if text.endswith(","):

@@ -33,7 +33,7 @@ class WrongRow(ValueError):
     """
 
     def __init__(self, row: int, words: str) -> None:
-        """Set the index of the row and the message, without the row."""
+        """Set the row index, and a message that does not include it."""
         super().__init__(words)
         self.row = row
 

@@ -37,7 +37,7 @@ _MAX_GRID = 6000
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
-"""Relative decrease of the cost below which the grid becomes finer."""
+"""Below this relative decrease of the cost, the grid becomes finer."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024

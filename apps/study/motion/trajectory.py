@@ -103,11 +103,11 @@ class Trajectory(StudyResult):
         """Return the trajectory of a file.
 
         Args:
-            path: A .npz file written by `to_npz` or with arrays `t (m,)` and `q (m, n)`; or a .csv
-                file with a header: a column for each coordinate name [rad or m], and optional
-                columns of times, "t [s]", rates, "NAME rate", and accelerations, "NAME
-                acceleration". All other columns of the table are ignored. Without times, the time
-                step is 0.05 s. Missing rates and accelerations are computed by finite differences.
+            path: A .npz file of `to_npz` or with arrays `t (m,)` and `q (m, n)`, or a .csv file
+                with a header. The columns are the coordinate names [rad or m], and optionally "t
+                [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
+                ignored. Without times, the time step is 0.05 s. Missing rates and accelerations are
+                computed by finite differences.
             robot: The robot, checked against the file; required unless `to_npz` wrote the file.
 
         Raises:

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _SAME = 1e-12
-"""Distance relative to the radii below which circles coincide and points lie on a circle."""
+"""Below this distance relative to the radii, circles coincide and points lie on a circle."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,9 @@
 
 All borders are computed from candidates, arcs that contain the border. The candidates are cut at
 their intersections. A piece belongs to the border if the region lies on exactly one of its sides.
-If a region rotates about a point by angles from a to b, the candidates are the border rotated by a,
-the border rotated by b, and circles about the point, tangent to the border or through its corners.
+A region rotates about a point by angles from a to b. The candidates are its border, rotated by a
+and by b, and circles about the point. The circles are tangent to the border or pass through its
+corners.
 """
 
 from __future__ import annotations

@@ -3,9 +3,8 @@
 If the axes that move the point are parallel, the workspace is planar, or a prism if prismatic
 joints move along the axes. If the first axis is vertical and the other axes are normal to a plane
 that the first joint rotates, the workspace is a body of revolution. The plane may be offset from
-the axis. In both cases, the point sweeps the section by rotating about one axis after the other,
-from the tip to the base, within limits; the border of the section consists of arcs. `meridian.py`
-computes volumes.
+the axis. In both cases, the point rotates about one axis after the other within limits, from the
+tip to the base. The border of the swept section consists of arcs. `meridian.py` computes volumes.
 """
 
 from __future__ import annotations

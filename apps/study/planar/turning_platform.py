@@ -211,8 +211,8 @@ def _judged(
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
     """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
 
-    The angle intervals in which a leg reaches a point end at the border of the leg's annulus or of
-    the range, so that testing these angles is enough.
+    A leg reaches a point in certain angle intervals. They end at the border of the leg's annulus or
+    of the range, so only these angles are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

@@ -272,7 +272,7 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
-    """Return the space with its checks: moving shapes against obstacles and against each other.
+    """Return the space and the pairs to check: two moving shapes, or a shape and an obstacle.
 
     Shapes on the same body, on bodies connected by a joint, or that touch in each of many random
     configurations are not checked.

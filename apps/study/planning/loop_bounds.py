@@ -43,7 +43,7 @@ _ANGLES, _LENGTHS = 5, 3
 _LARGEST = 300_000
 """Maximum number of nodes that determine an equation."""
 _SAMPLES = 200
-"""Number of random configurations that show which joints an equation contains."""
+"""Number of random configurations to find the joints in an equation."""
 _ATTEMPTS = 30
 """Maximum number of batches of random configurations, if loops close at few configurations."""
 _FEWEST = 5
@@ -59,7 +59,7 @@ _WIDER = 1 + 1e-6
 _ROUNDING = 1e-12
 """Minimum half width of the box [rad or m], for rounding errors of joints at rest."""
 _CONDITION = 1e10
-"""Condition number of the equations above which the actuators do not determine the joints."""
+"""Above this condition number of the equations, the actuators do not determine the joints."""
 _CLOSED = 1e-9
 """Maximum closure error of loops [rad or m] at the ends of a segment."""
 
@@ -76,9 +76,8 @@ class LoopBounds:
         widest: (z,) joint motion up to which the bounds hold [m]; inf for revolute joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
         lengths: (equations, 1 + z) strut length as a linear function of the joints: the length at
-            joint values 0, and the slopes; zeros for other equations. A strut equation d - l, with
-            the distance d of the strut ends and the strut length l, is bounded in the form d^2 -
-            l^2.
+            joint values 0, and the slopes; zeros for other equations. A strut equation d = l, with
+            end distance d and strut length l, is bounded as d^2 - l^2.
     """
 
     robot: Robot

@@ -23,7 +23,7 @@ from ..arguments import above_0, finite
 FloatArray = NDArray[np.float64]
 
 _POINT = 1e-9
-"""Length [m] below which a capsule is a sphere."""
+"""Below this length [m], a capsule is a sphere."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """Fits convention fields to a joint axis, expressed relative to the preceding axis.
 
 The z axis of the reference frame is along the preceding joint axis. In the conventions below, the x
-axis of the link points along the common normal of both axes. For Hayati's tilts, the x axis points
-to the intersection of the joint axis with the plane normal to the preceding axis.
+axis of the link points along the common normal of both axes. For Hayati's tilts, a plane normal to
+the preceding axis intersects the joint axis. The x axis points to this intersection.
 """
 
 from collections.abc import Mapping

@@ -6,8 +6,8 @@
   same link that are prismatic or coupled, unless they carry a tool frame.
 - Several branches with at most ``LONGEST_FINGER`` joints on one link after ``JOINTS_OF_AN_ARM``
   joints are short branches, as in most hands.
-- A wheel is a joint with a wheel word in its name or in the name of its child link. A joint on the
-  base that carries only wheels also counts as a wheel.
+- A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint
+  also counts as a wheel if it carries only wheels.
 - A ball joint without further joints is the end of a rod or rope.
 """
 

@@ -79,7 +79,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         # Some exporters write undeclared prefixes such as drake:. The log of the exception may
-        # include entries from other texts; therefore, the log of the parser is used.
+        # include errors of other files, so the log of the parser is read.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error

@@ -48,8 +48,8 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
     ROS. A package is a folder whose package.xml has this name, or a folder with this name. The
     suffixes of ``PACKAGE_ENDINGS`` are removed from package names. Included files and YAML files
-    are read from the package of the file (or its folder, without a package.xml) and from packages
-    of ``$(find package)``.
+    are read from the file's package and from packages of ``$(find package)``. Without a
+    package.xml, the folder of the file is its package.
 
     Args:
         file: A xacro file.

@@ -41,6 +41,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _for_poses(functions: Sequence[SymbolicFunction | WrittenFunction]) -> dict[str, str]:
-    """Returns the file that projects poses onto rigid poses, if a function takes a pose."""
+    """Returns the C file of the pose projection, or {} without a function of a pose."""
     takes_pose = any(item.shape == (4, 4) for f in functions for item in f.inputs)
     return {RIGID: support(RIGID)} if takes_pose else {}

@@ -1,4 +1,4 @@
-"""Measures the errors of programs in single precision against the same programs in double."""
+"""Compares programs in single precision with the same programs in double precision."""
 
 import math
 from collections.abc import Sequence
@@ -18,8 +18,8 @@ from .single import single
 SAMPLES = 10_000
 """Number of random inputs of a function."""
 SAFETY = 2.0
-"""Ratio of the printed bound to the largest measured error, because math libraries on other
-processors may round sines and angles less accurately."""
+"""The printed bound is this multiple of the largest measured error. Math libraries on other
+processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """Robots with loops: each coordinate is sampled within this distance of the reference (radian or
 metre). If the range of a coordinate is below 1, the distance is multiplied by the range."""

@@ -57,7 +57,7 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
 
 
 def kind(value: Argument | Result) -> str:
-    """Returns the type of an argument: an array, or for coordinates in slots an array of arrays.
+    """Returns the type of an argument: an array, or an array of arrays for solution slots.
 
     The slots of a residual or a margin are the entries of an array.
     """

@@ -1,10 +1,10 @@
 """A revolute column with two prismatic joints, and a wrist whose first axis is parallel to it.
 
-Joint 1 is revolute, joints 2 and 3 are prismatic with different directions, joints 4, 5 and 6 are
-revolute. Axis 4 is parallel to axis 1, and axes 5 and 6 intersect. The prismatic joints do not
-rotate the tool, so joints 1 and 4 rotate it by the sum of their angles. The orientation then
-determines three angles, as in a spherical wrist, although axes 4, 5 and 6 have no common point.
-Joint 1 and the prismatic joints then position the wrist.
+Joints 2 and 3 are prismatic, with different directions; the other joints are revolute. Axis 4 is
+parallel to axis 1, and axes 5 and 6 intersect. The prismatic joints do not rotate the tool, so
+joints 1 and 4 rotate it by the sum of their angles. The orientation then determines three angles,
+as in a spherical wrist, although axes 4, 5 and 6 have no common point. Joint 1 and the prismatic
+joints then position the wrist.
 
 Maximum number of solutions: 4, from two orientation solutions and two position solutions.
 """

@@ -51,7 +51,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _two_of_three(
     work: Work, lines: Lines, target: Target, S: Vector
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Returns the angles of joints 1, 6 and 5; joint 1 or joint 6 stays at 0."""
+    """Returns the angles of joints 1, 6 and 5. Angle 1 or angle 6 is 0."""
     terms, (a1, *_, a5, a6) = work.terms, lines.axes
     if a1.stays:
         still, first, second = a1, a6.reversed(), a5.reversed()

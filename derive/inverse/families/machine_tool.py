@@ -4,8 +4,8 @@ Examples are gantries, machine tools and single joints. Up to three prismatic jo
 consecutive, with no revolute joint between them. The orientation determines the revolute joints,
 and the remaining position error determines the prismatic joints.
 
-There are up to two revolute joints; three are possible with three prismatic joints or in a head
-whose axes intersect in one point. If the first and third axis become parallel, only the sum of
+There are up to two revolute joints. Three are possible with three prismatic joints, or if the three
+revolute axes intersect in one point. If the first and third axis become parallel, only the sum of
 their angles is determined. Three prismatic joints still reach the position for any division of this
 sum between the two joints. The axes need not intersect or be perpendicular.
 
@@ -42,7 +42,7 @@ from .family import Family
 _MAX = 3
 """Maximum number of revolute joints, and of prismatic joints."""
 _HEAD = 2
-"""Number of revolute joints of a head that directs a tool."""
+"""Number of revolute joints that orient a tool."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:

@@ -2,8 +2,7 @@
 
 Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
 the sum q2 + q3, and q4. Two joint coordinates remain to reach the position. For an unreachable
-pose, the solution steps return a nearby pose, and the residual is the distance between the two
-poses. Maximum number of
+pose, the solution steps return a nearby pose. The residual is its distance. Maximum number of
 solutions: 2 for a pose, 4 for a position.
 """
 

@@ -1,8 +1,8 @@
 """Four joints: three joints of any kind that position a point, and a revolute joint after them.
 
-Joint 4 does not move the points of its axis, so the target determines the position to which the
-first three joints must move one of these points. The remaining rotation determines joint 4. The
-residual includes the other conditions of the pose. Maximum number of solutions: 4.
+Joint 4 does not move the points of its axis. The target thus determines the position of such a
+point, and the first three joints reach this position. The remaining rotation determines joint 4.
+The residual includes the other conditions of the pose. Maximum number of solutions: 4.
 """
 
 from collections.abc import Iterator

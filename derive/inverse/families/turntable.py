@@ -3,7 +3,7 @@
 Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to these axes, and so is axis 5 if there is a
 fifth joint. Four joints give the tool four degrees of freedom: its position and its pitch in the
 arm plane. A fifth joint rotates the tool about an axis in the arm plane. For an unreachable pose,
-the solution steps return a nearby pose, and the residual is the distance between the two poses.
+the solution steps return a nearby pose. The residual is its distance.
 
 Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch because the
 tool may point outward or inward.

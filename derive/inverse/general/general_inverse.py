@@ -168,7 +168,7 @@ def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | Non
 
 @dataclass(frozen=True)
 class GeneralTables:
-    """Tables with which the C solver finds all solutions of an arm as a general arm.
+    """Tables for the C solver of general arms, which finds all solutions.
 
     Attributes:
         arm: The numbers of the arm for the general solver, or None if the solver does not apply.
@@ -273,10 +273,10 @@ def with_tool_joint(
 ) -> WithTool | None:
     """Returns the best-conditioned six-joint extension of a five-joint arm, or None.
 
-    The added joint rotates the tool. Every solution of the five joints is a solution of the six
-    joints with angle 6 at 0; solutions with a nonzero angle 6 are discarded. The added axis is skew
-    to the other axes, so that the six joints fit no known family. The added axis is far enough from
-    the tool origin for a rotation about it to move the origin.
+    The added joint rotates the tool. Every solution of the five joints also solves the six joints,
+    with angle 6 at 0. Solutions with a nonzero angle 6 are discarded. The added axis is skew to the
+    other axes, so that the six joints fit no known family. The added axis is far enough from the
+    tool origin for a rotation about it to move the origin.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.

@@ -47,8 +47,7 @@ GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
 angle."""
 KEPT, MAX_KEPT = 3, 4
 """Number of elimination orders that are used; if one fails at a pose, the next order is tried. A
-fourth order is used only if it is suitable at configurations at which the other three orders are
-not."""
+fourth order is used only if it is suitable at some configurations where the other three are not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
@@ -318,9 +317,9 @@ def length(constants: Sequence[Array]) -> float:
 def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
-    A is singular if joints 1 and 2 belong to three parallel axes: each solution of the other joints
-    then has two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, the equations
-    contain no products of the squared displacements.
+    A is singular if joints 1 and 2 belong to three parallel axes. Each solution of the other joints
+    then leads to two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, the
+    equations contain no products of the squared displacements.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))

@@ -106,7 +106,7 @@ def _by_structure(
         families: The families to try.
         give: Indices of the chain joints to fix.
         built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
-            the built robot may require coordinates beyond the dead points of the nominal robot.
+            the as-built robot may require coordinates beyond the dead points of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -254,8 +254,8 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
 def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None) -> Solved:
     """Solves the joints of the main chain, then the actuators.
 
-    For a robot as built, the loops as built give the actuators if these loops have a closed form.
-    The built loops may be beyond a dead point of the design, for example in a folded parallelogram.
+    If the loops of an as-built robot have a closed form, they determine the actuators. The as-built
+    loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
     pose = _on_chain(hybrid, chain, Work(hybrid.terms))
     settled = settled_choices(hybrid, pose, chain.given)
@@ -274,8 +274,8 @@ def _on_chain(
 ) -> Solved:
     """Solves the chain and the actuators without the redundant branch signs.
 
-    Newton's method does not change the coordinates of fixed joints, so these coordinates have their
-    values as built.
+    Newton's method does not change the coordinates of fixed joints, so these have their as-built
+    values.
     """
     terms = hybrid.terms
     arguments, joints = chain.coordinates(work)
@@ -301,7 +301,7 @@ def _on_chain(
 def _start_on_chain(
     design: SolvedLoops, built: SolvedLoops, chain: MovingChain, work: Work
 ) -> Solved:
-    """Solves the main-chain joints of the design, then the actuators as built.
+    """Solves the main-chain joints of the design, then the actuators of the as-built robot.
 
     The residual compares only the pose of the design's main chain, not its loops.
     """

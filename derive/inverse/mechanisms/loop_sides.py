@@ -2,9 +2,9 @@
 
 If a leg or a four-bar linkage has two branches, several actuator vectors give the same main-chain
 joints. Each loop with two branches adds a branch sign to the inverse. A branch sign that does not
-change the result is fixed during the derivation. For example, a platform that does not rotate has
-the same legs for both solutions of its orientation, and branches that forward kinematics never
-reaches have no solutions.
+change the result is fixed during the derivation. For example, a translating platform has the same
+legs for both solutions of its orientation. Branches that forward kinematics never reaches have no
+solutions.
 """
 
 from collections.abc import Sequence

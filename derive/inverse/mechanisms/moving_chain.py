@@ -1,4 +1,4 @@
-"""The part of a main chain that moves: joints that the loops hold still have constant values.
+"""The moving part of a main chain; immobile joints in closed loops have constant values.
 
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
 have constant values. An axis behind the platform then continues a chain of three translations. If
@@ -33,10 +33,10 @@ class MovingChain:
 
     Attributes:
         whole: The main chain.
-        robot: The main chain with fixed joints in place of the joints that the loops hold still.
+        robot: The main chain, in which immobile joints are fixed joints.
         lines: The axes of the moving joints, numbered in the whole chain.
         found: The structure of these axes.
-        held: The value of each joint that the loops hold still, by its number in the whole chain.
+        held: The constant value of each immobile joint, keyed by its number in the whole chain.
     """
 
     whole: SerialRobot
@@ -113,7 +113,7 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
 
 
 def _held(h: SolvedLoops) -> dict[int, sp.Expr]:
-    """Returns the values of the joints that the loops hold still (radian or metre)."""
+    """Returns the constant values of the immobile joints (radian or metre)."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):
@@ -134,7 +134,7 @@ def _is_still(h: SolvedLoops, joint: Joint) -> bool:
 
 
 def _with_still_joints(robot: SerialRobot, held: Mapping[int, sp.Expr]) -> SerialRobot:
-    """Returns the chain with fixed joints at the held values."""
+    """Returns the chain with fixed joints in place of the immobile joints."""
     names = {robot.moving[k].name: value for k, value in held.items()}
     return replace(
         robot,

@@ -59,7 +59,7 @@ def first_angle(
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
-    """Returns the point of a line whose position vector is as long as another vector.
+    """Returns the point on a line at the distance |other| from the origin.
 
     If a root is a difference with cancellation, the product of the roots gives this root.
 

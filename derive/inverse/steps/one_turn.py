@@ -40,8 +40,8 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
-    # 1. The lift joint compensates the height change of the other prismatic joint; together, the
-    # two joints move the point perpendicular to axis 1 at the target height.
+    # 1. The lift joint compensates the height change of the other prismatic joint. Together, they
+    # move the point perpendicular to axis 1 at the target height.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     way = combination(terms, (_ONE, ratio), (other.h, lift.h))

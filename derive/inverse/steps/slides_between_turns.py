@@ -32,8 +32,7 @@ _MAX = 3
 """Maximum number of revolute joints, and of prismatic joints."""
 _FREEDOMS = 6
 _PARALLEL = sp.Float("1e-14", 20)
-"""Sine below which two prismatic joints count as parallel: the rounding error of their
-directions."""
+"""Below this sine of their angle (a rounding error), two prismatic joints count as parallel."""
 
 
 def requires(lines: Lines) -> list[Requirement]:

@@ -31,10 +31,10 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
-which are three equations for the two unknowns m and n. The second equation is used together with
-the first equation if alpha^2 > |p|, and otherwise together with the third equation. Therefore, a
-relative error of t acts like a relative error of the same size in the largest of p, q and r. If p
-is only rounding error, t = 0 is exact, as a fourfold root requires.
+which are three equations for the two unknowns m and n. The second equation is combined with the
+first if alpha^2 > |p|, else with the third. Therefore, a relative error of t acts like a relative
+error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is exact, as
+a fourfold root requires.
 
 Degenerate: for g = 0 (a single line), the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.

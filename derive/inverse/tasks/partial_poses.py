@@ -105,7 +105,7 @@ POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space, reads_base
 
 
 def position(robot: SerialRobot, work: Work) -> Solved:
-    """Returns the position task from the solved joints."""
+    """Returns the task for a tool position."""
     terms = work.terms
     meaning = "position of the tool in the base frame"
     return partial_pose(
@@ -120,7 +120,7 @@ def position(robot: SerialRobot, work: Work) -> Solved:
 
 
 def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) -> Solved:
-    """Returns the task for position and tool-axis elevation from the solved joints.
+    """Returns the task for a tool position and an elevation of the tool axis.
 
     Args:
         robot: The description.
@@ -160,7 +160,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
 
 
 def position_direction(robot: SerialRobot, work: Work) -> Solved:
-    """Returns the task for position and tool-axis direction from the solved joints."""
+    """Returns the task for a tool position and a tool-axis direction."""
     terms = work.terms
     wanted = unit_direction(terms)
 

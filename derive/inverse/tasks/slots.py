@@ -199,8 +199,8 @@ def function_of(
 ) -> SymbolicFunction:
     """Returns the function of a task over all solution slots, from the entries of one slot.
 
-    The coordinates with the indices ``given`` are inputs, or depend only on inputs other than the
-    first input. ``loops`` contains the margins of the closed loops.
+    The coordinates ``given`` (indices) are inputs, or depend on all inputs except the first.
+    ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"

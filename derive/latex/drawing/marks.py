@@ -25,7 +25,7 @@ COLLAR = 36
 BARREL = 0.55
 """Length of a barrel relative to the length of its cylinder."""
 FORESHORTENED = 0.35
-"""Projected length below which a direction counts as parallel to the view direction."""
+"""Below this projected length, a direction counts as parallel to the view direction."""
 GUIDE, RAIL = 45, 110
 """Length of a guide beyond its slider, and length of a guide on the ground without limits."""
 HATCH = 11

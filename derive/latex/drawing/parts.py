@@ -110,8 +110,8 @@ class Scene:
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4), or None if it is not drawn.
-        foot: Both ends of the line from the ground to the single base joint, or None if this joint
-            is on the ground or if the base has several joints.
+        foot: Both ends of the line from the ground to the base joint. None if this joint is on the
+            ground, or if there are several.
     """
 
     solids: Sequence[Solid]

@@ -19,9 +19,9 @@ def view(
 ) -> tuple[Array, bool]:
     """Returns the picture's directions (right, up, towards the eye), and whether it is planar.
 
-    Planar loops with parallel planes in this configuration are projected onto that plane; the
-    base's z axis is upright if the plane contains it. The same rule holds for a planar robot
-    without loops. All other robots are viewed obliquely from above.
+    If the planes of all planar loops are parallel in this configuration, the view is onto that
+    plane. The base's z axis is upright if the plane contains it. The same rule holds for a planar
+    robot without loops. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.

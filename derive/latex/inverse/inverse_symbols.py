@@ -122,7 +122,7 @@ class InverseSymbols:
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """Returns the value of a chain joint, or of a prismatic replacement of several joints."""
+        """Returns the value of a joint, or of a prismatic joint that replaces several."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
             # The added joint, which would rotate the tool about the axis of this joint.
@@ -154,6 +154,6 @@ class InverseSymbols:
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """Returns the axis with this name; prismatic joints that share a name follow in order."""
+        """Returns the first axis with this name whose joint is not in ``done``."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

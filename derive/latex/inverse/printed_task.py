@@ -93,7 +93,7 @@ class PrintedTask:
         steps: The steps.
         rest: Coordinates that are computed from an angle sum, with their values.
         free: Coordinates that the task does not determine, which are set to 0.
-        still: Coordinates that the loops hold still.
+        still: Coordinates that are constant in the closed loops.
         symbols: The printed symbol of each input and sign of the derivation.
     """
 
@@ -316,5 +316,5 @@ class _Writer:
         )
 
     def _still(self) -> tuple[sp.Symbol, ...]:
-        """Returns the coordinates that the loops hold still."""
+        """Returns the coordinates that are constant in the closed loops."""
         return tuple(self.notation.q[k] for k in sorted(self.work.still))

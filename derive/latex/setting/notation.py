@@ -27,7 +27,7 @@ constants."""
 MAX_WRITTEN = 200
 """Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
 COMMAS_FROM = 10
-"""Number of coordinates above which commas separate the indices of a sum."""
+"""Above this number of coordinates, commas separate the indices of a sum."""
 LONG_RUN = 3
 """Minimum number of consecutive indices that are printed as a range."""
 LETTERS = {

@@ -130,7 +130,7 @@ class _Constants:
         return self.printer.terms(self._bracketed(entry))
 
     def _bracketed(self, entry: sp.Expr) -> sp.Expr:
-        """Returns a sum with names for brackets that are too wide."""
+        """Returns the sum after replacing each bracket that is too wide by a name."""
         addends = []
         for addend in sp.Add.make_args(entry):
             factors = [

@@ -416,7 +416,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value at which the loop closes, before a value at which it stays open."""
+    """Returns the last value with a closed loop before a value with an open loop."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)

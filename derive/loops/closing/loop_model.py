@@ -1,4 +1,4 @@
-"""A mechanism whose loops can close, and the coordinates in which its functions are expressed."""
+"""A mechanism whose loops can close, and the coordinates of its functions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Pin-ended rods and cylinders whose pin axes are not parallel, as in a robot as built.
+"""Pin-ended rods and cylinders with slightly tilted pins, as on real robots.
 
 Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, the
 loop is overconstrained: no configuration satisfies the lengths and the pin directions together. The

@@ -68,7 +68,7 @@ class LoopClosure:
         w: Symbols of the variables.
         entries: Terms that are zero if the loops are closed, or as nearly closed as possible.
         units: The unit of each entry, m or 1.
-        size: The longest translation or rod (metre), used to scale lengths against angles.
+        size: The longest translation or rod (metre); lengths are divided by it, angles are not.
         functions: The functions of w that the iteration calls, by name; empty if there are fewer
             equations than unknown variables.
         inputs: Name of the coordinates that drive the input variables: ``q``, or ``theta``.

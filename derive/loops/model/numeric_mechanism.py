@@ -276,8 +276,8 @@ class NumericMechanism:
                 names constants.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
-            last: The loop whose closure error is minimized while the other loops stay closed; with
-                "", all loops have equal weights.
+            last: The loop with the minimized closure error; the others stay closed. With "", all
+                loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants

@@ -2,9 +2,8 @@
 
 A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
 these axes. Loops that share a joint form one *linkage*. Each body of a linkage has separate planar
-axes. The x axis is the first of the frame's x, y, z axes that lies in the plane; the y axis is to
-the left of the x axis. The plane's normal is the first revolute axis of the linkage, or the normal
-of its sliders.
+axes. The x axis is the first axis of the frame (x, y, z) in the plane. The y axis points to its
+left. The plane's normal is the first revolute axis of the linkage, or the normal of its sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,8 +1,8 @@
 """A generic platform on six rods, and its forty complex poses, the starts of all paths.
 
-The parameters of the rods are random numbers. The poses were found from a single pose by path
-tracking along random closed paths of rod parameters, until forty poses were known. A generic
-platform has at most forty complex poses (Raghavan 1993, Wampler 1996).
+The parameters of the rods are random numbers. Path tracking started from a single pose, along
+random closed paths of the rod parameters, until all forty poses were known. A generic platform has
+at most forty complex poses (Raghavan 1993, Wampler 1996).
 """
 
 import numpy as np

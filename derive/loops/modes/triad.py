@@ -189,8 +189,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
     conditioned even if u_2 and u_3 are parallel and the linear pair is singular. The third circle
     selects the sign of the component across u. If the three centers are collinear, the mirrored
     points are both solutions: this function returns the first solution, :func:`triad_mirror` the
-    second. If the centers coincide, the result is NaN. With lines, the legs with lines come first;
-    of three lines, the two lines that are closest to perpendicular give the position.
+    second. If the centers coincide, the result is NaN. Legs with lines come first. Of three lines,
+    the two closest to perpendicular determine the position.
 
     Args:
         terms: Names of all terms.

@@ -86,7 +86,7 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (metre), used to scale lengths against angles."""
+        """The longest translation or rod (metre); lengths are divided by it, angles are not."""
         return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
@@ -297,9 +297,8 @@ def file_parts(
 ) -> list[Placement]:
     """Returns the frames and lengths of a robot file at zero coordinates, in the file's order.
 
-    A robot file describes a joint only by the frame of this joint, so each body uses the frame of
-    the joint that carries it. The placement after a joint becomes part of the placements of joints,
-    ends and tool on the joint's body.
+    A robot file states only joint frames, so each body uses the frame of its parent joint. The
+    placement after a joint is added to the placements of joints, ends and tool on its child body.
 
     Args:
         mechanism: The description.

@@ -202,7 +202,7 @@ class Clusters:
     # --- joining of rigid groups ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Joins a group to a second group; the pose of the first group in the second is known."""
+        """Merges a group into a second group; its pose in the second group is known."""
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 

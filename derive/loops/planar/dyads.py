@@ -1,4 +1,4 @@
-"""Dyads of pins: three bodies in a ring of pins. Two of the bodies rotate on the third body."""
+"""Dyads of pins: two bodies rotate on a third body, and a pin connects the two."""
 
 import cmath
 import math
@@ -115,8 +115,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point at the reference.
 
-    If all rings are near a dead point, the result is the first ring; if there are no rings, the
-    result is None.
+    The result is the first ring if all are near a dead point, and None without rings.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)

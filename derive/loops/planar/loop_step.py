@@ -134,7 +134,7 @@ class LoopStep(ABC):
         title: Name of the kind of step.
         branches: The name of each branch by its sign. The name states on which side of the
             mechanism's mirror line the solved bodies lie.
-        opening: Introductory words before equations that are not written in the axes of a body.
+        opening: Text before the equations if they are not written in the axes of a body.
         reason: A sentence that replaces the equations if the step has no equations.
         dead_point: Text that describes margin 0, with quantity letters in braces.
     """

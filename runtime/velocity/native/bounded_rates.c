@@ -123,8 +123,8 @@ typedef struct {
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b. With a, the free joints perform the task; b contains the rates of the joints
- * at bounds, and the rates of the free joints that compensate them. */
+/* Computes y = a + b. The rates a of the free joints perform the task. The rates b are the bounded
+ * joints' rates, and the free joints' rates that compensate them. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;

@@ -114,7 +114,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """A complete model fits a 20 mm longer link, but with an error of forty times the tolerance."""
+    """A complete model fits a 20 mm longer link: the length error is forty tolerances."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text

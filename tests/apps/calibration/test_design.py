@@ -1,4 +1,4 @@
-"""Optimal designs and tolerance-based errors, against linear algebra and Monte Carlo analysis."""
+"""Compares optimal designs and error predictions with linear algebra and Monte Carlo analysis."""
 
 import numpy as np
 import pytest

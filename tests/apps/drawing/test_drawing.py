@@ -1,4 +1,5 @@
-"""The geometry of drawings: positions of shapes, number of ghosts, and labels without overlaps."""
+"""The geometry of drawings: positions of shapes, number of branches, and labels without
+overlaps."""
 
 import functools
 import itertools

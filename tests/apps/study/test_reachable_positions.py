@@ -1,4 +1,4 @@
-"""Platform positions at one orientation, against spherical shells and an integral over joints."""
+"""Compares platform positions at one orientation with spherical shells and an integral."""
 
 import itertools
 

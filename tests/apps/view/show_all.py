@@ -1,12 +1,13 @@
 """``python tests/apps/view/show_all.py FOLDER N [PICTURES]`` tests the pages of many robots.
 
-A Chromium shows the shipped robots, the shelf, the robot files of a folder and N random mechanisms.
-Each page must load without console messages. After moves of all sliders, each body must agree with
-the functions of the robot. The tool must then follow the drag handle back.
+A Chromium shows the shipped robots, the arms derived on first use, the robot files of a folder and
+N random mechanisms. Each page must load without console messages. The script moves all sliders, and
+compares the pose of each body with the functions of the robot. The tool must then follow the drag
+handle back.
 
-Prints for each robot the page size, the frame times of a slider and of the handle with ghosts, the
-number of ghosts, the largest errors of bodies and tool, and all failures. The pictures are written
-to a folder.
+The script prints for each robot the page size, the number of displayed branches, and the frame
+times of a slider and of the handle. It also prints the largest errors of bodies and tool, and all
+failures. The pictures are written to a folder.
 """
 
 import shutil
@@ -25,7 +26,7 @@ CLOSED = 1e-9
 FRAMES = 100
 """Number of frames for the mean processor time."""
 SEARCHED = 20.0
-"""Seconds that a search for ghosts may take on a busy machine."""
+"""Maximum time in seconds of a search for branches on a busy machine."""
 SLID = """{
   const q = coordinates(), kept = kinematics.z.slice();
   const inwards = robot.sliders.map((s, i) =>

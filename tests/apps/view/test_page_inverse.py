@@ -15,7 +15,7 @@ from tests.support.waiting import until
 TRUE = 1e-9
 """Largest tool error, in radians and relative to the robot's size."""
 SAME = 1e-6
-"""Coordinate difference (radian or metre) below which two configurations are equal."""
+"""Below this coordinate difference (radian or metre), two configurations are equal."""
 REDUNDANT = {"iiwa14", "panda", "photo_robot", "well_manipulator"}
 BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "five_bar", "delta")
 STEPS = 4
@@ -81,7 +81,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
     found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
     assert len(found) > 0
     T = displayed.tool
-    # The delta's closed form omits solutions at which the actuators also allow a different pose.
+    # The delta's closed form omits a solution if the actuators also allow a different pose.
     for row in found if name != "delta" else ():
         expected = branches(robot, T, row).q
         assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)

@@ -78,7 +78,7 @@ def _apart(difference: np.ndarray) -> np.ndarray:
 def _fewer(
     robot: chasles.Robot, nominal: chasles.Robot, T: np.ndarray, found: chasles.Solutions
 ) -> int:
-    """Counts the true solutions near nominal solutions on the true branch that ``ik`` misses."""
+    """Counts missing true solutions that Newton's method finds from nominal solutions."""
     start = nominal.ik(T)
     of, slot = np.nonzero(start.valid)
     q = start.q[of, slot]

@@ -1,4 +1,4 @@
-"""Robots with loops against the numbers of their papers and of independent recomputations.
+"""Compares robots with loops with the numbers in their papers and with recomputed numbers.
 
 If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
 printed numbers compare only the printed digits.
@@ -126,7 +126,7 @@ def test_well_manipulator_rates_after_27_s_match_paper():
 
 
 def check_rates(r, angles, rates):
-    """Checks cylinder velocities (mm/s) against joint velocities (deg/s), in both directions."""
+    """Compares the map from joint rates (deg/s) to cylinder speeds (mm/s), and its inverse."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])

@@ -1,4 +1,4 @@
-"""The robots of the papers against independently computed reference values."""
+"""Compares the robots of the papers with independently computed reference values."""
 
 import numpy as np
 import pytest

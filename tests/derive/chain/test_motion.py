@@ -1,4 +1,4 @@
-"""Time derivatives of named terms against differentiation by SymPy, CasADi and mpmath."""
+"""Compares time derivatives of named terms with results of SymPy, CasADi and mpmath."""
 
 import casadi as ca
 import mpmath

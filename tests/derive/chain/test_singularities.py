@@ -1,4 +1,4 @@
-"""Factored determinants of Jacobians against numerical determinants."""
+"""Compares factored determinants of Jacobians with numerical determinants."""
 
 from functools import cache
 from pathlib import Path
@@ -25,7 +25,7 @@ SEVERAL = ("iiwa14", "lynxmotion")
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""Singular value (m, rad) below which a Jacobian is rank deficient; the roots are accurate to
+"""Below this singular value (m, rad), a Jacobian is rank deficient; the roots are accurate to
 1e-9."""
 FULL = 1e-4
 """Singular value (m, rad) that the Jacobian at a random configuration always exceeds."""

@@ -1,4 +1,4 @@
-"""Shipped robots with loops against a numerical model that is independent of the compiler."""
+"""Compares shipped robots with loops with a model that is independent of the compiler."""
 
 import tomllib
 from functools import cache

@@ -1,4 +1,4 @@
-"""URDF import: random trees against Pinocchio's reader, and errors for invalid files."""
+"""URDF import: compares random trees with Pinocchio, and tests errors for invalid files."""
 
 import pytest
 import sympy as sp
@@ -8,7 +8,7 @@ from tests.support.counting import calls_of
 from tests.support.generators.random_urdf import compare
 
 SEEDS = (16, 23)
-"""Random robots with all joint types, in which a mimic joint follows a mimic joint.
+"""Returns random robots with all joint types, where some mimic joints follow mimic joints.
 
 The campaign `urdf` tests other robots.
 """

@@ -16,9 +16,9 @@ ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
 """Number of start configurations per pose, and of iterations per start, in the reference search."""
 TRUE = 1e-8
-"""Pose error (metre, or entry of a rotation) above which a solution is wrong."""
+"""Above this pose error (metre, or entry of a rotation), a solution is wrong."""
 KNOWN = 1e-4
-"""Minimum singular value (metre, radian) at which the reference search separates solutions."""
+"""The reference search separates solutions from this singular value (metre, radian)."""
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,4 @@
-"""Tolerant detection of parallel and intersecting axes, and inverse targets from which some joints
-are removed."""
+"""Tolerant detection of parallel and intersecting axes, and targets without some joints."""
 
 import numpy as np
 import pytest

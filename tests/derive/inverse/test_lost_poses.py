@@ -24,8 +24,7 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms whose first choice of fixed joints misses poses, with other fixed joints that miss no
-pose."""
+"""Arms whose first choice of fixed joints misses poses, and a choice without misses."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 

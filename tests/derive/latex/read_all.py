@@ -2,8 +2,9 @@
 articles.
 
 The script parses the printed text, evaluates it at random poses, and compares it with ``ik``. The
-default is all arms of the shipped robots and of the shelf (``derive/robots/shelf``). The script
-prints the number of agreeing solutions, or the reason why an article cannot be evaluated.
+default is all shipped arms, and the arms that are derived on first use (``derive/robots/shelf``).
+The script prints the number of agreeing solutions, or the reason why an article cannot be
+evaluated.
 """
 
 import sys

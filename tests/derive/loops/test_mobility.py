@@ -1,4 +1,4 @@
-"""Degrees of freedom against textbooks, and closed configurations against formulas."""
+"""Compares degrees of freedom with textbooks, and closed configurations with formulas."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Sums of rotated vectors against complex numbers."""
+"""Compares sums of rotated vectors with sums of complex numbers."""
 
 import cmath
 import random

@@ -1,4 +1,4 @@
-"""Detection of planar loops, and linkage edges against spatial poses."""
+"""Tests the detection of planar loops, and compares linkage edges with spatial poses."""
 
 from dataclasses import replace
 from itertools import cycle

@@ -1,4 +1,4 @@
-"""Values of constants against SymPy's evaluation, also for exact zeros and undefined values."""
+"""Compares constants with SymPy's evaluation, also for exact zeros and undefined values."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""Functions with branches against 40-digit arithmetic: scalar code, vector code and batches.
+"""Compares functions with branches with 40-digit results: scalar, vector and batch code.
 
 The oracle evaluates each branch separately, with its signs inserted into the derived terms.
 """

@@ -1,4 +1,4 @@
-"""Pose projection in generated C, against a polar decomposition computed from eigenvalues."""
+"""Compares the generated pose projection with a polar decomposition from eigenvalues."""
 
 import ctypes
 import subprocess
@@ -11,7 +11,7 @@ from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.language import RIGID
 
 SAME_POSE = 1e-14
-"""Tolerance of the entries of a projected pose against the oracle."""
+"""Tolerance of the entries of a projected pose, compared with the oracle."""
 SOURCE = f"""#include "{RIGID}"
 int project(const double *T, double tolerance, double *rigid);
 int project(const double *T, double tolerance, double *rigid)

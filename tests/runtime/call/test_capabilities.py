@@ -108,8 +108,7 @@ def test_labels_name_the_mirrored_part():
     labels = arm.labels["ik"]
     assert solutions.labels == labels
     assert len(labels) == len(set(labels)) == 8
-    # Labels that differ only in the elbow belong to solution slots that differ in the sign of the
-    # elbow joint.
+    # If two labels differ only in the elbow, the elbow joints of their slots have opposite signs.
     pairs = [
         (k, labels.index(label.replace("elbow +", "elbow -")))
         for k, label in enumerate(labels)

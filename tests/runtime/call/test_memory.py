@@ -52,7 +52,7 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     np.testing.assert_array_equal(again, expected)
     del again
     # A slightly smaller result reuses the memory block of the freed result. A result of half the
-    # size does not reuse the memory block, to save memory.
+    # size would waste the rest of the block, so it gets new memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer

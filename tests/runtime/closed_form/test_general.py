@@ -24,7 +24,7 @@ NARROW = "-march=x86-64"
 CLOSED = 5e-14
 """Largest pose error (metre, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
-"""Angle in radians below which two solutions are equal."""
+"""Below this angle in radians, two solutions are equal."""
 
 
 @pytest.fixture(scope="module", params=NAMES)

@@ -37,11 +37,11 @@ CLEAR = 1e-3
 """Minimum margin of every solution slot. Closer to the boundary of the reach, validity depends on
 rounding."""
 SAME_POSE = 1e-14
-"""Tolerance of the entries of a projected pose against the oracle."""
+"""Tolerance of the entries of a projected pose, compared with the oracle."""
 REACHED = 1e-12
 """Residual of a solution relative to the requested rigid pose."""
 SOLVED = 1e-9
-"""Residual below which a solution slot or an iteration counts as solved."""
+"""Below this residual, a solution slot or an iteration counts as solved."""
 
 ROUNDED_AS_FAR = 10
 """Largest residual for a rounded pose, relative to its distance from a rigid pose."""

@@ -1,7 +1,7 @@
 """If the closed form misses a right-angle pose, a search starts at least-squares solutions.
 
-The arm comes from the benchmarks. At some values of the fixed prismatic joint, the axes of the
-other joints intersect, and the closed form misses poses for every choice of fixed joints.
+The arm comes from the benchmarks. At some values of the fixed prismatic joint, the other axes
+intersect. The closed form then misses poses, for any fixed joint.
 """
 
 import json

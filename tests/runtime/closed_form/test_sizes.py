@@ -27,7 +27,8 @@ The factors include a micrometre-sized and a kilometre-sized arm.
 """
 POSES = 300
 BORDER = 0.1
-"""Relative distance of a residual from the tolerance below which validity depends on rounding."""
+"""If a residual differs from the tolerance by less than this fraction, rounding decides on
+validity."""
 REACHED = 1e-12
 """Largest pose error of a solution, in radians and relative to the unit of length."""
 

@@ -1,4 +1,4 @@
-"""As-built robots with loops, refined from their design, against independently closed loops."""
+"""Compares as-built robots with loops, refined from their design, with another loop solver."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Robots derived on first use: shelf, descriptions, concurrent and interrupted first uses."""
+"""Robots derived on first use: named arms, descriptions, concurrent and interrupted first uses."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Manipulability against textbook formulas, NumPy and finite differences."""
+"""Compares manipulability with textbook formulas, NumPy and finite differences."""
 
 import numpy as np
 import pytest

@@ -151,7 +151,8 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
     """Returns a mechanism with pinned links in place of its rods.
 
-    The geometry is the same, but the loops consist of bodies, whose pins constrain all directions.
+    The geometry is unchanged, but each rod becomes a body with two pins, which also constrain
+    directions.
 
     Args:
         mechanism: The robot; its rod frames are parallel to the base frame.

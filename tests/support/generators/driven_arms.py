@@ -142,8 +142,7 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns an as-built arm: all lengths have errors, and the axes of joints outside loops have
-    errors.
+    """Returns an as-built arm with errors of all lengths, and of the axes outside loops.
 
     Args:
         design: The arm.

@@ -25,7 +25,7 @@ from tests.support.oracles.screws import Screws, screws_of
 
 CALIBRATION = Path(__file__).parents[1] / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
-"""Cosine of the pitch below which roll and yaw are rotations about the same axis."""
+"""Below this cosine of the pitch, roll and yaw are rotations about the same axis."""
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ def _universal(rng):
 def _rotary(rng, offset=0):
     """Returns a rotary delta: each leg has an arm, and a rod between universal joints.
 
-    The axes of a universal joint have the distance ``offset``.
+    ``offset`` is the distance between the two axes of each universal joint.
     """
     base, top = rng.integers(120, 160), rng.integers(30, 50)
     arm, rod = rng.integers(100, 130), rng.integers(220, 260)

@@ -9,7 +9,7 @@ from chasles.derive.model.mechanism import Strut
 # metre) of the reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
-# Minimum singular value at which loop equations count as well conditioned.
+# Loop equations count as well conditioned from this singular value.
 HELD = 0.02
 
 

@@ -15,7 +15,7 @@ from tests.support.derivations import description
 TINY = 1e-30
 """Complex step for derivatives with full accuracy."""
 ROUNDING = 1e-13
-"""Size of a Newton step below which only rounding errors remain [rad or m]."""
+"""Below this Newton step [rad or m], only rounding errors remain."""
 
 
 class Model:

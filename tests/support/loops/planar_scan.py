@@ -48,8 +48,8 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # The two branches merge at the angle at which the first two circles cease to intersect.
-    # Different signs of the branches before this angle indicate a zero.
+    # The two branches merge where the first two circles cease to intersect. Different signs of the
+    # branches before this angle indicate a zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

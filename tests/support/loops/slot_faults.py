@@ -11,7 +11,7 @@ FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
 """Tolerances of equal poses and equal coordinates (relative to the size, or radian)."""
 CLEAR = 1e-3
-"""Minimum margin above which the solution slots must recover a configuration.
+"""Above this margin, the solution slots must recover a configuration.
 
 Closer to a dead point, the configuration is too inaccurate for a comparison.
 """

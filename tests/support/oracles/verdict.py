@@ -15,9 +15,9 @@ VALID = 1e-9
 ROUNDING = 1e-14
 """Difference between two computations of the same residual [m or rad]."""
 SAME = 1e-6
-"""Largest joint difference at which two solutions count as the same [rad or m]."""
+"""Maximum joint difference [rad or m] of equal solutions."""
 REGULAR = 1e-3
-"""Smallest singular value at which coordinates are considered to be away from singularities."""
+"""Coordinates count as regular from this smallest singular value."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60

@@ -3,8 +3,8 @@
 MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
 rotates about (or translates along) an axis through its anchor. The amount is the joint coordinate
 minus the reference value. In the converted model, the link of each joint has its origin at the
-anchor. If the last anchor is not the body origin, a fixed joint is added, so that each link with
-the name of a body has the pose of the body.
+anchor. If the last anchor is not the body origin, a fixed joint is added. Each link thus has the
+pose of the body with the same name.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -39,7 +39,7 @@ class BodyJoint:
     """A joint between two links of a model.
 
     Attributes:
-        name: Name of the joint, or a name that is built from the name of the body.
+        name: Name of the joint; an unnamed joint is named after the body.
         parent: The parent link.
         child: The child link.
         kind: Joint type: revolute, prismatic, fixed, or the MuJoCo name of a multi-DOF joint.
@@ -135,7 +135,7 @@ class Bodies:
         )
 
     def joint_name(self, k: int) -> str:
-        """Returns the name of a joint, or a name that is built from the name of its body."""
+        """Returns the name of a joint; an unnamed joint is named after its body."""
         body = int(self.arrays.jnt_bodyid[k])
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
@@ -149,7 +149,7 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
-        """Yields the joints of a body, and a fixed joint if the last anchor is not its origin."""
+        """Yields the joints of a body, and a fixed joint from its last anchor to its origin."""
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
         link = self.names[int(arrays.body_parentid[body])]

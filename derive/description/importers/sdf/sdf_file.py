@@ -1,8 +1,8 @@
 """Reads the chain between two links of an SDF model, including its loops.
 
-Joints form a tree. A joint whose child already has a parent joint closes a loop. Frames become
-links that are fixed to the link to which the file attaches the frame. As in Drake, a joint with the
-effort limit 0 is passive; this rule matters in loops only.
+Joints form a tree. A joint whose child already has a parent joint closes a loop. Each frame becomes
+a link. A fixed joint attaches it to the frame's link. As in Drake, a joint with the effort limit 0
+is passive; this rule matters in loops only.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

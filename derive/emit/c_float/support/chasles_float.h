@@ -22,7 +22,7 @@
 #define CHASLES_ATAN2F(y, x) atan2f(y, x)
 #endif
 
-#define CHASLES_MAX_REDUCED 8192.0f /* angle [rad] up to which three constants reduce exactly */
+#define CHASLES_MAX_REDUCED 8192.0f /* maximum angle [rad] of the exact reduction */
 
 /* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. The angle is
  * reduced by multiples of pi/2 in three parts; the polynomials are those of the Cephes library. */

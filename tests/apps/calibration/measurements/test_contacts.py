@@ -1,4 +1,4 @@
-"""Scalar measurements; derivatives of all kinds of measurements against central differences."""
+"""Tests scalar measurements, and compares all derivatives with central differences."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Redundancy "global": limits against a dense grid, cost against other motions, derivatives."""
+"""Redundancy "global": limits on a dense grid, cost of other motions, and derivatives."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Time scalings against their limits, numerical derivatives and known peaks."""
+"""Compares time scalings with their limits, numerical derivatives and known peaks."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Exact sections against dense samples, integrals on grids, and optimized workspace bounds."""
+"""Compares exact sections with dense samples, grid integrals and optimized bounds."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Workspace areas against published values, and areas of random annuli against sampled points."""
+"""Compares workspace areas with published values, and annulus areas with samples."""
 
 from itertools import combinations, pairwise
 

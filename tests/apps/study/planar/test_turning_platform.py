@@ -1,4 +1,4 @@
-"""Orientation ranges of planar platforms against sampled angles, and interior singularities."""
+"""Compares orientation ranges of planar platforms with samples; interior singularities."""
 
 import math
 

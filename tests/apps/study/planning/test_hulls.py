@@ -1,4 +1,4 @@
-"""Collision shapes against drawings and equations of robots, and bounds of their motion."""
+"""Compares collision shapes with drawings and equations of robots, and tests motion bounds."""
 
 import numpy as np
 import pytest

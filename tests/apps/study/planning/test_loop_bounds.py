@@ -1,4 +1,4 @@
-"""Bounds of joint motion in loops, against sampled motion and generated derivatives."""
+"""Compares bounds of joint motion in loops with sampled motion and generated derivatives."""
 
 import warnings
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""MJCF import: random models against MuJoCo's kinematics, and errors for invalid models."""
+"""MJCF import: compares random models with MuJoCo, and tests errors for invalid models."""
 
 import random
 

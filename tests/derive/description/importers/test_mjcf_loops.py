@@ -1,4 +1,4 @@
-"""Loops of MJCF models: linkages, spatial loops and delta robots against MuJoCo's solutions."""
+"""Compares loops of MJCF models with MuJoCo: linkages, spatial loops and delta robots."""
 
 import random
 

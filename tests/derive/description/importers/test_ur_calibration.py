@@ -1,4 +1,4 @@
-"""Factory calibrations of UR arms, against plain DH products and Pinocchio's URDF reader."""
+"""Compares factory calibrations of UR arms with DH products and Pinocchio's URDF reader."""
 
 import random
 from dataclasses import replace

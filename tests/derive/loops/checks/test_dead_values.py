@@ -1,4 +1,4 @@
-"""Numerical dead points of loops against the triangle formed by the three pins."""
+"""Compares numerical dead points of loops with the triangle of the three pins."""
 
 import math
 

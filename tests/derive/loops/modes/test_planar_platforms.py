@@ -1,4 +1,4 @@
-"""Planar platforms on legs of all types: modes against Newton's method."""
+"""Compares the modes of planar platforms on all types of legs with Newton's method."""
 
 import sys
 
