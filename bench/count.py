@@ -65,7 +65,7 @@ START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C code that starts counting after the imports, which take most of the time."""
+"""C code that starts counting after the slow imports."""
 
 
 def run(write: bool) -> int:
@@ -135,7 +135,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose counts differ, or that are missing in one of the results."""
+    """Return functions with different counts, and functions in only one of the results."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"

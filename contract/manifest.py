@@ -178,9 +178,8 @@ class FunctionInfo:
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function, which has the same first input and returns, for each
-            loop, the distance from the configurations at which the loop does not close; "" if every
-            loop always closes.
+        margin: Name of the margin function; "" if every loop always closes. From the same first
+            input, it returns the distance of each loop from configurations with an open loop.
         steps: The loop to which each entry of a margin function's result belongs.
     """
 

@@ -152,7 +152,7 @@ class Role:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Name, domain and codomain, which form the key with which the runtime finds a function."""
+        """Name, domain and codomain. By this key, the runtime finds a function."""
         return self.name, self.domain, self.codomain
 
     @property

@@ -27,8 +27,8 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
         work: Function that computes the result, which must be plain data.
 
     Yields:
-        A function that waits for the result, or raises the error that the work raised. The process
-        ends at the end of the ``with`` block.
+        A function that waits for the result and returns it, or raises the error of the work. The
+        process ends at the end of the ``with`` block.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work

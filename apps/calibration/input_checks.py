@@ -158,8 +158,8 @@ def check_input(
         stated: The misfit without a correction [m].
 
     Raises:
-        InputValueError: A correction that reduces the misfit by a factor of ten indicates a
-            mistake, which the message states.
+        InputValueError: If a correction reduces the misfit by a factor of ten, the message states a
+            mistake.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < MIN_SPREAD or stated <= DOUBTFUL * moved:
@@ -180,8 +180,8 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         vary: The varied parameters.
 
     Raises:
-        InputValueError: A correction that reduces the misfit by a factor of three indicates a
-            mistake, which the message states.
+        InputValueError: If a correction reduces the misfit by a factor of three, the message states
+            a mistake.
     """
     if not is_unexplained(found):
         return

@@ -52,8 +52,8 @@ _CHANCE = 0.5
 _SECOND = 0.5
 """Relative error of the second-order correction, which is exact only for boxes."""
 _MISSED = 0.1
-"""Maximum fraction of the visited cells that a random half of the points may miss; if more are
-missed, the number of cells missed by all points cannot be extrapolated."""
+"""Maximum fraction of the visited cells that a random half of the points may miss. Otherwise, the
+cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
 """Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
 _MAX_CELLS = 10**9

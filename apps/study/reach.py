@@ -275,7 +275,7 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Results for each pose, which is solved only once, so that counts can be added."""
+    """Results for each pose. Each pose is solved once, so counts can be added."""
 
     def __init__(self, count: int) -> None:
         self.n_solutions = np.zeros(count, dtype=np.uint8)

@@ -113,9 +113,9 @@ def share_near(
     """Returns the fraction of random configurations recovered from a nearby nominal configuration.
 
     Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
-    inverse is needed. If the nominal inverse has a branch close to most configurations, the result
-    is at most slightly less than :attr:`Sampled.share_converged`, because distant branches rarely
-    converge to the sampled configuration.
+    inverse is needed. Distant branches rarely converge to the sampled configuration. If most
+    configurations have a close nominal branch, the result is thus nearly
+    :attr:`Sampled.share_converged`.
 
     Args:
         robot: The true arm.

@@ -52,7 +52,7 @@ class Nominal:
 
     Attributes:
         mechanism: The description, with numbers in place of the rounded parameters.
-        moved: Largest change of a length or of the position of a member (metre).
+        moved: Largest change (metre) of a length or member position.
         turned: Largest change of an axis direction (radian).
     """
 

@@ -103,8 +103,8 @@ class Inverses:
     def self_motion(self) -> str:
         """Describes the joints that move without moving the tool, in every configuration.
 
-        The text is empty for arms without a self-motion, for arms with more joints than a pose
-        determines, and for chains whose surplus joints are coupled by loops.
+        The text is empty for arms without a self-motion, and for arms with more joints than a pose
+        determines. It is also empty if loops couple the surplus joints of a chain.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)

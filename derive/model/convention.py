@@ -99,7 +99,7 @@ class Fitted:
 
 @dataclass(frozen=True, repr=False)
 class Convention:
-    """A convention that describes a joint and the link that the joint carries.
+    """A convention that describes a joint and its child link.
 
     A convention is callable, ``before, after = dh("revolute", a="0.3", d="d1")``. The call converts
     field values into the placements of a :class:`chasles.derive.Joint`.

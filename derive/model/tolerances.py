@@ -82,8 +82,8 @@ GIMBAL_LOCK = 1e-14
 """Components of a unit vector or quaternion below this value (no unit) have no usable direction,
 because rounding in double precision gives 1e-16. Roll and yaw then share an axis."""
 COMPILED_DECIMALS = 14
-"""Decimal places (metre, radian) of values computed by a program: rounding gives errors of 1e-16
-for one or two metres, and no file author writes more than 13 decimal places."""
+"""Decimal places (metre, radian) of values computed by a program. Rounding errors are 1e-16 for one
+or two metres, and no file author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
 """Difference (radian) between an angle that a program computes and the angle in a file: a few
 rounding errors of an angle near pi."""
@@ -458,8 +458,8 @@ LARGEST_SINGLE = 1e38
 """Larger constants are replaced by this value in single precision; such constants only detect
 infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (metre or radian) of a solution in single precision: the 1e-9 of double
-precision times the square root of the ratio of rounding errors, 2^29."""
+"""Largest residual (metre or radian) of a solution in single precision. The limit 1e-9 of double
+precision is multiplied by the square root of the rounding-error ratio, 2^29."""
 REGULAR = 1e-3
 """Errors in single precision are measured only above this value: the smallest singular value of a
 Jacobian (no unit, or metre), and the smallest margin of a loop. Near a singularity, these values

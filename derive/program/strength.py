@@ -33,7 +33,7 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
 
     Args:
         program: The program.
-        sign: An input that is 1 or -1; the returned program has the smallest number of angles that
+        sign: An input with the value 1 or -1. In the returned program, as few angles as possible
             depend on this input.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))

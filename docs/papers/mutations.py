@@ -86,8 +86,8 @@ def _is_expression(text: str) -> bool:
 def survives(row: Row, digit: Digit) -> bool:
     """Tests whether the verdict of a row holds although a digit is wrong.
 
-    The number changes by units of the digit: away from ours by the first step beyond the tolerance,
-    and in both directions by the first step beyond twice the tolerance.
+    The number changes by units of the digit, in two tests: away from ours just beyond the
+    tolerance, and in both directions just beyond twice the tolerance.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"{row.item} does not keep how it was judged")

@@ -14,8 +14,8 @@ known, because an identified base frame shifts all axes equally. The confidence 
 arm are correlated, so their coverage has no simple distribution. A trial therefore tests the errors
 z of all axes, divided by their standard deviations. With the correlations R from independent
 derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
-and M surplus measurements. Fisher's method combines the probabilities of all arms: once for
-intervals that are too narrow, once for intervals that are too wide.
+and M surplus measurements. Fisher's method combines the probabilities of all arms, separately for
+too narrow and too wide intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
 outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
@@ -25,8 +25,8 @@ campaign.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
-fit within the stated noise, without an error and without a warning about the robot. Measurements of
-a different robot, with exchanged columns or in degrees must cause a warning or an error. (A
+fit within the stated noise, without an error and without a warning about the robot. A warning or an
+error must follow measurements of a different robot, exchanged columns, or a wrong angle unit. (A
 complete model without tolerances can fit a different robot and needs no warning.) Too few values
 for the variables may cause an error.
 """

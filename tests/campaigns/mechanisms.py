@@ -44,7 +44,7 @@ FAULTS = (
     *SLOT_FAULTS,
 )
 NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror", "near")
-"""Roles of functions that are also defined for open loops, or that need a nearby configuration."""
+"""Roles of functions that accept open loops or need a nearby configuration."""
 
 
 @dataclass

@@ -38,7 +38,7 @@ def folder(tmp_path, cache):
 
 @pytest.fixture(scope="session")
 def robot(tmp_path_factory):
-    """Returns the tiny robot, which is loaded once for all tests that only call it."""
+    """Returns the tiny robot, loaded once for all tests that only call it."""
     root = tmp_path_factory.mktemp("robot")
     folder = Folder(root / "tiny", manifest())
     folder.write()

@@ -128,8 +128,7 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 
 
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
-    """Checks that a failed write leaves the former files after each fault, and that the write then
-    succeeds.
+    """Checks that each fault leaves the former files, and that a second write succeeds.
 
     The simulated faults are each file operation in turn, and a full disk at the start and before
     the end. Of several files, the first may be moved before the move of a later one fails. Each

@@ -178,7 +178,7 @@ class _Registrations:
         everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
         triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
         rows, right = np.split(triangle, [rows.shape[1]], axis=1)
-        # A target that is never visible is at the tool origin, which has minimum norm.
+        # A target without observations is placed at the tool origin, the point of minimum norm.
         u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
         rank = int((sizes > _FULL * sizes[0]).sum())
         along = u[:, :rank].T @ right

@@ -31,7 +31,7 @@ _TURN = 2 * math.pi
 _BLOCK = 20_000
 """Maximum number of point-arc pairs processed at once, so that they fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Direction of the rays that count crossings [rad], chosen so that rays are not tangent to arcs."""
+"""Direction [rad] of the rays for counting crossings; such rays are rarely tangent to arcs."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,7 @@ class ConfigurationSpace:
     """The configurations within limits; free if no body touches an obstacle or another body.
 
     Bodies, rods and cylinders have the rounded lines and plates of the robot's drawing as shapes.
-    Bodies that are connected by a joint may touch, and so may bodies that touch in each of many
+    Bodies connected by a joint may touch. Bodies may also touch if they do so in each of many
     random configurations.
 
     Attributes:

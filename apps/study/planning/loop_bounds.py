@@ -55,7 +55,7 @@ _FITS = 1e-9
 _ROUNDS = 30
 """Maximum number of iterations for the ranges of the joint values."""
 _WIDER = 1 + 1e-6
-"""Factor that widens the box, so that the inequality is strict."""
+"""Factor by which the box grows, for a strict inequality."""
 _ROUNDING = 1e-12
 """Minimum half width of the box [rad or m], for rounding errors of joints at rest."""
 _CONDITION = 1e10

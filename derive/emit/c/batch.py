@@ -263,7 +263,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Returns the lines that name the inputs of a kernel, which are contiguous in ``in``."""
+    """Returns lines that name the inputs of a kernel; these are contiguous in ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

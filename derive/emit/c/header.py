@@ -97,7 +97,7 @@ def support(name: str) -> str:
 
 
 def own_copy(argument: Argument) -> list[str]:
-    """Returns the lines that copy an input to ``own_<name>``, which no output overlaps."""
+    """Returns lines that copy an input to ``own_<name>``, so that no output overlaps it."""
     name = argument.name
     return [
         f"  double own_{name}[{argument.size}];",

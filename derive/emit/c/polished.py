@@ -164,7 +164,7 @@ def _is_position(function: WrittenFunction) -> bool:
 
 
 def _call(own: str, function: WrittenFunction) -> list[str]:
-    """Returns the lines that copy the inputs, which results may overlap, and call the solver.
+    """Returns lines that copy the inputs, because results may overlap them, and call the solver.
 
     A position target fills the position entries of a pose; the other entries are unused.
     """

@@ -69,7 +69,7 @@ def _nearest_of_pose(derivation: Derivation) -> Signature | None:
 
 
 def _start(derivation: Derivation) -> list[float]:
-    """Returns coordinates at which the loops close and at which a serial arm is not stretched."""
+    """Returns coordinates with closed loops, or of a serial arm that is not stretched."""
     if derivation.hybrid is not None:
         return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
     return [_within(joint) for joint in derivation.robot.coordinates]

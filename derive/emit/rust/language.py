@@ -132,7 +132,7 @@ def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
 
 
 def _start(derivation: Derivation) -> list[float]:
-    """Returns coordinates at which the loops close and at which a serial arm is not stretched."""
+    """Returns coordinates with closed loops, or of a serial arm that is not stretched."""
     if derivation.hybrid is not None:
         return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
     limits = [coordinate.limits for coordinate in derivation.robot.coordinates]

@@ -162,7 +162,7 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
 
 
 def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Returns the sets of joints that can be fixed so that six joints are free.
+    """Returns the possible sets of fixed joints with six free joints.
 
     Prismatic joints and the revolute joints next to the base (as in a torso) are fixed first; the
     last fixed joint may be any other joint. With fewer than six revolute joints, some prismatic

@@ -1,12 +1,12 @@
 """Legs that a pose of the platform determines: each is a serial arm between two known bodies.
 
 A leg consists of the joints from a known body to a closure, and of the closure's own freedom. If
-the other body of the closure is known, too, the leg is an arm whose last link has a known pose, and
-a family of inverses solves the arm. So the legs of a tripteron (a slide and three parallel axes),
+the other body of the closure is also known, the leg is an arm, and its last link has a known pose.
+A family of inverses solves this arm. So the legs of a tripteron (a slide and three parallel axes),
 of an Exechon and of a 3-UPU, and rods between universal joints have closed forms.
 
-Several passive configurations of a leg can have the same actuated coordinate. They share a slot,
-whose residual is that of the best configuration.
+Several passive configurations of a leg can have the same actuated coordinate. They share a slot.
+Its residual is the smallest residual of these configurations.
 """
 
 from collections.abc import Collection, Mapping, Sequence

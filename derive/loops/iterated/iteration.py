@@ -185,7 +185,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """Returns the calls that use the matrix factors, each after the calls that it needs."""
+        """Returns the calls that use the matrix factors, in an order that respects dependencies."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [

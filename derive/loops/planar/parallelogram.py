@@ -57,7 +57,7 @@ class Sides:
 
 @dataclass(frozen=True, kw_only=True)
 class Parallelogram(PlanarStep):
-    """Arms that stay parallel to the two vectors whose sum is the base."""
+    """Two arms stay parallel to two vectors; the sum of these vectors is the base."""
 
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES

@@ -22,7 +22,7 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves for the joints that struts with ball ends determine."""
+    """A step that solves the joints determined by ball-ended struts."""
 
     @classmethod
     @abstractmethod

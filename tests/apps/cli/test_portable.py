@@ -28,7 +28,7 @@ chasles.load(sys.argv[1]).fk([0.3, 0.5])
 print(*set(sys.modules) - before)
 """
 SLOW = {"importlib.metadata", "secrets", "shutil", "subprocess", "tempfile", "tomllib"}
-"""Modules that would delay the start, and that only compilation and error messages need."""
+"""Modules for compilation and error messages; importing them would delay the start."""
 
 
 def written(path, source=tiny.SOURCE):

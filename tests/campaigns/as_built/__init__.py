@@ -1,7 +1,7 @@
 """As-built robots with loops: lengths and axes differ slightly from the design.
 
-The trials alternate between board installers with length errors, arms driven by cylinders, rods and
-cranks, shipped robots with a single length or axis error, and shipped robots with rounded numbers.
+The trials alternate between four kinds: board installers with length errors; arms driven by
+cylinders, rods and cranks; shipped robots with a single error; shipped robots with rounded numbers.
 """
 
 from ..campaign import Campaign, Outcome

@@ -14,8 +14,7 @@ ROUNDING = 16
 accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
 because loop residuals are differences of lengths of that size."""
 LARGE = (4 << 20) // 8 + 1
-"""Number of doubles in a result that is large enough for streaming stores, which bypass the
-caches."""
+"""Number of doubles in a result for streaming stores, which bypass the caches."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
 """Batch sizes around multiples of the number of lanes."""
 POSE_BY_POSE = {"modes"}
@@ -117,7 +116,7 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Asserts that results agree up to rounding error, and that the same entries are not finite."""
+    """Asserts equal results up to rounding error, and non-finite values in the same entries."""
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)

@@ -1,4 +1,4 @@
-"""Robots whose loops close only by iteration, and whose inverse is refined from their design."""
+"""Robots with iterated loops; the inverse is refined from the design."""
 
 from dataclasses import replace
 

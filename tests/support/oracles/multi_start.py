@@ -213,7 +213,7 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """Returns the loops that have equations, that is, without cylinders of unknown length."""
+        """Returns the loops with equations, that is, without cylinders of unknown length."""
         return [
             loop
             for loop in self.loops

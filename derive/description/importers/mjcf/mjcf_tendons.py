@@ -20,8 +20,7 @@ def tendon_couplings(
 ) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
     """Returns the couplings of joints to driven tendons, and the tendons as motors.
 
-    Tendons that do not determine their joints, or that act on joints outside the chain, are
-    omitted.
+    Tendons are omitted if they do not determine their joints, or act on joints outside the chain.
 
     Args:
         drives: The actuators and tendons of the model.
