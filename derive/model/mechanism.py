@@ -247,7 +247,6 @@ class Mechanism:
         if self.nominal is not None:
             self._check_nominal(self.nominal)
         object.__setattr__(self, "reference", (*self.reference, *self._middles()))
-        self._check_cylinders()
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
@@ -397,15 +396,6 @@ class Mechanism:
             self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
             if item.a.body == item.b.body:
                 raise DescriptionError(f"{item.name!r} connects body {item.a.body!r} to itself")
-
-    def _check_cylinders(self) -> None:
-        for name in self.actuated:
-            member = self.members.get(name)
-            if isinstance(member, Strut) and member.length + self.reference_of(name) == 0:
-                raise DescriptionError(
-                    f"robot {self.name!r}: cylinder {name!r} has no length at the reference: state "
-                    f"its limits, or {name} in [reference]"
-                )
 
     def _check_nominal(self, nominal: "Mechanism") -> None:
         for what in ("joints", "closures", "struts", "drives"):

@@ -125,6 +125,8 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
     """Returns the squared sine of the angle between the arms; negative if unreachable."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
+    if not v * w:
+        return -1.0
     return ((v + w) ** 2 - d**2) * (d**2 - (v - w) ** 2) / (4 * v**2 * w**2)
 
 

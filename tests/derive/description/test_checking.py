@@ -198,14 +198,16 @@ jack = JACK
 
 
 @pytest.mark.parametrize(
-    ("jack", "longest", "severity", "message"),
+    ("jack", "limits", "severity", "message"),
     [
-        ("1500", "1000", "error", "does not close at the reference"),
-        ("900", "1400", "note", "limits of jack, .* the loops close from 800 to 1100 mm"),
+        ("jack = 1500", "[800, 1000]", "error", "does not close at the reference"),
+        ("jack = 900", "[800, 1400]", "note", "limits of jack, .* close from 800 to 1100 mm"),
+        ("", "[]", "error", r"does not close at the reference \(jack = 0 mm\)"),
     ],
 )
-def test_loops_are_checked_at_reference(tmp_path, jack, longest, severity, message):
+def test_loops_are_checked_at_reference(tmp_path, jack, limits, severity, message):
     path = tmp_path / "boom.toml"
-    path.write_text(BOOM.replace("JACK", jack).replace("LONGEST", longest))
+    text = BOOM.replace("jack = JACK", jack).replace("[800, LONGEST]", limits)
+    path.write_text(text.replace("limits = []\n", ""))
     (found,) = (finding for finding in check(path) if re.search(message, finding.message))
     assert (found.severity, found.where) == (severity, str(path))

@@ -237,9 +237,3 @@ boom = "1/2"
     assert read_text(text).reference_of("jack") == sp.Rational(1, 2)
     assert read_text(text + "jack = 0\n").reference_of("jack") == 0
     assert solved(read_text(text)).at_reference["jack"] == 0.5
-    without = text.replace("retracted = 1\nlimits = [0, 1]\n", "")
-    with pytest.raises(
-        DescriptionError, match=r"cylinder 'jack' has no length .* state its limits"
-    ):
-        read_text(without)
-    assert read_text(without + "jack = 2\n").reference_of("jack") == 2
