@@ -71,7 +71,7 @@ affects half of the digits."""
 # --- closed_form: Newton's iteration on forward kinematics ---
 
 POLISHED = 1e-14
-"""Residual (metre, radian) at which the iteration ends."""
+"""The iteration ends at this residual (metre, radian)."""
 SETTLED = 1e-12
 """Below this residual (metre, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6

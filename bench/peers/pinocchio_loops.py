@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 CLOSED = 1e-12
-"""Residual at which the iteration stops [m]."""
+"""The iteration stops at this residual [m]."""
 CORRECTIONS = 20
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 ACTUATED, PASSIVE = slice(0, 4, 2), slice(1, 4, 2)

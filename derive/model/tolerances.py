@@ -429,8 +429,8 @@ SEPARATE = 1e-2
 The value is ten times the difference of two roots whose vectors may be exchanged.
 """
 NOMINAL_GUARD_DIGITS = 8
-"""Maximum number of decimal digits lost in an exact evaluation for which a right angle is still
-recognized."""
+"""A right angle is recognized if an exact evaluation loses at most this number of decimal
+digits."""
 
 # --- latex: printed digits ---
 

@@ -17,7 +17,7 @@
 #define LANES_LINE 8          /* number of doubles in a cache line */
 /* The work memory: inputs, outputs, and collected outputs with one extra cache line each. */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
-/* Size [bytes] above which results bypass the caches, because the caches could not hold them. */
+/* Above this size [bytes], results bypass the caches, because the caches could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {

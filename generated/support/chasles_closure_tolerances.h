@@ -7,7 +7,7 @@
 #define CLOSURE_CLOSED 1e-12
 /* Step size of a converged iteration: the next step would be about its square. */
 #define CLOSURE_SETTLED 1e-8
-/* Ratio of successive steps above which the start was too far away. By the Newton-Kantorovich
+/* Above this ratio of successive steps, the start was too far away. By the Newton-Kantorovich
  * theorem, a unique nearby solution exists if the Kantorovich constant is below 1/2. The ratio of
  * two steps is about half of this constant. */
 #define CLOSURE_CONTRACTION 0.2
@@ -27,8 +27,8 @@
 #define CLOSURE_MAX 240
 /* Largest leg residual of a reached pose; this value accepts poses with seven digits. */
 #define CLOSURE_ON_LEGS 1e-7
-/* Deviation of the forward kinematics from the legs' pose above which the pose is another assembly
- * mode. Two modes that are closer are next to a singularity, where rounding of the coordinates
+/* Above this deviation of the forward kinematics from the legs' pose, the pose is another assembly
+ * mode. Closer modes are next to a singularity, where rounding of the coordinates
  * alone moves the pose by 1e-8 or more. */
 #define CLOSURE_SAME_MODE 1e-4
 

@@ -38,7 +38,7 @@
 #define CHASLES_RODS_CLOSED 1e-12
 /* Rod length error at which the iteration of an assembly mode ends. */
 #define CHASLES_RODS_POLISHED 1e-15
-/* Difference (relative to the platform size, and rad) below which two assembly modes are equal. At
+/* Below this difference (relative to the platform size, and rad), two assembly modes are equal. At
  * a double solution, rod lengths change with the squared distance and determine no more digits. */
 #define CHASLES_ONE_MODE 1e-6
 /* Maximum |e.e| of a path end at infinity: no rotation has e.e = 0. */

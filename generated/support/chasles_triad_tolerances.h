@@ -18,7 +18,7 @@
 #define CHASLES_TRIAD_STEP 0.3
 /* Distance [rad] around a root in which other roots may be hidden by rounding. */
 #define CHASLES_TRIAD_SEARCHED 2e-2
-/* Difference (relative to the platform size, and rad) below which two assembly modes are equal. At
+/* Below this difference (relative to the platform size, and rad), two assembly modes are equal. At
  * a double root, rod lengths change with the squared distance and determine no more digits. */
 #define CHASLES_TRIAD_SAME 1e-7
 

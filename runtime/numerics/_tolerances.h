@@ -9,7 +9,7 @@
 
 /* -------------------------------------------- tolerances: logarithm of a displacement */
 
-/* Angle [rad] below which (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit 1/12, to avoid
+/* Below this angle [rad], (1 - (a/2) cot(a/2)) / a^2 is replaced by its limit 1/12, to avoid
  * cancellation. The error of the limit is a^2 / 720 < 2e-11. */
 #define LOGARITHM_SMALL_ANGLE 1e-4
 
@@ -87,7 +87,7 @@
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
-/* Residual [metre or radian] below which every attempt continues to the minimum error, because
+/* Below this residual [metre or radian], every attempt continues to the minimum error, because
  * convergence is slow near a singular solution. */
 #define LM_NEAR_SOLUTION 1e-5
 
@@ -142,7 +142,7 @@
 /* Minimum null-space projection of the secondary rates, relative to these rates. */
 #define NULL_MOTION 1e-12
 
-/* Difference below which components of a unit vector count as equal, so that rounding does not
+/* Below this difference, components of a unit vector count as equal, so that rounding does not
  * select the sign of the singular direction. */
 #define DIRECTION_TIE 1e-9
 

@@ -41,7 +41,7 @@ REGULAR = 1e-5
 STARTS, STEPS = 1500, 60
 """Random starts and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
-"""Step size (rad) at which the iteration ends."""
+"""The iteration ends at this step size (rad)."""
 SIX = 6
 SLIDE = 0.5
 """Maximum displacement of a prismatic joint in either direction [m]."""

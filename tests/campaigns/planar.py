@@ -39,7 +39,7 @@ class Compared:
 
     Attributes:
         missed: Number of modes found only by Newton's method.
-        wrong: Number of modes at which Newton's method converges to a different pose.
+        wrong: Number of modes from which Newton's method moves to a different pose.
         unsure: Whether the function reports that its list of modes may be incomplete.
         modes: Number of modes of the function.
     """

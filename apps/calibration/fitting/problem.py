@@ -48,7 +48,7 @@ Output = TypeVar("Output")
 _ROUNDS = 12
 """Maximum number of updates of outliers and noise; two or three usually suffice."""
 _STEP = 1e-12
-"""Relative change of the sum of squares and of the variables at which the iteration stops."""
+"""The iteration stops at this relative change of the sum of squares and of the variables."""
 _EVALUATIONS = 100
 """Maximum number of evaluations per solution; about twenty suffice. For exact data, the iteration
 does not converge before rounding errors dominate."""
@@ -62,7 +62,7 @@ _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes target positions
 and base position only weakly, so the estimates may be far from the start values."""
 _NEARBY = 1e-6
-"""Relative step at which the first fit of a robot with loops stops."""
+"""The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
 """Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01

@@ -35,7 +35,7 @@ _NODES = 400
 _FEWEST = 10
 """Minimum number of grid nodes."""
 _FINER = 10
-"""Number of samples between two grid nodes at which limits are checked."""
+"""Limits are checked at this number of samples between two grid nodes."""
 _REFINEMENTS = 3
 """Number of rounds in which samples are added near the largest values."""
 _ROUNDS = 4

@@ -28,8 +28,7 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Maximum relative residual of the polynomial for which the border of a leg's region counts as
-circles."""
+"""The border of a leg's region counts as circles up to this relative residual of the polynomial."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 

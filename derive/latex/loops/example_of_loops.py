@@ -14,9 +14,9 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference configuration as fractions of the coordinate ranges; the first offset
-at which the loops close is used. The reference configuration itself has round values, which may
-hide a wrong sign."""
+"""Offsets from the reference configuration, as fractions of the coordinate ranges. The first offset
+with closed loops is used. The reference configuration itself has round values, which may hide a
+wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 

@@ -6,7 +6,7 @@ import chasles
 
 STARTS, STEPS = 500, 40
 STILL = 1e-12
-"""Step size (rad) at which the iteration ends."""
+"""The iteration ends at this step size (rad)."""
 CLOSED = 1e-10
 """Maximum pose error of a solution (metre, or entry of a rotation)."""
 REGULAR = 1e-3

@@ -153,7 +153,7 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* Error [rad] of a computed root above which it may represent several roots. */
+/* Above this error [rad], a computed root may represent several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);

@@ -13,13 +13,13 @@
 /* An interval is recomputed if the ratio of the polynomial to its error is below this value (five
  * digits). */
 #define CHASLES_BLURRED 1e5
-/* Distance [rad] below which two roots of the determinant may have exchanged null vectors. */
+/* Below this distance [rad], two roots of the determinant may have exchanged null vectors. */
 #define CHASLES_TWINS 1e-3
 /* The sign of the polynomial is uncertain up to this ratio of the polynomial to its error. */
 #define CHASLES_UNSURE 10.0
 /* Half distance [rad] of two roots with an uncertain sign of the polynomial between them. */
 #define CHASLES_EDGE 1e-4
-/* Error [rad] above which a root of the determinant may represent several roots. */
+/* Above this error [rad], a root of the determinant may represent several roots. */
 #define CHASLES_DOUBT 3e-4
 
 #endif

@@ -32,10 +32,10 @@
 /* Residual [m, rad] at which Newton's iteration ends, ten times the rounding error of forward
  * kinematics. */
 #define CHASLES_CLOSED 1e-14
-/* Residual [m, rad] below which a step without improvement ends the iteration, because rounding may
+/* Below this residual [m, rad], a step without improvement ends the iteration, because rounding may
  * dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
-/* Coordinate difference (rad, or relative to the arm length) below which two solutions are equal.
+/* Below this coordinate difference (rad, or relative to the arm length), two solutions are equal.
  * Computed copies of a double solution differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
 /* Residual [m, rad] above which a pose may be out of reach, so that slow iterations are abandoned.
@@ -59,7 +59,7 @@
 #define CHASLES_SOLVES_ALL 1e-4
 /* Smallest pivot ratio of regular equations for the pair; rounding alone gives 1e-16. */
 #define CHASLES_TELLS 1e-9
-/* Squared angle [rad^2] below which a series of third order is exact to rounding. */
+/* Below this squared angle [rad^2], a series of third order is exact to rounding. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps relative to the squared entries of J: initial values far from and near
  * a solution, the value below which the damping becomes zero, and the value at which the iteration

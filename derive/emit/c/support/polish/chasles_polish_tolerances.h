@@ -8,12 +8,12 @@
 /* Residual [m, rad] at which the iteration ends, ten times the rounding error of forward
  * kinematics. */
 #define POLISH_CLOSED 1e-14
-/* Residual [m, rad] below which a step without improvement ends the iteration, because only
+/* Below this residual [m, rad], a step without improvement ends the iteration, because only
  * rounding remains. */
 #define POLISH_SETTLED 1e-12
 /* Largest residual of a solution [m, rad], as in the runtime. */
 #define POLISH_SOLVED 1e-9
-/* Coordinate difference [m, rad] below which two solutions are equal. Computed copies of a double
+/* Below this coordinate difference [m, rad], two solutions are equal. Computed copies of a double
  * solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
 /* Coordinate difference [m, rad] of equal solutions if the residual stays above POLISH_SETTLED. The
@@ -92,7 +92,7 @@
 /* Maximum distance of a curve's extremum from the target, as a fraction of half the line, at which
  * it may hide two solutions. */
 #define POLISH_TOUCH 0.3
-/* Error (radian, or relative to the arm length) before a correction above which a curve is lost. */
+/* Above this error (radian, or relative to the arm length) before a correction, a curve is lost. */
 #define POLISH_OFF_CURVE 0.05
 
 /* Maximum numbers, in this order: steps from a nominal solution (each step doubles the digits);
@@ -120,7 +120,7 @@
 #define POLISH_SIDEWAYS 0.1
 /* Minimum ratio of a second step to the squared first step (an assumption). */
 #define POLISH_SQUARED 0.01
-/* Fraction of the squared error along the unreachable direction below which a point is not a fold
+/* Below this fraction of the squared error along the unreachable direction, a point is not a fold
  * point. At a fold point, the fraction is 1. */
 #define POLISH_ASIDE 0.01
 /* Maximum relative error of the terms in the discriminant of the second-order equation. */
