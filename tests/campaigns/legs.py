@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.derive import derive
+from chasles.derive import Mechanism, derive
 from chasles.derive.build.generate import files_of, put
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_legs
 from tests.support.loops.legs_of_joints import drawn, kinds_of
@@ -34,6 +34,11 @@ def trial(number: int) -> Outcome:
     if number % EVERY == 0:
         kinds = (tuple(LEG_KINDS)[number // EVERY % len(LEG_KINDS)],)
         mechanism = drawn_legs(kinds[0], number)
+    return outcome(mechanism, number, " ".join(kinds))
+
+
+def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
+    """Compares the solution slots of a platform at random inputs near its reference."""
     derivation = derive(mechanism, functions=FUNCTIONS)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
@@ -47,8 +52,7 @@ def trial(number: int) -> Outcome:
             "slots": len(robot.labels["ik"]),
         }
     found = [f"{faults[kind]} {kind}" for kind in FAULTS if faults[kind]]
-    failures = (f"{' '.join(kinds)}: {', '.join(found)}",) if found else ()
-    return Outcome(counts, failures, {})
+    return Outcome(counts, (f"{title}: {', '.join(found)}",) if found else ())
 
 
 CAMPAIGN = Campaign(
