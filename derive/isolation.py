@@ -48,8 +48,8 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
         limits: Limits of the process.
 
     Raises:
-        IsolatedWorkError: The work exceeded a limit or crashed. Errors that the work itself raises
-            are passed on unchanged.
+        IsolatedWorkError: The work exceeded a limit, or its process crashed. Exceptions that the
+            work raises are passed on unchanged.
     """
     run = _forked if sys.platform == "linux" else _started
     try:

@@ -1,4 +1,4 @@
-"""The command line: `chasles VERB ROBOT`; needs `pip install 'chasles[cli]'`."""
+"""The command line: `chasles SUBCOMMAND ROBOT`; needs `pip install 'chasles[cli]'`."""
 
 import sys
 

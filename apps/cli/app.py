@@ -1,4 +1,4 @@
-"""The command `chasles`: its verbs, and what happens after an error."""
+"""The command `chasles`: its subcommands and its error handling."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .console import err
 
 _DEFECT = "This is a defect of chasles. Please report it with the lines above and the input."
 INTERRUPTED = 130
-"""Exit status after Ctrl-C, as of every program that SIGINT ends."""
+"""Exit status after Ctrl-C; shells report the same status for any program that SIGINT ends."""
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,7 +26,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Values take units (90deg, 250mm); without a unit they are in rad and m. "
-    "Each verb has a help with an example: [bold]chasles ik --help[/]",
+    "Each subcommand has a help with an example: [bold]chasles ik --help[/]",
 )
 for _room in (solving, pictures, compiling, calibrating, environment):
     _room.add_to(app)

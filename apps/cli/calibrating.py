@@ -1,4 +1,4 @@
-"""The verb `calibrate`."""
+"""The subcommand `calibrate`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .options import add, names
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the verbs to the command line."""
+    """Add the subcommand to the command line."""
     add(app, calibrate, "chasles calibrate points.csv --robot ur5e --to measured.toml")
 
 

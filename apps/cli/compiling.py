@@ -1,4 +1,4 @@
-"""The verbs of the compiler: `derive`, `explain`, `check`, `convert`, `export` and `new`."""
+"""The subcommands of the compiler: `derive`, `explain`, `check`, `convert`, `export` and `new`."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ Name = Annotated[str | None, typer.Option(help="Name of the robot. Default: the 
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the verbs to the command line."""
+    """Add the subcommands to the command line."""
     add(app, derive, "chasles derive arm.urdf --to robots")
     add(app, explain, "chasles explain panda")
     add(app, check, "chasles check my_arm.toml")

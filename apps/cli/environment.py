@@ -1,4 +1,4 @@
-"""The verbs `build`, `cache` and `doctor`."""
+"""The subcommands `build`, `cache` and `doctor`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _EXTRAS = (
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the verbs to the command line."""
+    """Add the subcommands to the command line."""
     add(app, build, "chasles build ur5e panda")
     add(app, cache, "chasles cache --clean")
     add(app, doctor, "chasles doctor")

@@ -1,4 +1,4 @@
-"""Arguments and options that several verbs share."""
+"""Arguments and options that several subcommands share."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ Picture = Annotated[
 ]
 
 
-def add(app: typer.Typer, verb: Callable[..., None], example: str, name: str = "") -> None:
-    """Add a verb to the command line; its help ends with an example."""
-    parameters = signature(verb).parameters.values()
+def add(app: typer.Typer, subcommand: Callable[..., None], example: str, name: str = "") -> None:
+    """Add a subcommand to the command line; its help ends with an example."""
+    parameters = signature(subcommand).parameters.values()
     needs_arguments = any(parameter.default is parameter.empty for parameter in parameters)
     example = f"Example: [bold]{example}[/]"
-    app.command(name or None, no_args_is_help=needs_arguments, epilog=example)(verb)
+    app.command(name or None, no_args_is_help=needs_arguments, epilog=example)(subcommand)
 
 
 def listed(words: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The verbs `draw`, `view`, `workspace` and `pdf`."""
+"""The subcommands `draw`, `view`, `workspace` and `pdf`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LINES = 20
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the verbs to the command line."""
+    """Add the subcommands to the command line."""
     add(app, draw, "chasles draw ur5e --to ur5e.svg")
     add(app, view, "chasles view ur5e")
     add(app, workspace, "chasles workspace ur5e --to reach.png")
@@ -80,7 +80,7 @@ def view(
     exact: Exact = False,
 ) -> None:
     """Show a moving robot in the browser; the view ends when the user presses Ctrl-C."""
-    # The other verbs of the command line do not need these imports.
+    # The other subcommands do not need these imports.
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
     from chasles.view.meshes import count_meshes  # noqa: PLC0415

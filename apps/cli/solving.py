@@ -1,4 +1,4 @@
-"""The verbs `fk`, `ik`, `info` and `list`."""
+"""The subcommands `fk`, `ik`, `info` and `list`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the verbs to the command line."""
+    """Add the subcommands to the command line."""
     add(app, fk, "chasles fk ur5e --q 0,-90deg,90deg,0,90deg,0")
     add(app, ik, "chasles ik ur5e --xyz 300mm,100mm,500mm --rpy 180deg,0,0")
     add(app, info, "chasles info panda")

@@ -59,7 +59,7 @@ def above_0(name: str, value: float) -> float:
 
     Raises:
         InputTypeError: The value is not a real number.
-        InputValueError: The number is not finite or not above 0.
+        InputValueError: The number is not finite or not positive.
     """
     number = _number(name, value)
     if not 0 < number < math.inf:

@@ -1,4 +1,4 @@
-"""Sample points within the coordinate limits of a robot, in pieces that are computed independently.
+"""Sample points within the coordinate limits of a robot, computed in independent pieces.
 
 A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
 points. Each piece depends only on its index and the random seed, so the set is the same for any

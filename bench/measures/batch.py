@@ -48,7 +48,7 @@ def there(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def new(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk into a new array; the system must allocate and clear its memory."""
+    """Measures fk of a batch with a new result array, which the system must allocate and clear."""
     q = _vectors(plan, arm)
     batches: list[Batch] = setups("batches", arm, plan.leave_out)
     works: dict[str, Callable[[], object]] = {

@@ -1,6 +1,7 @@
 """Time of the exported languages, compared with the generated C that they call or print again.
 
-Both loops call the same compiled C code. Times are minima of short alternating loops.
+Both loops call the same compiled C code. The two loops run
+alternately, and each time is the minimum of several short runs.
 """
 
 import ctypes

@@ -26,8 +26,8 @@ INSIDE = 0.15
 WITHOUT_LENGTH = 0.55
 """Barrel length as a fraction of the reference length, for cylinders with retracted length 0."""
 DETOUR = 1.6
-"""A link is drawn along the common normal if this path is at most so many times as long as a
-straight link."""
+"""Maximum length of a link drawn along the common normal, relative to a straight link. Longer
+links are drawn straight."""
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, relative to the robot size."""
 

@@ -252,7 +252,7 @@ class _Builder:
         turned: Signed sum of the joint values in the incomplete group; opposite axes count
             negative.
         offset: Sum of the constant angles in the incomplete group.
-        unsettled: Portion of the offset that is not yet expressed in the axes of the last station.
+        unsettled: Part of the offset that the axes of the last station do not include yet.
         sign: -1 while the axes are opposite to the group axes, else 1.
     """
 

@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Returns the exact origin of motions in the order T Rz Ry Rx, or None for other orders."""
+    """Returns the exact xyz and rpy of a placement, or None if its order is not T Rz Ry Rx."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1

@@ -57,7 +57,7 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""Types of the joints that serve as platforms, each as a series of one-DOF joints."""
+"""The series of one-DOF joints (name, kind, axis) that replaces each type of platform joint."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:

@@ -191,5 +191,5 @@ def _number(expression: sp.Expr, values: _Values) -> mpmath.mpf:
 
 
 def _rounded(bound: mpmath.mpf) -> float:
-    """Returns a bound as float; rounding errors of the computation become 0."""
+    """Returns a bound as float, or 0 if the bound is only a rounding error."""
     return float(bound) if bound > ROUNDING else 0.0

@@ -48,8 +48,8 @@ class Cleaning:
         position: Upper bound of the distance (metre) between the tool positions for the written and
             the used values, at any joint values within the limits.
         orientation: Upper bound of the angle (radian) between the tool's orientations.
-        samples: For a robot with loops, the number of random configurations behind both bounds. 0
-            if the bounds hold everywhere.
+        samples: For a robot with loops, the number of random configurations from which both bounds
+            are computed. 0 if the bounds hold at all configurations.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()

@@ -74,8 +74,9 @@ UNLIMITED = 10_000
 """Above this width of a joint range (radian or metre), a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
-"""Digits of axis angles without a short exact form: 1e-25 rad is far below the rounding of a
-double. Decimal numbers avoid roots of long fractions, which SymPy would factorize."""
+"""Number of decimal digits for axis angles without a short exact form. The error of 1e-25 rad is
+far below the rounding of a double. Decimal numbers avoid roots of long fractions, which SymPy would
+factorize."""
 SHORT_PROPORTION = 1000
 """Largest integer in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
@@ -330,7 +331,8 @@ The addition does not change numbers above 1e-134, the square of the value does 
 the direction of (0, 0) becomes the angle 0 instead of 0/0.
 """
 VECTOR_FLOOR = sp.Float("1e-140", 20)
-"""Fraction of a second vector added to a vector that may be 0; other vectors stay unchanged."""
+"""A vector that may be 0 is replaced by the sum of the vector and this multiple of a second vector.
+The sum equals the vector in double precision, unless the vector is almost 0."""
 GREATEST_NUMBER = 1e300
 """Above this sum of input magnitudes (metre or no unit), an input counts as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
@@ -352,7 +354,7 @@ NEARLY_LINEAR = sp.Integer(10) ** 10
 """Above this value of P + Q, the resolvent is linear up to 1e-5, and its closed form loses
 digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
-"""Upper bound of a root tau that rounding has moved out of [-1, 1]."""
+"""Maximum accepted root tau: rounding may move a root slightly out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
 """Maximum sin^2 of half the angle between two coinciding roots: rounding separates a double
 root."""

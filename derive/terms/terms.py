@@ -198,7 +198,7 @@ class Terms:
         count: Callable[[sp.Expr, Mapping[sp.Symbol, int]], int],
         known: dict[sp.Symbol, int],
     ) -> int:
-        """Counts the parts of an expression from the counts of its constants."""
+        """Applies ``count`` to the named constants in an expression, then to the expression."""
         if not (expression.free_symbols & self.constants.keys()) <= known.keys():
             for symbol in self.constants_in(expression):
                 if symbol not in known:

@@ -133,7 +133,7 @@ class CompleteInverse:
 
 
 def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solutions:
-    """Put new solutions into the invalid slots of a pose; return other regular solutions."""
+    """Put new solutions into the invalid slots; return the regular solutions without a slot."""
     k, kind = len(slots.valid), cast("Any", type(slots))
     both = kind(*map(np.concatenate, zip(slots, found, strict=True))).distinct()
     slots.valid[:] = both.valid[:k]

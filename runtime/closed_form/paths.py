@@ -108,7 +108,7 @@ class InverseMethods(RobotFacts):
 
         Raises:
             InputTypeError: If `fixed` is not a mapping.
-            InputValueError: If a name is unknown, or other than three revolute joints are free.
+            InputValueError: If a name is unknown, or the number of free revolute joints is not 3.
             DerivationError: If adjacent free joints are parallel, or a joint is mimic or helical.
         """
         label = f"{self.name}.ik_orientation"

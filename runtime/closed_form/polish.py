@@ -140,7 +140,7 @@ def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
 
 
 def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
-    """Return the lower half of A A^T + added, for A (m, n, N)."""
+    """Return the lower triangle of A A^T + added, for A (m, n, N)."""
     half = [[np.einsum("kN,kN->N", a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
     for i, row in enumerate(half):
         row[i] += added
@@ -148,7 +148,7 @@ def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
 
 
 def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
-    """Solve A x = right for positive definite A by L D L^T, given the lower half of A.
+    """Solve A x = right for positive definite A by L D L^T, given the lower triangle of A.
 
     For matrices this small, operations over all rows are ten times faster than LAPACK.
     """

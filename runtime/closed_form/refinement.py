@@ -234,11 +234,11 @@ class Refinement:
         return [k for k in range(n) if k not in self.fixed]
 
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
-        """Return the joints (N, n) to be fixed along a possible self-motion from q (N, n).
+        """Return a mask (N, n) of joints to be fixed along a possible self-motion from q (N, n).
 
         At the workspace boundary, tool motion along the null direction is quadratic: there is no
         self-motion and no joint is fixed. Otherwise the fixed joint is the joint with the largest
-        component of the null direction. With several null directions, it is any joint.
+        component of the null direction. With several null directions, any free joint may be fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)

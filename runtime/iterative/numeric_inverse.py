@@ -95,7 +95,7 @@ class NumericMethods(RobotFacts):
 
     @functools.cached_property
     def _solvers(self) -> dict[tuple[str | None, int], Solver]:
-        """The cached solvers, by tip and start set."""
+        """The cached solvers, keyed by tip link and start set."""
         return {}
 
     @needs("fk", *_TOOL)

@@ -82,7 +82,7 @@ class Judged:
         missed: Number of modes found only by Newton's method.
         wrong: Number of modes whose rod lengths are wrong.
         more: Number of regular modes that Newton's method does not find.
-        unsure: Whether the C solver may have missed a complex pose.
+        unsure: Whether the C solver reports that its list of complex modes may be incomplete.
         modes: Number of modes found by the C solver.
     """
 

@@ -63,7 +63,7 @@ class Attempt:
 
     @property
     def is_good(self) -> bool:
-        """Whether the attempt ended within its time limit, with a robot or an error of chasles."""
+        """Whether the attempt gave a robot or a chasles error within its time limit."""
         return self.end in ("made", "refused")
 
 

@@ -209,7 +209,7 @@ def test_latex_fragments_compile_in_plain_article(name, tmp_path):
 
 
 def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
-    """Prismatic joints at odd angles and radii that depend on actuators have long equations."""
+    """Oblique prismatic joints and actuator-dependent radii give the platform long equations."""
     platform = drawn_platform(np.random.default_rng(203))
     robot = read_text(platform.text("platform"))
     _, document, shown = text_and_fragments(robot, ["chain_fk"])

@@ -3,7 +3,7 @@
 Symbols are assumed to be real, and a symbolic angle to be neither zero nor a multiple of 2 pi. The
 expressions contain only +, *, **, sin, cos, sqrt and atan2. In float64 exp is accurate at every
 angle except zero, where it is 0/0. The error of log is about the machine epsilon divided by the
-distance from a half turn. `exp_screw` has no degenerate angle.
+distance of the angle from pi. `exp_screw` has no degenerate angle.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -55,12 +55,12 @@ def log_so3(R: Matrix) -> Matrix:
     """Rotation vector of a rotation, of length at most pi: `exp_so3(log_so3(R)) = R`.
 
     The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. For a `Float`
-    matrix with c < 0, the axis is computed from the symmetric part of R, which is accurate near a
-    half turn. At a half turn (s is zero; for Floats, up to rounding error) both signs of the axis
-    are possible. The first nonzero component of the returned axis is positive.
+    matrix with c < 0, the axis is computed from the symmetric part of R, which is accurate near
+    the angle pi. At pi (s is zero; for Floats, up to rounding error) both signs of the axis are
+    possible. The first nonzero component of the returned axis is positive.
 
-    A symbolic rotation is assumed to be neither the identity nor a half turn. For a fixed axis the
-    result is regular nevertheless: the logarithm of a rotation about z by q is
+    A symbolic rotation is assumed to be neither the identity nor a rotation by pi. For a fixed
+    axis the result is regular nevertheless: the logarithm of a rotation about z by q is
     (0, 0, atan2(sin q, cos q)).
 
     Args:
@@ -101,7 +101,7 @@ def exp_se3(x: Matrix) -> Matrix:
 def log_se3(T: Matrix) -> Matrix:
     """Twist of a pose, with |omega| at most pi: `exp_se3(log_se3(T)) = T`.
 
-    `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`. Half turns and symbols are
+    `omega = log_so3(R)` and `v = dexp_left_inverse_so3(omega) p`. Rotations by pi and symbols are
     treated as in `log_so3`.
 
     Args:
@@ -157,7 +157,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Returns rotation vector and angle of a rotation (for symbols up to a common sign)."""
+    """Returns the rotation vector and the angle; a symbolic rotation may negate both."""
     sine_axis = vee_so3(R - R.T) / 2
     sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
     if not R.is_symbolic():

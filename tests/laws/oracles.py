@@ -19,7 +19,7 @@ from . import lie
 Matrix: TypeAlias = ImmutableDenseMatrix
 
 # For inputs of order one, the rounding error of float64 is about 1e-15. The error is up to 10,000
-# times larger for products of poses and at the half turn. All tests use this tolerance.
+# times larger for products of poses and for rotations by pi. All tests use this tolerance.
 LAW_TOLERANCE = mpmath.mpf("1e-12")
 
 DIGITS = 40
@@ -28,7 +28,7 @@ MAX_TERMS = 120
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
 NEAR_HALF_TURN = [math.pi - 10.0**-k for k in (3, 6, 9, 10)]
-# Angles for exp, and a subset for log, which inverts exp below the half turn.
+# log inverts exp only for angles below pi. Tests of log use PRINCIPAL_ANGLES, tests of exp ANGLES.
 PRINCIPAL_ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 2.0, 3.0, *NEAR_HALF_TURN]
 ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[:3], math.pi, 4.0, 6.0]
 

@@ -88,7 +88,7 @@ def test_log_has_small_relative_error_at_small_angles() -> None:
 
 
 def test_log_at_half_revolution_in_floats_has_a_defined_sign() -> None:
-    """A half turn has the axes a and -a. Noise in the last digit does not change the result."""
+    """A rotation by pi has the axes a and -a. Noise in the last digit has no effect."""
     checked = 0
     for axis in AXES:
         first = next(a for a in axis if a)
@@ -143,8 +143,7 @@ def test_exp_and_log_of_identity_are_exact() -> None:
 
 
 def test_hidden_zero_angle_takes_the_limit() -> None:
-    """The zero branch is selected for each number that is zero, even if its expression hides the
-    zero."""
+    """An angle that is an unsimplified expression for 0 is treated as the angle 0."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
     omega = lie.Matrix([nothing, 0, 0])

@@ -85,7 +85,7 @@ def test_symbolic_and_numeric_branches_agree() -> None:
 
 
 def test_lowered_exp_keeps_its_digits_at_small_angles() -> None:
-    """Tests float64 accuracy from 1e-150 radian to beyond a half turn. Zero is undefined."""
+    """Tests float64 accuracy from 1e-150 radian to beyond pi. Zero is undefined."""
     function = lambdify([*X], OF_TWIST["exp_se3"], modules="numpy")
     checked = 0
     for x in twists([1e-150, 1e-100, 1e-8, 1e-4, 0.3, 3.0, math.pi, 4.0]):
@@ -122,7 +122,7 @@ def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
 
 
 def test_lowered_log_undoes_exp() -> None:
-    """The tested angles are away from the half turn, where the symbolic logarithm is undefined."""
+    """The tested angles are away from pi, where the symbolic logarithm is undefined."""
     function = lambdify([*T[:3, :]], LOGARITHM, modules="numpy")
     checked = 0
     for x in twists([1e-8, 1e-4, 0.3, 2.0, 3.0]):

@@ -22,8 +22,8 @@ from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""Callable output languages. The derivation omits the article, which takes a third of the
-derivation time."""
+"""Callable output languages. The article is omitted, because it takes a third of the derivation
+time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")

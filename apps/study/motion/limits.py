@@ -60,7 +60,7 @@ def limit_violations(
 
     Raises:
         ShapeError: The limits do not have n values.
-        InputValueError: A limit is not above 0.
+        InputValueError: A limit is not positive.
     """
     bounds = [("lower", -trajectory.q, -robot.lower), ("upper", trajectory.q, robot.upper)]
     for name, values, limits in (
@@ -85,7 +85,7 @@ def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
 
     Raises:
         ShapeError: The limits have the wrong shape.
-        InputValueError: A limit is not above 0.
+        InputValueError: A limit is not positive.
     """
     values = real(name, limits)
     if values.shape not in ((), (n,)):

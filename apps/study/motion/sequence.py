@@ -132,7 +132,7 @@ class MotionSequence:
             name: The name of the stage.
 
         Raises:
-            InputValueError: The duration is not above 0.
+            InputValueError: The duration is not positive.
         """
         above_0("pause: duration", duration)
         rest = TimeScaling(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)

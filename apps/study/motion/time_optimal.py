@@ -39,7 +39,7 @@ _FINER = 10
 _REFINEMENTS = 3
 """Number of rounds in which samples are added near the largest values."""
 _ROUNDS = 4
-"""Maximum number of grids; each grid adds nodes at excesses of the previous time scaling."""
+"""Maximum number of grids; each adds nodes where the previous time scaling exceeds a limit."""
 _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length; rounding errors of rates over smaller
 distances would look like accelerations."""

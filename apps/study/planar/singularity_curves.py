@@ -74,7 +74,7 @@ def singularity_curves(
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]; by default the bounds of the region that all legs reach.
         y: Lower and upper bound of y [m]; by default the bounds of the region that all legs reach.
-        slot: The leg branches, a solution slot of `ik_planar`; 0 is the reference branch.
+        slot: Solution slot of `ik_planar`, which states the branch of each leg; 0: the reference.
         resolution: Number of grid lines per axis.
 
     Returns:

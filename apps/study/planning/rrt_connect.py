@@ -46,7 +46,7 @@ def rrt_connect(
 
     Raises:
         ShapeError: Start or goal is not (n,).
-        InputValueError: The time limit is not above 0.
+        InputValueError: The time limit is not positive.
         NotInstalledError: ompl is not installed.
     """
     with requires("chasles[planning]"):

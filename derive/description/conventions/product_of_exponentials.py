@@ -14,7 +14,10 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Moves to the screw frame and back, so all link frames equal the base frame at zero."""
+    """Returns the displacement to the screw axis and its inverse.
+
+    All link frames therefore equal the base frame at zero configuration.
+    """
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 

@@ -90,7 +90,7 @@ class _Placed:
     Attributes:
         pair: The described joint and the preceding joint.
         convention: The suitable convention.
-        fitted: The fitted convention fields.
+        fitted: The values of the convention's fields that fit the joint.
         before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
         turn: Rotation of the joint frame about its axis that the next joint requires (radian).
         shift: Shift of the joint frame along its axis that the next joint requires (metre).

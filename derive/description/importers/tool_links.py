@@ -223,7 +223,7 @@ def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> En
 def _longest(ways: Sequence[Way]) -> list[Way]:
     """Returns the chains with the most coordinates, one chain per last joint with a coordinate.
 
-    Mimic joints after the last joint are included unless these joints branch.
+    A chain also includes the mimic joints after this last joint, unless they branch.
     """
     most = max(map(freedom, ways), default=0)
     by_last: dict[str, list[Way]] = {}

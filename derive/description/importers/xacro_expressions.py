@@ -362,7 +362,10 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
 
 
 def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
-    """Rejects a format with large widths or precisions; a ``*`` would read a width as a value."""
+    """Rejects a format with large widths or precisions.
+
+    A ``*`` in the format takes a width from the values, so integer values are widths, too.
+    """
     widths = [int(digits) for digits in re.findall(r"\d+", text)]
     if "*" in text:
         widths += [abs(value) for value in values if isinstance(value, int)]

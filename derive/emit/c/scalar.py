@@ -188,7 +188,7 @@ def _section(name: str, lines: list[str]) -> list[str]:
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Joins dependency levels of statements into sections; each ends with stores to outputs."""
+    """Groups dependency levels into sections; a section ends after a level with output stores."""
     section: list[Statement] = []
     for level in levels_of:
         section += level
@@ -224,7 +224,7 @@ class _Parts:
     None of these cosines and sines depends on another cosine or sine.
 
     Attributes:
-        before: Statements before the cosines and sines of the split.
+        before: Statements that precede these cosines and sines.
         angles: The angles of the cosines and sines.
         turns: Names of the results: ``c[k]`` and ``s[k]`` for angle k.
         after: Statements after the cosines and sines.

@@ -226,8 +226,8 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders with distinct joint orders, best first.
 
-    If the separations of the solutions are known, elimination orders whose suppressed joint
-    separates the solutions come first. Each selected order has a different suppressed joint,
+    If ``apart`` is not empty, elimination orders come first if their suppressed joint has
+    different values in different solutions. Each selected order has a different suppressed joint,
     because solutions that agree in one joint may differ in another joint.
     """
 

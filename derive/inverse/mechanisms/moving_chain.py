@@ -1,4 +1,4 @@
-"""The moving part of a main chain; immobile joints in closed loops have constant values.
+"""The moving part of a main chain; locked joints in closed loops have constant values.
 
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
 have constant values. An axis behind the platform then continues a chain of three translations. If
@@ -33,10 +33,10 @@ class MovingChain:
 
     Attributes:
         whole: The main chain.
-        robot: The main chain, in which immobile joints are fixed joints.
+        robot: The main chain, in which locked joints are fixed joints.
         lines: The axes of the moving joints, numbered in the whole chain.
         found: The structure of these axes.
-        held: The constant value of each immobile joint, keyed by its number in the whole chain.
+        held: The constant value of each locked joint, keyed by joint number in the whole chain.
     """
 
     whole: SerialRobot
@@ -93,7 +93,7 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If the loops couple the moving joints, fewer joints than the surplus are redundant.
+    # If loops couple the moving joints, the number of redundant joints is below the surplus.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (held or surplus) or (surplus and are_coupled):
         return None
@@ -113,7 +113,7 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
 
 
 def _held(h: SolvedLoops) -> dict[int, sp.Expr]:
-    """Returns the constant values of the immobile joints (radian or metre)."""
+    """Returns the constant values of the locked joints (radian or metre)."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):
@@ -134,7 +134,7 @@ def _is_still(h: SolvedLoops, joint: Joint) -> bool:
 
 
 def _with_still_joints(robot: SerialRobot, held: Mapping[int, sp.Expr]) -> SerialRobot:
-    """Returns the chain with fixed joints in place of the immobile joints."""
+    """Returns the chain with fixed joints in place of the locked joints."""
     names = {robot.moving[k].name: value for k, value in held.items()}
     return replace(
         robot,

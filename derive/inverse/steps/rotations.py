@@ -48,8 +48,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: Returns a direction after the rotation R.
-        aligned: Returns the first angle if axis 6 is parallel to axis 4, for the angle of joint 5
-            and a sign; without this function, the first angle is 0.
+        aligned: Returns the angle of joint 4 if axis 6 is parallel to axis 4, from the angle of
+            joint 5 and a sign. Without this function, the angle of joint 4 is then 0.
     """
     terms = work.terms
     a4, a5, a6 = axes

@@ -39,7 +39,7 @@ TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 SOME_SLIDE = 0.6180339887
 """Generic prismatic value (metre): axes that intersect at this value intersect at all values."""
 SOME_TURN = 0.7548776662
-"""Generic revolute value (radian)."""
+"""Generic revolute value (radian): an angle at which no axes align by chance."""
 APART = 0.5698402910
 """Offset between the generic values of different joints, so that their motions do not cancel."""
 

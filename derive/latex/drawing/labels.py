@@ -197,7 +197,7 @@ LOOP = 20
 """Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Cost of a loop number outside its loop."""
+"""Penalty for a loop number that is placed outside its loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:

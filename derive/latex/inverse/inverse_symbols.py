@@ -134,7 +134,9 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
-        """Returns the total rotation of joints about the first joint's axis, in coordinates.
+        """Returns the signed sum of the angles of parallel joints, in terms of the coordinates.
+
+        An angle is negative if its axis is opposite to the axis of the first joint.
 
         Args:
             joints: Names of the joints.

@@ -32,7 +32,7 @@ class InverseTerms(TermNames):
     """The terms of one task during conversion to printed symbols.
 
     Attributes:
-        changed: Definitions that replace the definitions of the derivation.
+        changed: Definitions for printing that replace the terms' original definitions.
         preferred: Names of terms that are components of a named vector.
         uses: Number of printed occurrences of each term.
     """

@@ -51,7 +51,9 @@ def merged(
     pairs: Sequence[ParallelPair],
     is_known: Callable[[sp.Symbol], bool],
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Rewrites terms that contain both rotations of a pair only together, as rotation by the sum.
+    """Replaces two rotations about parallel axes by one rotation by the sum of their angles.
+
+    A term changes only if it contains neither rotation of a pair without the other.
 
     Args:
         definitions: The defining expression of each named term.

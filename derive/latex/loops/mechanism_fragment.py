@@ -65,7 +65,7 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
 
 
 def _by(drive: Drive) -> str:
-    """States the transmission between a motor and its joint."""
+    """Names the kind of transmission between a motor and its joint, except for gears."""
     return "" if drive.kind == "gear" else f", {drive.kind}"
 
 

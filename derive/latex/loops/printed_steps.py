@@ -78,8 +78,8 @@ class PrintedLoopStep:
         angles: The resulting angles.
         margin: The step's margin, or None if the step always has a solution.
         rates: The rate equations of the unknowns.
-        positions: Components of each known vector that an equation uses as one symbol.
-        points: Components of each vector that the results define as one symbol.
+        positions: Components of each known vector that the equations abbreviate by one symbol.
+        points: Components of each vector that the results abbreviate by one symbol.
         remark: A sentence that explains the choice of the root.
         dead_point: Description of the configurations with margin 0.
     """
@@ -300,7 +300,7 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """Returns the angle from vector A to vector C, without common factors of its arguments."""
+        """Returns the angle from A to C; common factors of the atan2 arguments are cancelled."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)

@@ -1,4 +1,4 @@
-r"""Sets displays of screw axes and home pose with exact, decimal or named entries."""
+r"""Typesets the screw axes and the home pose; entries are exact, decimal or named numbers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -45,7 +45,7 @@ class ClosedLoops:
         is_length: Mask of the variables that are lengths.
         passive: Mask of the variables that are not actuated.
         size: The longest translation or rod of the mechanism (metre), or 1 if all lengths are zero.
-        reference: The variables at the reference as described, with gear ratios applied.
+        reference: Values of the variables at the described reference, with gear ratios applied.
         in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
             equations are then the gradient of the sum of squared closure errors.
     """

@@ -141,7 +141,7 @@ class Counts:
         return PLANAR if closer.name in self.in_plane and not on_balls else SPATIAL
 
     def _is_one_plane(self) -> bool:
-        """Whether all joints and closers move in parallel planes."""
+        """Whether all joints, closures and struts move in parallel planes."""
         if len(self.in_plane) < len(self.mechanism.closers):
             return False
         orientation = {self.mechanism.base_frame: sp.eye(3)}

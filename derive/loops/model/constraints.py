@@ -226,7 +226,7 @@ class _Residual(NamedTuple):
 
 
 class _Constraints:
-    """The loop equations of one mechanism over shared terms."""
+    """Builds the loop equations of one mechanism; all equations share one set of terms."""
 
     def __init__(
         self,

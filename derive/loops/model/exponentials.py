@@ -26,7 +26,7 @@ class Factor:
 
     Attributes:
         name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
-            itself are not in z and have the names ``<closer>`` or ``<strut>.end``; a ball joint
+            itself are not in z and have the names ``<closure>`` or ``<strut>.end``; a ball joint
             adds ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
             twist has unit speed: its norms are (metre per radian, 1) for a revolute joint, (1, 0)

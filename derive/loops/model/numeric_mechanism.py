@@ -55,7 +55,7 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Known axes of planar loops, by closer; None computes them.
+            planes: Known axes of planar loops, keyed by closure or strut; None computes them.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -219,7 +219,7 @@ class NumericMechanism:
         return T[:, :3, 2], T[:, :3, 3]
 
     def frames(self, poses: Mapping[str, Floats], closer: Closure | Strut) -> tuple[Floats, Floats]:
-        """Returns the frames of both ends of a closer in the base frame (4, 4)."""
+        """Returns the frames of both ends of a closure or strut in the base frame (4, 4)."""
         A, B = (
             poses[frame.body] @ self._offset(offset_of(closer, side), frame.placement)
             for side, frame in _sides(closer)

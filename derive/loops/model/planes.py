@@ -349,7 +349,7 @@ def piston(cylinder: Strut) -> str:
 
 
 def is_cylinder(edge: Edge) -> bool:
-    """Whether an edge is the slide between the two halves of a cylinder with positive length."""
+    """Whether an edge is the prismatic joint between the barrel and the piston of a cylinder."""
     return isinstance(edge, SlideEdge) and edge.b == f"{edge.a}.piston"
 
 
@@ -444,7 +444,7 @@ class _Plane:
         return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
-        """Returns the edges of a strut: a rod with two pins, or a cylinder with a slide between."""
+        """Returns two pin edges for a rod, or a pin, a slide and a pin edge for a cylinder."""
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
         swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))

@@ -1,7 +1,7 @@
 """The closure equations of every kind of closure or strut: one table for all modules.
 
-An equation compares frame a of a closer with its frame b. Lengths are in metres; equations of
-directions are cosines, which are 0 if the loop is closed.
+An equation compares frame a of a closure or strut with its frame b. Position errors are in metres.
+Direction errors are cosines of angles that are 90 degrees if the loop is closed.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
 """Joint values of a linkage at the reference, including values that the description does not state.
 
-A reference states the values of the tree joints. Values of closures and unstated swing angles
-follow from the body poses that the tree joints determine.
+A reference states the values of the tree joints, which determine the body poses. The joint values
+of closures and the unstated swing angles are computed from these poses.
 """
 
 import cmath

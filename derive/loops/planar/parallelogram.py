@@ -57,7 +57,7 @@ class Sides:
 
 @dataclass(frozen=True, kw_only=True)
 class Parallelogram(PlanarStep):
-    """Two arms stay parallel to two vectors; the sum of these vectors is the base."""
+    """Two adjacent sides of a parallelogram, which stay parallel to the known opposite sides."""
 
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES

@@ -34,7 +34,7 @@ def delta_text():
 
 
 def robots(text, changed, folder):
-    """Returns a robot with parametric functions, and the robot of the changed text."""
+    """Returns two compiled robots: from the text, with `fk_p`, and from the changed text."""
     built = text
     for old, new in changed.items():
         assert built.count(old) == 1

@@ -1,4 +1,4 @@
-"""Verbs of the command line: the text that they print, the files that they write, and wrong
+"""Subcommands of the command line: the text that they print, the files that they write, and wrong
 arguments."""
 
 import json

@@ -1,4 +1,4 @@
-"""The live view accepts the page with the token, and no other page of the browser."""
+"""The live view accepts its own page, which has the token, and rejects all other pages."""
 
 import socket
 from http.client import HTTPConnection

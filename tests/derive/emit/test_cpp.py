@@ -16,7 +16,7 @@ from tests.support.tools import needs, reason
 
 pytestmark = [needs("g++"), needs("cmake")]
 NAMES = ["ur5e", "excavator", "planar_3rrr"]
-"""A serial arm, a robot with loops in closed form, and a platform with iterated loops."""
+"""A serial arm, a robot with closed-form loops, and a platform with loops solved by iteration."""
 PAGE = "how-to/cpp.md"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 CONSUMER = """\

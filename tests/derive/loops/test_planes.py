@@ -1,4 +1,4 @@
-"""Tests the detection of planar loops, and compares linkage edges with spatial poses."""
+"""Tests the detection of planar loops and compares planar edges with the poses in space."""
 
 from dataclasses import replace
 from itertools import cycle

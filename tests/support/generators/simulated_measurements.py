@@ -150,7 +150,7 @@ def _link(robot, rng: np.random.Generator) -> int:
 
 
 def _span(robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns coordinate limits; for robots with loops, around the reference."""
+    """Returns the sampled coordinate ranges, which are narrow for robots with loops."""
     low, high = np.maximum(robot.lower, -REACH), np.minimum(robot.upper, REACH)
     if robot.kind == "serial":
         return low, high

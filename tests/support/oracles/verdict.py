@@ -29,7 +29,7 @@ DIFFERENCE = 1e-6
 
 @dataclass(frozen=True)
 class Verdict:
-    """Counts for an inverse on a set of targets.
+    """Numbers of correct, missed and wrong results of an inverse on a set of targets.
 
     Attributes:
         poses: Number of targets, all reachable.

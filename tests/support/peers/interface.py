@@ -71,7 +71,7 @@ def inverses(chain: Screws) -> list[Inverse]:
 
 
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
-    """The answers of another library to poses (m, 4, 4).
+    """Returns the inverse kinematics solutions of another library for poses (m, 4, 4).
 
     If the other library cannot solve the whole arm, joint `lock` is fixed at values (m,).
 

@@ -174,7 +174,7 @@ class ModelLoops:
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
-        """Whether a ball joint carries no moving body and no other equality."""
+        """Whether the link of a ball joint is a rod: no moving child and no other equality."""
         links = set(self.bodies.tree.rigid(ball.child))
         attached = [e for e in others if {e.a.link, e.b.link} & links]
         return (

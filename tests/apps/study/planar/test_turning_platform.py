@@ -1,4 +1,4 @@
-"""Compares orientation ranges of planar platforms with samples; interior singularities."""
+"""Tests orientation ranges of planar platforms against samples, and singularities inside them."""
 
 import math
 

@@ -57,7 +57,7 @@ def satisfied(model, crank):
 
 
 def at_solutions(path, text, tip, cranks):
-    """Returns a mechanism's functions by name, and MuJoCo's coordinates with closed loops."""
+    """Returns the robot, its functions by name, MuJoCo's model, and its closed joint values."""
     robot = read_model(path, text, "world", tip)
     if tip == "tool":
         made = derive(robot, functions=("fk", "constraint")).functions

@@ -1,4 +1,4 @@
-"""Robots with names of robot_descriptions are loaded from folders like its cache."""
+"""Tests loading robots by name from a folder with the layout of the robot_descriptions cache."""
 
 import importlib
 
