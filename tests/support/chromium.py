@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -97,14 +96,24 @@ class Chromium:
         return times[1] - times[0]
 
     def drag(self, start, end) -> None:
-        """Drags the mouse in steps between two points of the page."""
+        """Drags the mouse in steps between two points of the page.
+
+        The page draws frames between the events, because it finds what is below the mouse while
+        drawing.
+        """
         self._mouse("mouseMoved", start)
-        time.sleep(0.1)
+        self.draw()
         self._mouse("mousePressed", start)
         for part in np.linspace(0, 1, 4)[1:]:
+            self.draw()
             self._mouse("mouseMoved", np.add(start, part * np.subtract(end, start)))
-            time.sleep(0.03)
+        self.draw()
         self._mouse("mouseReleased", end)
+
+    def draw(self, frames: int = 3) -> None:
+        """Waits until the page has drawn frames."""
+        for _ in range(frames):
+            self.run("new Promise(drawn => requestAnimationFrame(() => drawn(true)))")
 
     def click(self, point) -> None:
         """Clicks a point of the page."""
