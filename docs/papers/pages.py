@@ -75,8 +75,8 @@ INTRODUCTION = f"""\
 
 `make reproduce` computes every number below with chasles, compares it with the printed one, writes
 all tables and pictures to `build/reproduce/index.html`, and checks these pages. The scripts in
-`docs/papers/` are examples to read. The verdict states how both numbers compare. It is
-asserted: a row whose verdict does not hold stops the script.
+`docs/papers/` are examples to read. The verdict states how both numbers compare. The script stops
+if a verdict is wrong.
 
 {VERDICT_LIST}
 
