@@ -17,11 +17,10 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.tolerances import DIRECTION_FLOOR
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis
-from ..subproblems.quartic import select
+from ..subproblems.slides import slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, rotated
 from .target import Target
@@ -59,22 +58,6 @@ def first_angle(
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
-    """Returns the point on a line at the distance |other| from the origin.
-
-    If a root is a difference with cancellation, the product of the roots gives this root.
-
-    Args:
-        terms: Table of named terms.
-        start: A point of the line.
-        u: The unit direction of the line.
-        other: The other vector.
-        sign: 1 for the root farther along the line, -1 for the other root.
-    """
-    let = terms.let
-    half = dot(terms, start, u)
-    product = let(dot(terms, start, start) - dot(terms, other, other))
-    root = let(sp.sqrt(sp.Max(let(half**2 - product), 0, evaluate=False)))
-    own, other_root = let(sign * root - half), let(-sign * root - half)
-    quotient = let(product * other_root / let(other_root**2 + DIRECTION_FLOOR))
-    length = select(terms, let(sign * half) <= 0, own, quotient)
+    """Returns the point of a line along u at the distance |other| from the origin."""
+    length = slide_to_sphere(terms, u, start, dot(terms, other, other), sign).length
     return combination(terms, (sp.Integer(1), length), (start, u))
