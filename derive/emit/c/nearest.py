@@ -36,7 +36,7 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
         return {}
     public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
-    unwound = unwinding(derivation, _wraps(derivation))
+    unwound = unwinding(derivation, wraps_of(derivation))
     if not unwound and any(_is_in_lanes(function) for function in inverses):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
     lines += ["", *unwound, *(_limits(robot) if public else ())]
@@ -70,10 +70,10 @@ def _inverses(derivation: Derivation) -> list[Signature]:
 
 def seeded(derivation: Derivation) -> list[Signature]:
     """Returns the inverses whose additional inputs a seed determines."""
-    return [f for f in _inverses(derivation) if _parameters(derivation, f) is not None]
+    return [f for f in _inverses(derivation) if parameters(derivation, f) is not None]
 
 
-def _parameters(derivation: Derivation, function: Signature) -> list[str] | None:
+def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
     """Returns the lines that compute additional inputs from the seed; None if impossible."""
     names, prefix = [argument.name for argument in function.inputs[1:]], derivation.robot.name
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
@@ -107,7 +107,7 @@ def _of_joints(
 
 
 def _limits(robot: Described) -> list[str]:
-    lower, upper = zip(*(_bounds(coordinate) for coordinate in robot.coordinates), strict=True)
+    lower, upper = zip(*(bounds(coordinate) for coordinate in robot.coordinates), strict=True)
     n = len(robot.coordinates)
     return [
         *_wrapped(f"static const double {robot.name}_lower[{n}] = {{{', '.join(lower)}}};"),
@@ -116,7 +116,8 @@ def _limits(robot: Described) -> list[str]:
     ]
 
 
-def _bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
+def bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
+    """Returns the lower and the upper limit of a coordinate in C."""
     low, high = coordinate.limits
     return (
         "-INFINITY" if low is None else number(float(low)),
@@ -124,16 +125,16 @@ def _bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
     )
 
 
-def _turns(derivation: Derivation, function: Signature) -> list[str]:
+def turns(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the period of each coordinate; the period is 0 for coordinates that must not wrap."""
     fixed = {*function.role.fixed, *function.role.free}
     return [
         "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
-        for k, wraps in enumerate(_wraps(derivation))
+        for k, wraps in enumerate(wraps_of(derivation))
     ]
 
 
-def _wraps(derivation: Derivation) -> list[bool]:
+def wraps_of(derivation: Derivation) -> list[bool]:
     """Whether a full turn of each coordinate does not change the pose."""
     robot = derivation.robot
     if isinstance(robot, SerialRobot):
@@ -175,13 +176,13 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
     return [
         *_wrapped(f"static const double {name}_counts[{n}] = {{{ones}}};"),
         *_wrapped(
-            f"static const double {name}_turn[{n}] = {{{', '.join(_turns(derivation, function))}}};"
+            f"static const double {name}_turn[{n}] = {{{', '.join(turns(derivation, function))}}};"
         ),
         "",
         *_wrapped(_signature(derivation, function)),
         "{",
         f"  double scale[{n}];",
-        *(_parameters(derivation, function) or ()),
+        *(parameters(derivation, function) or ()),
         f"  chasles_moves moves = {{{prefix}_lower, {prefix}_upper, {name}_counts, {name}_turn}};",
         "  moves.lower = lower ? lower : moves.lower;",
         "  moves.upper = upper ? upper : moves.upper;",

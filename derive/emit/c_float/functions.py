@@ -1,6 +1,8 @@
 """Prints the functions of a robot as C in single precision."""
 
 import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,6 +35,24 @@ def number(value: float) -> str:
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
 
 
+@dataclass(frozen=True)
+class Precision:
+    """The C of a kind of number.
+
+    Attributes:
+        kind: The type.
+        number: Prints a constant.
+        calls: Templates of the operations that differ from double precision.
+    """
+
+    kind: str
+    number: Callable[[float], str]
+    calls: Mapping[Operation, str]
+
+
+SINGLE = Precision("float", number, _CALLS)
+
+
 def signature(prefix: str, function: SymbolicFunction) -> str:
     """Returns the prototype of a function, without a semicolon or body."""
     inputs = [f"const float {a.name}[{a.size}]" for a in function.inputs]
@@ -49,19 +69,23 @@ def definition(prefix: str, function: SymbolicFunction, program: Program) -> str
     # All inputs are read before an output is written: outputs may overlap inputs.
     used = {program.arguments[entry.argument] for entry in program.inputs}
     unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
-    return "\n".join([*head, "{", *unused, *_statements(function, program), "}\n"])
+    return "\n".join([*head, "{", *unused, *statements(function, program), "}\n"])
 
 
-def _statements(function: SymbolicFunction, program: Program) -> list[str]:
+def statements(
+    function: SymbolicFunction, program: Program, precision: Precision = SINGLE
+) -> list[str]:
+    """Returns the lines of a function: its inputs, its operations and its results."""
     named, angles, turns = naming(program), dict[Operand, int](), dict[Operand, str]()
+    real = precision.kind
 
     def name(operand: Operand) -> str:
         if isinstance(operand, Constant):
-            return number(operand.value)
+            return precision.number(operand.value)
         return turns.get(operand) or named(operand)
 
     lines = [
-        f"  const float {name(entry)} = {program.arguments[entry.argument]}[{entry.entry}];"
+        f"  const {real} {name(entry)} = {program.arguments[entry.argument]}[{entry.entry}];"
         for entry in program.inputs
     ]
     for statement in program.statements:
@@ -72,12 +96,12 @@ def _statements(function: SymbolicFunction, program: Program) -> list[str]:
             (angle,) = statement.operands
             if angle not in angles:
                 k = angles[angle] = len(angles)
-                lines.append(f"  float cos_{k}, sin_{k};")
+                lines.append(f"  {real} cos_{k}, sin_{k};")
                 lines.append(f"  CHASLES_COS_SIN({name(angle)}, &cos_{k}, &sin_{k});")
             turns[statement.result] = _TURNS[statement.operation].format(angles[angle])
         else:
-            kind = "int" if statement.is_condition else "float"
-            template = _CALLS.get(statement.operation)
+            kind = "int" if statement.is_condition else real
+            template = precision.calls.get(statement.operation)
             right = (
                 template.format(*map(name, statement.operands))
                 if template

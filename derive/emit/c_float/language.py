@@ -101,7 +101,7 @@ def _declaration(
 ) -> str:
     described = description(function, programs)
     count = len(function.outputs)
-    lines = [*described[:-count], *map(_with_error, described[-count:], errors.bounds)]
+    lines = [*described[:-count], *map(with_error, described[-count:], errors.bounds)]
     if errors.solutions:
         found = errors.solutions - errors.missed
         lines.append(f"Finds {found} of the {errors.solutions} solutions of the random inputs.")
@@ -110,7 +110,8 @@ def _declaration(
     return f"/* {comment} */\n{signature(prefix, function)};"
 
 
-def _with_error(line: str, bound: float | None) -> str:
+def with_error(line: str, bound: float | None) -> str:
+    """Adds the error bound of a result to a line of a comment."""
     return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
 
 

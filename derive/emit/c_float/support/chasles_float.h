@@ -7,10 +7,15 @@
 #ifndef CHASLES_FLOAT_H
 #define CHASLES_FLOAT_H
 
+#ifndef __CUDACC_RTC__ /* this compiler has no headers; its mathematical functions are built in */
 #include <math.h>
+#endif
 
 #ifdef CHASLES_FLOAT_HOOKS
 #include CHASLES_FLOAT_HOOKS
+#endif
+#ifndef CHASLES_INLINE
+#define CHASLES_INLINE static inline
 #endif
 #ifndef CHASLES_COS_SIN
 #define CHASLES_COS_SIN(x, c, s) chasles_cos_sin(x, c, s)
@@ -26,7 +31,7 @@
 
 /* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. The angle is
  * reduced by multiples of pi/2 in three parts; the polynomials are those of the Cephes library. */
-static inline void chasles_cos_sin(float x, float *c, float *s)
+CHASLES_INLINE void chasles_cos_sin(float x, float *c, float *s)
 {
     if (x > -CHASLES_MAX_REDUCED && x < CHASLES_MAX_REDUCED) {
         const int n = (int)(x * 0.636619772f + (x < 0.0f ? -0.5f : 0.5f));
@@ -50,13 +55,13 @@ static inline void chasles_cos_sin(float x, float *c, float *s)
 }
 
 /* The smaller number; the other number if one is NaN. */
-static inline float chasles_least(float a, float b)
+CHASLES_INLINE float chasles_least(float a, float b)
 {
     return a < b || b != b ? a : b;
 }
 
 /* The greater number; the other number if one is NaN. */
-static inline float chasles_greatest(float a, float b)
+CHASLES_INLINE float chasles_greatest(float a, float b)
 {
     return a > b || b != b ? a : b;
 }
