@@ -35,7 +35,7 @@ check-generated: .venv/dev ## derive again and compare every byte with generated
 
 format: .venv/dev ## fail where a formatter would change something
 	@$(BIN)/ruff format --check .
-	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' ':!generated' | xargs $(BIN)/clang-format --dry-run --Werror
+	@git ls-files '*.c' '*.h' '*.cpp' '*.cuh' '*.hpp' ':!generated' | xargs $(BIN)/clang-format --dry-run --Werror
 
 lint: .venv/dev ## ruff's rules
 	@$(BIN)/ruff check .

@@ -72,6 +72,7 @@ setup(
             "emit/c/support/*/*.h",
             "emit/c_float/support/*",
             "emit/cpp/support/*",
+            "emit/cuda/support/*",
             "emit/rust/support/*",
         ],
         **{

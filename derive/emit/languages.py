@@ -9,6 +9,7 @@ from . import casadi_c, casadi_file, python_package
 from .c import language as c
 from .c_float import language as c_float
 from .cpp import language as cpp
+from .cuda import language as cuda
 from .emitter import Emitter
 from .rust import language as rust
 
@@ -27,6 +28,7 @@ ON_DEMAND = {
         Emitter("cpp", cpp.files),
         Emitter("c_float", c_float.files),
         Emitter("rust", rust.files),
+        Emitter("cuda", cuda.files),
     )
 }
 """Optional languages, by name."""

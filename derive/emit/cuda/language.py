@@ -1,0 +1,166 @@
+"""Writes CUDA C++ for a robot: device functions, kernels with a thread per pose, and an example."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...derivation import Derivation
+from ...model.robot import SerialRobot
+from ...model.tolerances import REGULAR, SOLVED_SINGLE
+from ...program.programs import Programs
+from ...terms.symbolic_function import SymbolicFunction
+from ..c.expressions import WIDTH
+from ..c.header import description, notice
+from ..c.nearest import nearest_summary
+from ..c_float import language as c_float
+from ..c_float.errors import SAMPLES, Measurement
+from ..c_float.functions import number
+from ..cpp.header import safe
+from ..templates import filled
+from .functions import PRECISIONS, Nearest, device_function, kernel, nearest_of, renamed
+
+SUPPORT = Path(__file__).parent / "support"
+COMMON = "chasles_cuda.cuh"
+"""File that all robots share."""
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Returns the header with the kernels, the support files, the README and the example."""
+    name = derivation.robot.name
+    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    nearest = nearest_of(derivation, printed)
+    values = {
+        "robot": name,
+        "title": derivation.robot.title,
+        "missing": _missing(derivation, nearest),
+    }
+    found = {
+        f"{name}.cuh": _header(derivation, programs, printed, nearest),
+        COMMON: (SUPPORT / COMMON).read_text(encoding="utf-8"),
+        c_float.COMMON: (c_float.SUPPORT / c_float.COMMON).read_text(encoding="utf-8"),
+        "README.md": f"{filled(SUPPORT / 'README.md', values).rstrip()}\n",
+    }
+    return found | _example(derivation, printed, values)
+
+
+def _missing(derivation: Derivation, nearest: Sequence[Nearest]) -> str:
+    """Names the functions that exist only in C, or returns ""."""
+    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
+    missing = [f.name for f in solved if not f.role.is_intermediate]
+    text = f"Only in C, because of an iterative solver: {', '.join(missing)}." if missing else ""
+    printed = {item.function.name for item in nearest}
+    inverses = [f.name for f in derivation.functions if f.role.is_inverse and not f.calls]
+    absent = [f"{name}_nearest" for name in inverses if name not in printed]
+    shifted = f"Only in C, because of its seed: {', '.join(absent)}." if absent else ""
+    return " ".join(filter(None, [text, shifted]))
+
+
+def _header(
+    derivation: Derivation,
+    programs: Programs,
+    printed: Sequence[SymbolicFunction],
+    nearest: Sequence[Nearest],
+) -> str:
+    robot, measured = derivation.robot, Measurement(derivation, programs)
+    guard = f"CHASLES_ROBOT_{robot.name.upper()}_CUH"
+    parts = [_printed(f, programs, measured) for f in printed]
+    parts += ["\n".join([_comment(_described(n)), *_definitions(n)]) for n in nearest]
+    coordinates = [
+        f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
+        for k, joint in enumerate(robot.coordinates)
+    ]
+    missing = textwrap.wrap(_missing(derivation, nearest), WIDTH - 3)
+    lines = [*_conventions(), *(["", *missing] if missing else []), "", *coordinates]
+    body = "\n".join(parts)
+    return f"""\
+{notice(robot)}
+{_comment(lines)}
+#ifndef {guard}
+#define {guard}
+
+#define CHASLES_SOLVED_SINGLE {number(SOLVED_SINGLE)}
+#include "{COMMON}"
+
+namespace chasles
+{{
+namespace {safe(robot.name)}
+{{
+
+{body}
+}} // namespace {safe(robot.name)}
+}} // namespace chasles
+
+#endif
+"""
+
+
+def _conventions() -> list[str]:
+    """Returns the lines at the top of the header."""
+    text = f"""\
+Metres, radians, seconds. Matrices are row-major. Twists are (v, omega), linear first.
+
+NAME_kernel<float> and NAME_kernel<double> compute `poses` poses, one per thread, in blocks of at
+most CHASLES_THREADS threads. Entry k of pose i is at [k * poses + i] of an array, so that threads
+access adjacent numbers. NAME computes one pose in a thread of another kernel; a plain array is a
+column. A slot of an inverse is a solution if its residual is at most precision<Real>::solved. An
+output may overwrite an input of the same pose.
+
+Errors: of single precision, twice the largest difference from double precision at {SAMPLES} random
+inputs. Errors of an inverse are those of solutions whose Jacobian has a smallest singular value
+above {REGULAR}; errors of a robot with loops are those of margins above {REGULAR}."""
+    return text.split("\n")
+
+
+def _comment(lines: Sequence[str]) -> str:
+    text = "\n".join(f" * {line}".rstrip() for line in lines).removeprefix(" * ")
+    return f"/* {text}\n */" if len(lines) > 1 else f"/* {text} */"
+
+
+def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
+    """Returns a function in both precisions, and its kernel."""
+    own, program = renamed(function), programs.whole[function.name]
+    described, count = description(own, programs), len(own.outputs)
+    bounds = measured.errors(function).bounds
+    lines = [*described[:-count], *map(c_float.with_error, described[-count:], bounds)]
+    definitions = [device_function(own, program, precision) for precision in PRECISIONS]
+    return "\n".join([_comment(lines), *definitions, kernel(own)])
+
+
+def _described(nearest: Nearest) -> list[str]:
+    return [
+        *nearest_summary(nearest.function),
+        "Its slot, or -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
+        "lower, upper and weights have a number per coordinate, the same for all poses. NULL means",
+        "the limits of the robot, and the weights 1.",
+    ]
+
+
+def _definitions(nearest: Nearest) -> list[str]:
+    return [*map(nearest.device_function, PRECISIONS), nearest.kernel()]
+
+
+def _example(
+    derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
+) -> dict[str, str]:
+    """Returns an example that solves many poses; {} without ``fk`` and an inverse of a pose."""
+    inverse = next((f for f in printed if _is_solved(derivation, f)), None)
+    if inverse is None or not any(function.name == "fk" for function in printed):
+        return {}
+    inputs = ["T", *(f"q + {k} * poses" for k in inverse.role.fixed)]
+    values = values | {
+        "namespace": safe(derivation.robot.name),
+        "inverse": inverse.name,
+        "inputs": ", ".join(inputs),
+        "n": str(len(derivation.robot.coordinates)),
+        "slots": str(inverse.branches),
+    }
+    return {"example.cu": filled(SUPPORT / "example.cu.in", values)}
+
+
+def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
+    """Whether the example can call an inverse: a pose and fixed joints are its inputs."""
+    role, robot = function.role, derivation.robot
+    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
+    joints = len(function.inputs) - 1
+    is_known = not joints or (has_joints and joints == len(role.fixed))
+    return role.is_inverse and role.domain == "pose" and is_known

@@ -1,0 +1,30 @@
+/* The words of CUDA for a C++ compiler: kernels run on the processor, a thread after another. */
+#ifndef CUDA_SHIM_H
+#define CUDA_SHIM_H
+
+#include <cstring>
+#include <math.h>
+
+#define __device__
+#define __global__
+#define __forceinline__ inline
+#define __launch_bounds__(threads)
+
+struct index3 {
+    unsigned x, y, z;
+};
+
+static index3 blockIdx, blockDim = {32, 1, 1}, threadIdx;
+
+/* Launches a kernel with one thread per pose. The last block has threads without a pose. */
+template <typename... Parameters, typename... Arguments>
+void launch(void (*kernel)(size_t, Parameters...), size_t poses, Arguments... arguments)
+{
+    for (blockIdx.x = 0; (size_t)blockIdx.x * blockDim.x < poses; blockIdx.x++) {
+        for (threadIdx.x = 0; threadIdx.x < blockDim.x; threadIdx.x++) {
+            kernel(poses, (Parameters)arguments...);
+        }
+    }
+}
+
+#endif
