@@ -28,3 +28,9 @@ error."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; less for
 short arcs. The distance exceeds SAME_ARC, so that a test point is beyond all equal arcs."""
+
+# --- static loads ---
+
+STATICALLY_SINGULAR = 1e-9
+"""Relative size up to which a singular value of the equilibrium equations, an imbalance or the sine
+of an angle between axes counts as 0. Poses of closed loops have errors up to 1e-12."""

@@ -1,0 +1,263 @@
+"""Equations of static equilibrium of the rigid bodies of a robot.
+
+A wrench is (force, moment about the base origin) in base axes; its power on a body with the twist
+(v, omega) at the base origin is their scalar product. The unknowns are the forces x of struts and
+closures. For each coordinate j of the joint tree, the virtual work of all forces is
+
+    G_j x + Q_j + tau_j = 0, with Q of weights and tool wrench, and tau of the actuator, if any.
+
+The rows without an actuator determine x. The other rows then determine tau.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import Robot
+from chasles.contract import BodyJoint, ClosureFrames, Span
+
+from ..drawing.skeleton import Skeleton
+from .tolerances import STATICALLY_SINGULAR
+
+FloatArray = NDArray[np.float64]
+_FORCES = {"pin": (0, 1, 2), "ball": (0, 1, 2), "slider": (0, 1), "weld": (0, 1, 2)}
+_MOMENTS = {"pin": (0, 1), "ball": (), "slider": (0, 1, 2), "weld": (0, 1, 2)}
+"""Axes of the closure frame along which a closure transmits forces and moments."""
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A point mass on a link or on a section of a strut.
+
+    Attributes:
+        link: Name of a body of `chasles.drawing.skeleton(robot)`: a link, or a section of a strut
+            such as `boom_cylinder_barrel`.
+        mass: Mass [kg].
+        at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
+            from the first end of the strut to the second; its mass is on this axis.
+    """
+
+    link: str
+    mass: float
+    at: Sequence[float] = (0.0, 0.0, 0.0)
+
+
+class Equilibrium:
+    """The equilibrium of all bodies at a batch of configurations.
+
+    Attributes:
+        robot: The robot.
+        skeleton: The bodies.
+        poses: (m, bodies, 4, 4) pose of each body.
+        screws: (m, bodies, 6) twist (v, omega) of each joint per unit of its value.
+        carries: (bodies, bodies) whether the joint of the first body carries the second body.
+        coordinates: Indices in z, or in q of a serial robot, of the coordinates of the tree.
+        ratios: (bodies, coordinates) joint values per unit of the coordinates.
+        lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
+        struts: The rods and cylinders, keyed by name.
+        cylinders: Names of the struts with two sections.
+        driven: The strut or the row of G of each actuator, and its motion per unit of q.
+        free_rows: The rows of G without an actuator.
+        unknowns: The struts and closures with unknown forces; a closure occurs repeatedly.
+        unit_wrenches: (m, bodies, 6) wrenches of each unknown force.
+        G: (m, coordinates, unknowns) their virtual work.
+    """
+
+    def __init__(self, robot: Robot, skeleton: Skeleton, poses: FloatArray) -> None:
+        """Writes the equations at poses without NaN."""
+        self.robot, self.skeleton, self.poses = robot, skeleton, poses
+        tree = [body for body in skeleton.bodies if body.span is None]
+        self.carries = np.eye(len(tree), dtype=bool)
+        for k, body in enumerate(tree):
+            if body.parent is not None:
+                self.carries[:, k] |= self.carries[:, body.parent]
+        moving = [(k, b.joint) for k, b in enumerate(tree) if b.joint and b.joint.kind != "fixed"]
+        self.coordinates = sorted({joint.coordinate for _, joint in moving})
+        self.ratios = np.zeros((len(tree), len(self.coordinates)))
+        self.lengths = np.ones(len(self.coordinates))
+        self.screws = np.zeros((len(poses), len(tree), 6))
+        for k, joint in moving:
+            column = self.coordinates.index(joint.coordinate)
+            self.ratios[k, column] = joint.ratio
+            self.screws[:, k] = self._screw(k, joint)
+            if joint.kind != "prismatic":
+                self.lengths[column] = skeleton.size
+        spans = [body.span for body in skeleton.bodies if body.span]
+        self.struts = {span.name: span for span in spans}
+        self.cylinders = {span.name for span in spans if span.from_end}
+        self.driven = self._driven()
+        places = [place for place, _ in self.driven]
+        self.free_rows = [k for k in range(len(self.coordinates)) if k not in places]
+        # A cylinder without an actuator has no force.
+        rods = [name for name in self.struts if name not in self.cylinders or name in places]
+        self.unknowns = rods.copy()
+        self.unit_wrenches = [self._strut_wrenches(name) for name in rods]
+        for closure in skeleton.closures:
+            wrenches = self._closure_wrenches(closure)
+            self.unknowns += [closure.name] * len(wrenches)
+            self.unit_wrenches += wrenches
+        self.G = np.zeros((len(poses), len(self.coordinates), len(self.unknowns)))
+        for k, wrenches_of_one in enumerate(self.unit_wrenches):
+            self.G[..., k] = self.work(wrenches_of_one)
+
+    def _screw(self, body: int, joint: BodyJoint) -> FloatArray:
+        axis = self.poses[:, body, :3, :3] @ np.array(joint.axis)
+        if joint.kind == "prismatic":
+            return np.concatenate([axis, np.zeros_like(axis)], -1)
+        v = np.cross(self.points(body, joint.at), axis) + joint.advance * axis
+        return np.concatenate([v, axis], -1)
+
+    def _driven(self) -> list[tuple[str | int, float]]:
+        names = [variable.name for variable in self.robot.configuration_variables]
+        if not names:
+            return [(k, 1.0) for k in range(self.robot.n)]
+        found: list[tuple[str | int, float]] = []
+        for item in self.robot.manifest.loops.actuated_in_z:
+            name = names[item.index]
+            place = name if name in self.struts else self.coordinates.index(item.index)
+            found.append((place, item.ratio))
+        return found
+
+    def coordinate_name(self, row: int) -> str:
+        """Return the name of the coordinate of a row of G."""
+        variables = self.robot.configuration_variables or self.robot.coordinates
+        return variables[self.coordinates[row]].name
+
+    def points(self, body: int, at: Iterable[float]) -> FloatArray:
+        """Return (m, 3) positions of a point of a body in the base frame."""
+        T = self.poses[:, body]
+        return np.asarray(T[:, :3, :3] @ np.array([*at]) + T[:, :3, 3])
+
+    def work(self, wrenches: FloatArray) -> FloatArray:
+        """Return (m, coordinates) the virtual work of wrenches (m, bodies, 6) on the tree."""
+        on_joints = (self.screws * (self.carries @ wrenches)).sum(-1)
+        return np.asarray(on_joints @ self.ratios)
+
+    def wrenches(self, x: FloatArray) -> FloatArray:
+        """Return the wrenches (m, bodies, 6) of the unknown forces x."""
+        found = self._zeros()
+        for k, wrenches in enumerate(self.unit_wrenches):
+            found += x[:, k, None, None] * wrenches
+        return found
+
+    def _zeros(self) -> FloatArray:
+        return np.zeros_like(self.screws)
+
+    def ends(self, span: Span) -> tuple[FloatArray, FloatArray]:
+        """Return (m, 3) positions of both ends of a strut."""
+        a, b = (self.points(k, at) for k, at in zip(span.bodies, span.ends, strict=True))
+        return a, b
+
+    def _strut_wrenches(self, name: str) -> FloatArray:
+        """Return the wrenches of a strut that pushes its ends apart by the unit force."""
+        span, found = self.struts[name], self._zeros()
+        a, b = self.ends(span)
+        u = (b - a) / np.linalg.norm(b - a, axis=-1, keepdims=True)
+        found[:, span.bodies[0]] -= on_line(u, a)
+        found[:, span.bodies[1]] += on_line(u, b)
+        return found
+
+    def _closure_wrenches(self, closure: ClosureFrames) -> list[FloatArray]:
+        """Return the wrenches of each unit force and moment of a closure."""
+        (a, b), frame = closure.bodies, np.array(closure.frames[1])
+        R = self.poses[:, b, :3, :3] @ frame[:, :3]
+        at, normal = self.points(b, frame[:, 3]), self._normal(closure, R[..., 2])
+        if normal is None:
+            forces = [R[..., axis] for axis in _FORCES[closure.kind]]
+            moments = [R[..., axis] for axis in _MOMENTS[closure.kind]]
+        else:
+            forces, moments = _in_plane(closure.kind, R[..., 2], normal)
+        size = self.skeleton.size
+        units = [on_line(force, at) for force in forces]
+        units += [np.concatenate([0 * m, size * m], -1) for m in moments]
+        found = []
+        for unit in units:
+            both = self._zeros()
+            both[:, a] -= unit
+            both[:, b] += unit
+            found.append(both)
+        return found
+
+    def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
+        """Return (m, 3) the normal of the plane in which a loop moves, or None.
+
+        The closure of a planar loop transmits forces in the plane only; otherwise three of its
+        forces would be statically indeterminate.
+        """
+        a, b = closure.bodies
+        way = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
+        turning = [k for k in way if self.screws[0, k, 3:].any()]
+        if not turning:
+            return None
+        normal = self.screws[:, turning[0], 3:]
+        sliding = [self.screws[0, k, :3] for k in way if not self.screws[0, k, 3:].any()]
+        along = [self.screws[0, k, 3:] for k in turning]
+        if closure.kind == "pin":
+            along.append(axis[0])
+        elif closure.kind == "slider":
+            sliding.append(axis[0])
+        off = [np.linalg.norm(np.cross(normal[0], x)) for x in along]
+        off += [np.abs(normal[0] @ x) for x in sliding]
+        return normal if max(off) < STATICALLY_SINGULAR else None
+
+    def weights(self, masses: Sequence[PointMass], gravity: FloatArray) -> FloatArray:
+        """Return the wrenches (m, bodies of the tree, 6) of the weights of masses."""
+        index = {body.name: k for k, body in enumerate(self.skeleton.bodies)}
+        found = self._zeros()
+        for mass in masses:
+            k, force = index[mass.link], mass.mass * gravity
+            span, at = self.skeleton.bodies[k].span, self.points(k, mass.at)
+            if span is None:
+                found[:, k] += on_line(np.broadcast_to(force, at.shape), at)
+                continue
+            for body, part, end in self._on_ends(span, at, force):
+                found[:, body] += on_line(part, end)
+        return found
+
+    def _on_ends(
+        self, span: Span, at: FloatArray, force: FloatArray
+    ) -> list[tuple[int, FloatArray, FloatArray]]:
+        """Return the forces on the two ends of a strut that a force on its axis causes.
+
+        The transverse force follows the lever rule. The axial force of a barrel or a piston acts
+        on its own end; that of a rod is divided equally.
+        """
+        a, b = self.ends(span)
+        length = np.linalg.norm(b - a, axis=-1, keepdims=True)
+        u = (b - a) / length
+        s = ((at - a) * u).sum(-1, keepdims=True) / length
+        axial = (u @ force)[:, None] * u
+        to_b = float(span.from_end) if span.name in self.cylinders else 0.5
+        across = force - axial
+        return [
+            (span.bodies[0], (1 - s) * across + (1 - to_b) * axial, a),
+            (span.bodies[1], s * across + to_b * axial, b),
+        ]
+
+    def tool(self, wrench: FloatArray) -> FloatArray:
+        """Return the wrenches of a force and torque (m, 6) at the tip."""
+        found = self._zeros()
+        tip = self.points(self.skeleton.tip, self.skeleton.tip_placement[:3, 3])
+        found[:, self.skeleton.tip] = on_line(wrench[:, :3], tip)
+        found[:, self.skeleton.tip, 3:] += wrench[:, 3:]
+        return found
+
+
+def on_line(force: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the wrenches (m, 6) of forces (m, 3) at points (m, 3)."""
+    return np.concatenate([force, np.cross(at, force)], -1)
+
+
+def _in_plane(
+    kind: str, axis: FloatArray, normal: FloatArray
+) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return the forces and moments that a closure transmits in a plane, as directions (m, 3)."""
+    if kind == "slider":
+        return [np.cross(normal, axis)], [normal]
+    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal[0]))])
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    return [first, np.cross(normal, first)], [normal] if kind == "weld" else []

@@ -1,0 +1,282 @@
+"""Static loads: actuator forces that hold weights, and the loads of joints, struts and closures.
+
+    masses = [PointMass("boom", 1600, [2.6, 0, 0.4]), PointMass("bucket", 900, [0.6, 0, 0.3])]
+    loads = static_loads(excavator, q, masses)
+    loads.actuator_forces, loads.struts["bucket_link"], loads.joints["boom"]
+
+Bodies are rigid, and joints are without friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, Robot, ShapeError
+from chasles.summaries import summary_repr
+
+from ..drawing.skeleton import Skeleton, skeleton
+from .arguments import finite, real
+from .equilibrium import Equilibrium, PointMass
+from .results import StudyResult
+from .tolerances import STATICALLY_SINGULAR
+
+FloatArray = NDArray[np.float64]
+GRAVITY = (0.0, 0.0, -9.81)
+_PRESTRESSED = 1e-6
+"""Fraction of the force of a strut that forces without a load can have, squared; 0 if equilibrium
+determines the force."""
+
+
+@dataclass(frozen=True, eq=False)
+class StaticLoads(StudyResult):
+    """The forces in a robot at rest.
+
+    Attributes:
+        robot: The robot's name.
+        q: (..., n) coordinates.
+        actuator_forces: (..., n) forces [N] and torques [N m] of the actuators, positive in the
+            direction of the coordinate.
+        joint_names: Names of the joints of the tree.
+        joint_wrenches: (..., m, 6) force and moment [N, N m] that each joint exerts on the link
+            that it carries, at the origin of the joint's frame, in base axes. The component along
+            the axis is the force or torque of the actuator.
+        strut_names: Names of the rods and cylinders.
+        strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
+            force of a cylinder acts between barrel and piston; that of a rod is the mean of its
+            two ends.
+        closure_names: Names of the other joints that close loops.
+        closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
+            exerts on the second, at the closure's frame on the second link, in base axes.
+    """
+
+    robot: str
+    q: FloatArray
+    actuator_forces: FloatArray
+    joint_names: tuple[str, ...]
+    joint_wrenches: FloatArray
+    strut_names: tuple[str, ...]
+    strut_forces: FloatArray
+    closure_names: tuple[str, ...]
+    closure_wrenches: FloatArray
+
+    def __repr__(self) -> str:
+        """Short summary with the main values."""
+        return summary_repr(
+            self,
+            self.robot,
+            f"{len(self.joint_names)} joints, {len(self.strut_names)} struts, "
+            f"{len(self.closure_names)} closures",
+            methods="joints[name], struts[name], closures[name], save(path)",
+        )
+
+    @property
+    def joints(self) -> dict[str, FloatArray]:
+        """(..., 6) wrench of each joint, keyed by name."""
+        return dict(zip(self.joint_names, np.moveaxis(self.joint_wrenches, -2, 0), strict=True))
+
+    @property
+    def struts(self) -> dict[str, FloatArray]:
+        """(...) axial force of each strut, keyed by name."""
+        return dict(zip(self.strut_names, np.moveaxis(self.strut_forces, -1, 0), strict=True))
+
+    @property
+    def closures(self) -> dict[str, FloatArray]:
+        """(..., 6) wrench of each closure, keyed by name."""
+        by_name = np.moveaxis(self.closure_wrenches, -2, 0)
+        return dict(zip(self.closure_names, by_name, strict=True))
+
+
+def gravity_forces(
+    robot: Robot, q: ArrayLike, masses: Sequence[PointMass], *, gravity: ArrayLike = GRAVITY
+) -> FloatArray:
+    """Return the forces of weights in the coordinates of the actuators.
+
+    The convention is the same as in `robot.actuator_forces`: the power of these forces is the power
+    of the weights, and the actuators hold the opposite values.
+
+    Args:
+        robot: The robot.
+        q: (..., n) coordinates.
+        masses: The masses.
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2].
+
+    Returns:
+        (..., n) torques [N m] and forces [N]; NaN if the loops do not close, or if the actuators
+        do not hold the weights.
+
+    Raises:
+        OutOfReachError: The loops of a single configuration do not close.
+        InputValueError: A mass is invalid, or the actuators do not hold a single configuration.
+    """
+    return -_Solved("gravity_forces", robot, q, masses, None, gravity).actuator_forces()
+
+
+def static_loads(
+    robot: Robot,
+    q: ArrayLike,
+    masses: Sequence[PointMass] = (),
+    *,
+    wrench: ArrayLike | None = None,
+    gravity: ArrayLike = GRAVITY,
+) -> StaticLoads:
+    """Return the loads of all joints, struts and closures of a robot at rest.
+
+    The closure of a planar loop, whose axes are all parallel, transmits forces in the plane only.
+    Forces normal to the plane load the joints of the tree.
+
+    Args:
+        robot: The robot.
+        q: (..., n) coordinates.
+        masses: The masses.
+        wrench: (..., 6) force and torque on the tool at the tip, in base axes [N, N m].
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2].
+
+    Returns:
+        The loads; NaN if the loops do not close, or if equilibrium does not determine the loads.
+
+    Raises:
+        OutOfReachError: The loops of a single configuration do not close.
+        InputValueError: A mass is invalid, or a single configuration is statically indeterminate
+            or not in equilibrium; the message names the struts and closures, or the coordinates.
+    """
+    found = _Solved("static_loads", robot, q, masses, wrench, gravity)
+    found.refuse_prestress()
+    return found.loads()
+
+
+class _Solved:
+    """The equilibrium of a batch of configurations, solved for struts, closures and actuators."""
+
+    def __init__(
+        self,
+        caller: str,
+        robot: Robot,
+        q: ArrayLike,
+        masses: Sequence[PointMass],
+        wrench: ArrayLike | None,
+        gravity: ArrayLike,
+    ) -> None:
+        self.robot, self.caller = robot, f"{robot.name}.{caller}"
+        bodies = skeleton(robot)
+        q = real(f"{caller}: q", q)
+        w = real(f"{caller}: wrench", np.zeros(6) if wrench is None else wrench)
+        if q.shape[-1:] != (robot.n,) or w.shape[-1:] != (6,):
+            raise ShapeError(
+                f"{self.caller}: expected q (..., {robot.n}) and wrench (..., 6), got shapes "
+                f"{q.shape} and {w.shape}"
+            )
+        self.shape = np.broadcast_shapes(q.shape[:-1], w.shape[:-1])
+        self.q = np.broadcast_to(q, (*self.shape, robot.n))
+        poses = bodies.poses(self.q).reshape(-1, len(bodies.bodies), 4, 4)
+        w = np.broadcast_to(w, (*self.shape, 6)).reshape(-1, 6)
+        self.closed = np.asarray(np.isfinite(poses).all((1, 2, 3)) & np.isfinite(w).all(-1))
+        self.equations = Equilibrium(robot, bodies, poses[self.closed])
+        acceleration = finite(f"{caller}: gravity", gravity, (3,))
+        for mass in masses:
+            _check_mass(caller, bodies, mass)
+        self.applied = self.equations.weights(masses, acceleration)
+        self.applied += self.equations.tool(w[self.closed])
+        self._solve()
+
+    def _solve(self) -> None:
+        """Solve the rows without an actuator for the forces x of struts and closures."""
+        e = self.equations
+        work = e.work(self.applied)
+        G, rest = e.G / e.lengths[:, None], work / e.lengths
+        allowed = STATICALLY_SINGULAR * np.abs(rest).max(-1, keepdims=True, initial=0.0)
+        G, rest = G[:, e.free_rows], rest[:, e.free_rows]
+        inverse = np.linalg.pinv(G, STATICALLY_SINGULAR)
+        self.x = -(inverse @ rest[..., None])[..., 0]
+        self.work = work + (e.G @ self.x[..., None])[..., 0]
+        self.prestress = np.eye(G.shape[-1]) - inverse @ G
+        moved = np.abs(rest + (G @ self.x[..., None])[..., 0]) > allowed
+        self.solved = ~moved.any(-1)
+        if len(moved) and not self.shape and moved.any():
+            names = [e.coordinate_name(e.free_rows[k]) for k in np.flatnonzero(moved[0])]
+            raise InputValueError(
+                f"{self.caller}: not in equilibrium: the load moves {', '.join(names)}, which no "
+                "actuator holds in this configuration"
+            )
+
+    def refuse_prestress(self) -> None:
+        """Refuse a robot whose struts and closures can have forces without a load."""
+        free = np.diagonal(self.prestress, axis1=-2, axis2=-1) > _PRESTRESSED
+        self.solved &= ~free.any(-1)
+        if len(free) and free.any(-1).all():
+            names = dict.fromkeys(self.equations.unknowns[k] for k in np.flatnonzero(free[0]))
+            raise InputValueError(
+                f"{self.caller}: statically indeterminate: {', '.join(names)} can have forces "
+                "without a load, so equilibrium does not determine the loads"
+            )
+
+    def actuator_forces(self) -> FloatArray:
+        """Return (..., n) forces of the actuators."""
+        e = self.equations
+        columns = [
+            ratio * (self.x[:, e.unknowns.index(at)] if isinstance(at, str) else -self.work[:, at])
+            for at, ratio in e.driven
+        ]
+        return self._filled(np.stack(columns, -1))
+
+    def loads(self) -> StaticLoads:
+        """Return the loads of all joints, struts and closures."""
+        e = self.equations
+        carried = e.carries @ (self.applied + e.wrenches(self.x))
+        joints = {b.joint.name: (k, b.joint.at) for k, b in enumerate(e.skeleton.bodies) if b.joint}
+        at_joints = [_moved_to(-carried[:, k], e.points(k, at)) for k, at in joints.values()]
+        struts = np.zeros((len(self.x), len(e.struts)))
+        for k, name in enumerate(e.struts):
+            if name in e.unknowns:
+                struts[:, k] = self.x[:, e.unknowns.index(name)]
+        closures = np.zeros((len(self.x), len(e.skeleton.closures), 6))
+        for k, closure in enumerate(e.skeleton.closures):
+            b, point = closure.bodies[1], [row[3] for row in closure.frames[1]]
+            own = self.x * [name == closure.name for name in e.unknowns]
+            closures[:, k] = _moved_to(e.wrenches(own)[:, b], e.points(b, point))
+        return StaticLoads(
+            self.robot.name,
+            self.q,
+            self.actuator_forces(),
+            tuple(joints),
+            self._filled(np.stack(at_joints, 1)),
+            tuple(e.struts),
+            self._filled(struts),
+            tuple(closure.name for closure in e.skeleton.closures),
+            self._filled(closures),
+        )
+
+    def _filled(self, found: FloatArray) -> FloatArray:
+        """Return values of the whole batch; NaN for open loops and loads without a solution."""
+        values = np.full((len(self.closed), *found.shape[1:]), np.nan)
+        values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]
+        return values.reshape(*self.shape, *found.shape[1:])
+
+
+def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
+    """Raise an error if a mass has no body, is negative, or is beside the axis of its strut."""
+    names = [body.name for body in bodies.bodies]
+    if mass.link not in names:
+        raise InputValueError(
+            f"{caller}: masses: {mass.link!r} is not a body of {bodies.robot.name}; its bodies are "
+            f"{', '.join(names)}"
+        )
+    at = finite(f"{caller}: masses: {mass.link}: at", mass.at, (3,))
+    if not float(finite(f"{caller}: masses: {mass.link}: mass", mass.mass, ())) >= 0:
+        raise InputValueError(
+            f"{caller}: masses: {mass.link}: expected a mass of at least 0, got {mass.mass}"
+        )
+    if bodies.bodies[names.index(mass.link)].span and at[:2].any():
+        raise InputValueError(
+            f"{caller}: masses: the mass of strut section {mass.link} must be on its z axis, got "
+            f"at = {tuple(map(float, at))}"
+        )
+
+
+def _moved_to(wrench: FloatArray, at: FloatArray) -> FloatArray:
+    """Return wrenches (m, 6) at the base origin as wrenches at points (m, 3)."""
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    return np.concatenate([force, moment - np.cross(at, force)], -1)
