@@ -4,7 +4,7 @@ from .bodies import Body, BodyJoint, ClosureFrames, PlacedTip, Shape, SkeletonFa
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
 from .input_files import (
-    MAX_TABLE,
+    MAX_DESCRIPTION,
     PACKAGE_FILE,
     as_path,
     input_folder,
@@ -35,17 +35,18 @@ from .manifest import (
 from .output_files import make_folder, output_file, write_files
 from .reading import manifest_entries, read_manifest
 from .roles import KINDS, ROLES, TASK_COMPONENTS, TASKS, VECTORS, Role, TaskComponent, TaskName
-from .temporary_folders import remove_abandoned_folders, temporary_folder
+from .temporary_folders import TEMPORARY, remove_abandoned_folders, temporary_folder
 
 __all__ = [
     "FORMAT",
     "KINDS",
-    "MAX_TABLE",
+    "MAX_DESCRIPTION",
     "PACKAGE_FILE",
     "ROLES",
     "SUPPORT",
     "TASKS",
     "TASK_COMPONENTS",
+    "TEMPORARY",
     "VECTORS",
     "ActuatedVariable",
     "Argument",

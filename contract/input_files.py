@@ -11,8 +11,10 @@ from .errors import InputTypeError
 _FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 """Without O_NONBLOCK, opening a named pipe waits for a writer. Windows has O_BINARY."""
 
-MAX_TABLE = 1 << 28
-"""Maximum size of a table in bytes."""
+MAX_FILE = 1 << 28
+"""Maximum size of a table or a generated file in bytes."""
+MAX_DESCRIPTION = 1_000_000
+"""Maximum size of a robot description in bytes."""
 PACKAGE_FILE = "package.xml"
 """File that marks the folder of a ROS package."""
 FOLDERS_UP = 5
@@ -63,7 +65,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     return os.fdopen(handle, "rb")
 
 
-def read_input(path: str | os.PathLike[str], max_bytes: int) -> bytes:
+def read_input(path: str | os.PathLike[str], max_bytes: int = MAX_FILE) -> bytes:
     """Reads a regular file.
 
     Args:

@@ -13,6 +13,7 @@ from typing import Annotated, NamedTuple
 
 from .bodies import SkeletonFacts
 from .errors import MismatchError
+from .input_files import read_input
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
 from .roles import TASKS, Kind, Role, TaskName
 
@@ -451,10 +452,10 @@ class Manifest:
         """
         path = self.path_of(file)
         try:
-            content = path.read_bytes()
+            content = read_input(path)
         except OSError as error:
             message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
-            raise MismatchError(message) from error
+            raise MismatchError(message) from None
         if hashlib.sha256(content).hexdigest() != self.files[file]:
             raise MismatchError(
                 f"{path}: changed since it was generated (its SHA-256 is not the one in "

@@ -15,6 +15,7 @@ from typing import Any
 
 from .bodies import check_bodies
 from .errors import ManifestError, UnknownRobotError
+from .input_files import read_input
 from .manifest import FORMAT, FunctionInfo, Manifest
 from .records import Place, read, write
 from .roles import SOLUTIONS, TASK_COMPONENTS
@@ -40,16 +41,16 @@ def read_manifest(folder: Path) -> Manifest:
     """
     file = folder / "manifest.json"
     try:
-        content = file.read_bytes()
+        content = read_input(file)
     except (FileNotFoundError, NotADirectoryError):
         reason = "no manifest.json in it" if folder.is_dir() else "no such folder"
         raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
     except OSError as error:
-        raise ManifestError(f"{file}: cannot be read ({error.strerror})") from error
+        raise ManifestError(f"{file}: cannot be read ({error.strerror})") from None
     try:
         entries = json.loads(content)
     except (ValueError, RecursionError) as error:
-        raise ManifestError(f"{file}: not JSON: {error}") from error
+        raise ManifestError(f"{file}: not JSON: {error}") from None
     place = Place(file)
     _check_format(entries, place)
     manifest = read(

@@ -10,7 +10,7 @@ from pathlib import Path
 if sys.platform != "win32":
     import fcntl
 
-_PREFIX = ".chasles-"
+TEMPORARY = ".chasles-"
 """Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
 _SUFFIX = "[0-9a-f]" * 16
 """Pattern of the random digits at the end of the folder names: a folder of a user has no such
@@ -34,7 +34,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
     import shutil  # noqa: PLC0415
 
     remove_abandoned_folders(parent)
-    folder, lock = _make(parent, f"{_PREFIX}{name}{'-' if name else ''}")
+    folder, lock = _make(parent, f"{TEMPORARY}{name}{'-' if name else ''}")
     try:
         yield folder
     finally:
@@ -44,7 +44,7 @@ def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
 
 def remove_abandoned_folders(parent: Path) -> None:
     """Removes the temporary folders that killed processes left in a folder."""
-    for left in parent.glob(f"{_PREFIX}*{_SUFFIX}"):
+    for left in parent.glob(f"{TEMPORARY}*{_SUFFIX}"):
         with suppress(OSError):
             _remove_unless_in_use(left)
 

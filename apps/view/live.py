@@ -397,5 +397,5 @@ def _free_port(port: int | None) -> int:
         try:
             probe.bind(("127.0.0.1", port or 0))
         except OSError as error:
-            raise InputValueError(f"port {port}: {error.strerror}") from error
+            raise InputValueError(f"port {port}: {error.strerror}") from None
         return int(probe.getsockname()[1])

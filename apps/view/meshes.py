@@ -14,13 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError
-from chasles.contract import PACKAGE_FILE, input_folder, is_inside, read_input, requires
+from chasles.contract import (
+    MAX_DESCRIPTION,
+    PACKAGE_FILE,
+    input_folder,
+    is_inside,
+    read_input,
+    requires,
+)
 
 from ..drawing import Skeleton
 
 FloatArray = NDArray[np.float64]
-_MAX_FILE = 1_000_000
-"""Maximum size of a URDF file in bytes, as for the compiler."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +108,7 @@ def _root(file: Path) -> Any:
 
     # An XML entity could read another file.
     parser = etree.XMLParser(resolve_entities=False, no_network=True)
-    root = etree.fromstring(read_input(file, _MAX_FILE), parser)
+    root = etree.fromstring(read_input(file, MAX_DESCRIPTION), parser)
     if root.getroottree().docinfo.doctype:
         raise InputValueError(f"{file}: expected no document type declaration")
     return root

@@ -157,7 +157,7 @@ def _remove(file: Path) -> None:
     try:
         file.unlink(missing_ok=True)
     except OSError as error:
-        raise InputValueError(f"{file}: cannot be removed ({error.strerror})") from error
+        raise InputValueError(f"{file}: cannot be removed ({error.strerror})") from None
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:

@@ -4,13 +4,16 @@ import errno
 from collections.abc import Iterable
 from pathlib import Path
 
-from chasles.contract.input_files import PACKAGE_FILE, input_folder, is_inside, read_input
+from chasles.contract.input_files import (
+    MAX_DESCRIPTION,
+    PACKAGE_FILE,
+    input_folder,
+    is_inside,
+    read_input,
+)
 
 from ..model.errors import DescriptionError
 from .toml_file import file_error
-
-LONGEST_FILE = 1_000_000
-"""Maximum file size in bytes."""
 
 
 def text_of(path: str | Path) -> str:
@@ -30,11 +33,11 @@ def read_bytes(path: str | Path) -> bytes:
     """
     file = str(path)
     try:
-        return read_input(path, LONGEST_FILE)
+        return read_input(path, MAX_DESCRIPTION)
     except OSError as error:
         if error.errno == errno.EFBIG:
-            raise _too_long(file) from error
-        raise file_error(file, None, "", None, f"a readable file ({error.strerror})") from error
+            raise _too_long(file) from None
+        raise file_error(file, None, "", None, f"a readable file ({error.strerror})") from None
 
 
 def check_length(file: str, text: str) -> None:
@@ -43,12 +46,12 @@ def check_length(file: str, text: str) -> None:
     Raises:
         DescriptionError: The text is too long.
     """
-    if len(text) > LONGEST_FILE:
+    if len(text) > MAX_DESCRIPTION:
         raise _too_long(file)
 
 
 def _too_long(file: str) -> DescriptionError:
-    return file_error(file, None, "", None, f"at most {LONGEST_FILE} bytes")
+    return file_error(file, None, "", None, f"at most {MAX_DESCRIPTION} bytes")
 
 
 def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
@@ -70,12 +73,12 @@ def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
         )
         raise file_error(str(by), None, "", str(path), expected)
     try:
-        return read_input(path, LONGEST_FILE)
+        return read_input(path, MAX_DESCRIPTION)
     except FileNotFoundError:
         raise
     except OSError as error:
         expected = f"readable included files ({error.strerror})"
-        raise file_error(str(by), None, "", str(path), expected) from error
+        raise file_error(str(by), None, "", str(path), expected) from None
 
 
 def decoded(file: str, content: bytes, encoding: str) -> str:
@@ -94,9 +97,9 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
         return content.decode(encoding)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise file_error(file, line, "", None, f"{name} text") from error
-    except LookupError as error:
-        raise file_error(file, 1, "encoding", encoding, "a known encoding") from error
-    except UnicodeError as error:
+        raise file_error(file, line, "", None, f"{name} text") from None
+    except LookupError:
+        raise file_error(file, 1, "encoding", encoding, "a known encoding") from None
+    except UnicodeError:
         # The errors of codecs such as punycode and idna contain no position.
-        raise file_error(file, None, "", None, f"{name} text") from error
+        raise file_error(file, None, "", None, f"{name} text") from None

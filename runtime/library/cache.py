@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..call import _call
-from ..contract import FunctionInfo, Manifest, ManifestError, temporary_folder
+from ..contract import FunctionInfo, Manifest, ManifestError, read_input, temporary_folder
 from ..errors import CacheError, CompilerNotFoundError, MismatchError
 from .compiler import Compiler, describe_machine, find_compiler, is_compiler_chosen
 
@@ -272,9 +272,9 @@ def _open(recipe: Recipe) -> _call.Library:
     else:
         _check_owner(recipe.path.parent)
     try:
-        content = recipe.path.read_bytes()
+        content = read_input(recipe.path)
     except OSError as error:
-        raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from error
+        raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from None
     body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
     if hashlib.sha256(body).digest() != digest:
         raise MismatchError(f"{recipe.path}: damaged library; {advice}")

@@ -78,8 +78,8 @@ def run(command: Sequence[str], folder: Path) -> None:
         result = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", check=False
         )
-    except FileNotFoundError as error:
-        raise CompilerNotFoundError(f"{command[0]}: not found; install it") from error
+    except FileNotFoundError:
+        raise CompilerNotFoundError(f"{command[0]}: not found; install it") from None
     if result.returncode != 0:
         output = (result.stderr + result.stdout).strip()
         raise CompileError(
@@ -127,7 +127,7 @@ def _words(variable: str) -> list[str]:
     try:
         return shlex.split(text)
     except ValueError as error:
-        raise CompileError(f"{variable}={text!r}: {str(error).lower()}") from error
+        raise CompileError(f"{variable}={text!r}: {str(error).lower()}") from None
 
 
 def _find_program() -> tuple[Sequence[str], str]:

@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from .. import contract
-from ..contract import UnknownRobotError
+from ..contract import MAX_DESCRIPTION, UnknownRobotError, read_input
 from ..errors import CacheError, DerivationError
 from .cache import cache_folder
 
@@ -132,9 +132,9 @@ def _found(description: Path, options: Sequence[str] = ()) -> Path | None:
 def _prefix(description: Path, options: Sequence[str]) -> str:
     """Return the folder name prefix, a hash of the description, the options and the compiler."""
     try:
-        content = hashlib.sha256(description.read_bytes()).hexdigest()
+        content = hashlib.sha256(read_input(description, MAX_DESCRIPTION)).hexdigest()
     except OSError as error:
-        raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
+        raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from None
     # The file name of a URDF is part of the robot data.
     return f"{description.stem}-{_key(description.name, *options, content, _compiler_digest())}-"
 
@@ -210,7 +210,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
             command, capture_output=True, text=True, errors="replace", check=False
         )
     except OSError as error:
-        raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
+        raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from None
     if result.returncode:
         # Standard output has reports on single robots, standard error has fatal errors.
         stderr = result.stderr.strip().removeprefix("chasles: ")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from chasles import InputValueError
-from chasles.contract import MAX_TABLE, read_input
+from chasles.contract import read_input
 
 COMMENTS = ("#", "%", "//")
 _SEPARATORS = (";", "\t", "|", ",")
@@ -47,9 +47,9 @@ def cells_of(path: Path) -> TableText:
         InputValueError: The file cannot be read, is a spreadsheet, or is empty.
     """
     try:
-        content = read_input(path, MAX_TABLE)
+        content = read_input(path)
     except OSError as error:
-        raise InputValueError(f"{path}: expected a table ({error.strerror})") from error
+        raise InputValueError(f"{path}: expected a table ({error.strerror})") from None
     comment = ""
     kept: list[tuple[int, str]] = []
     for number, line in enumerate(_decoded(path, content).splitlines(), 1):
@@ -67,7 +67,7 @@ def cells_of(path: Path) -> TableText:
         split = list(_split(texts, separator))
         comment_cells = next(_split([comment], separator), [])
     except csv.Error as error:
-        raise InputValueError(f"{path}: expected a table ({error})") from error
+        raise InputValueError(f"{path}: expected a table ({error})") from None
     lines = [TableLine(number, cells) for (number, _), cells in zip(kept, split, strict=True)]
     for number, cells in lines:
         if len(cells) > _MAX_COLUMNS:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
-from chasles.contract import MAX_TABLE, read_input
+from chasles.contract import read_input
 from chasles.summaries import summary_repr
 
 from ..arguments import real
@@ -216,10 +216,10 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
     """Return arrays t and q of a table, and qd and qdd if the table has these columns."""
     try:
-        lines = io.StringIO(read_input(path, MAX_TABLE).decode("utf-8-sig"), newline="")
+        lines = io.StringIO(read_input(path).decode("utf-8-sig"), newline="")
         head, *rows = [row for row in csv.reader(lines) if row]
     except (OSError, ValueError, csv.Error) as error:
-        raise InputValueError(f"{path}: expected a table with a header ({error})") from error
+        raise InputValueError(f"{path}: expected a table with a header ({error})") from None
     header, names = [name.strip() for name in head], _names(robot)
     missing = [name for name in names if name not in header]
     if missing:

@@ -90,7 +90,7 @@ def mesh(
         open_input(path).close()
         shape = coal.MeshLoader().load(name_of_file, np.ones(3))
     except OSError as error:
-        raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from error
+        raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from None
     except ValueError as error:
         raise InputValueError(f"mesh: path: {name_of_file}: not a surface of triangles") from error
     T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
