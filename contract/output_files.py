@@ -22,17 +22,18 @@ def make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         reason = "it is a file" if isinstance(error, FileExistsError) else error.strerror
-        raise InputValueError(f"{path}: cannot be made ({reason})") from error
+        raise InputValueError(f"{path}: cannot be made ({reason})") from None
 
 
 @contextmanager
-def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterator[Path]:
     """Yields a temporary file with the name of a path; at the end, the file moves to the path.
 
     After an error, the path has its former content. A device or a pipe is written directly.
 
     Args:
         path: The file to write.
+        is_new: Whether a file that exists, possibly since a moment ago, is an error.
 
     Raises:
         InputValueError: The file cannot be written.
@@ -41,6 +42,8 @@ def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     name = os.fspath(path)
     try:
         target = Path(path).resolve()
+        if is_new and os.path.lexists(path):
+            raise OSError(errno.EEXIST, "it exists already")
         if target.is_dir():
             raise OSError(errno.EISDIR, "it is a folder")
         if target.exists() and not os.access(target, os.W_OK):
@@ -48,11 +51,11 @@ def output_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         if target.exists() and not target.is_file():
             yield target
         else:
-            with _replacing(target) as temporary:
+            with _replacing(target, is_new) as temporary:
                 yield temporary
     except OSError as error:
         reason = error.strerror or error
-        raise InputValueError(f"{name}: cannot be written ({reason})") from error
+        raise InputValueError(f"{name}: cannot be written ({reason})") from None
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:
@@ -78,7 +81,7 @@ def _check_name(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def _replacing(target: Path) -> Iterator[Path]:
+def _replacing(target: Path, is_new: bool) -> Iterator[Path]:
     if not target.parent.is_dir():
         raise OSError(errno.ENOENT, f"no folder {target.parent}")
     with temporary_folder(target.parent) as folder:
@@ -86,4 +89,8 @@ def _replacing(target: Path) -> Iterator[Path]:
         yield temporary
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
-        temporary.replace(target)
+        if is_new and os.name == "posix":
+            # Unlike a move, a link never replaces the file that another process has written.
+            os.link(temporary, target)
+        else:
+            temporary.replace(target)

@@ -288,9 +288,7 @@ def new(
     from chasles.derive import template  # noqa: PLC0415
 
     file = to or Path(f"{kind}.toml")
-    if file.exists():
-        stop(f"{file}: already exists")
-    with output_file(file) as target:
+    with output_file(file, is_new=True) as target:
         target.write_text(template(kind), encoding="utf-8")
     say(f"written: {file}; continue with: chasles explain {file}")
 

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, metadata, version
@@ -21,7 +22,7 @@ import numpy as np
 import typer
 
 from chasles import ChaslesError, robots
-from chasles.contract import Manifest, read_manifest, remove_abandoned_folders
+from chasles.contract import TEMPORARY, Manifest, read_manifest, remove_abandoned_folders
 from chasles.library import build as compile_robot
 from chasles.library import cache_folder, find_compiler, find_folder, options_of
 
@@ -117,13 +118,17 @@ def cache(
 ) -> None:
     """Show the folder of compiled and derived robots, and its size."""
     folder = cache_folder()
-    entries = [path for path in sorted(folder.glob("*")) if _is_of_cache(path)]
+    derived = folder / "derived"
+    entries = [path for path in sorted((*folder.glob("*"), *derived.glob("*"))) if _is_entry(path)]
     files = [path for entry in entries for path in (entry, *entry.rglob("*")) if path.is_file()]
     size = sum(path.stat().st_size for path in files)
     for entry in entries if clean else ():
         shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
     if clean:
         remove_abandoned_folders(folder)
+        remove_abandoned_folders(derived)
+        with suppress(OSError):  # Another process may derive a robot in this folder.
+            derived.rmdir()
     if as_json:
         print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})
         return
@@ -131,12 +136,14 @@ def cache(
     say(f"{len(files)} files, {size / _MEGABYTE:.1f} MB, {done} {folder}")
 
 
-def _is_of_cache(path: Path) -> bool:
-    """Whether chasles wrote a file or folder in the cache.
+def _is_entry(path: Path) -> bool:
+    """Whether a path in the cache is a compiled library or the folder of a derived robot.
 
     CHASLES_CACHE may name a folder with other files.
     """
-    return path.name == "derived" or bool(_LIBRARY.fullmatch(path.name))
+    if path.parent.name == "derived":
+        return not path.name.startswith(TEMPORARY)
+    return bool(_LIBRARY.fullmatch(path.name))
 
 
 def doctor(as_json: Json = False) -> None:

@@ -4,7 +4,8 @@ import os
 
 import pytest
 
-from chasles.contract import write_files
+from chasles import InputValueError
+from chasles.contract import output_file, write_files
 from tests.support.faults import check_writes, steps_of
 
 
@@ -19,6 +20,20 @@ def test_last_file_moves_last(tmp_path):
     new = {tmp_path / name: name.encode() for name in "abc"}
     moves = [step for step in steps_of(lambda: write_files(new), tmp_path) if "rename" in step]
     assert [move[-1] for move in moves] == ["a", "b", "c"]
+
+
+def test_new_file_replaces_no_file_that_appears_meanwhile(tmp_path):
+    file = tmp_path / "arm.toml"
+
+    def write():
+        with output_file(file, is_new=True) as temporary:
+            temporary.write_text("new")
+            file.write_text("of another process")
+
+    with pytest.raises(InputValueError, match="cannot be written"):
+        write()
+    assert file.read_text() == "of another process"
+    assert list(tmp_path.iterdir()) == [file]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")

@@ -269,6 +269,31 @@ def test_cache_is_emptied_without_touching_other_files(tmp_path, monkeypatch):
         assert sorted(tmp_path.iterdir()) == sorted([other, in_use])
 
 
+def test_cleaning_keeps_a_derivation_in_progress(tmp_path, monkeypatch):
+    monkeypatch.setenv("CHASLES_CACHE", str(tmp_path))
+    derived = tmp_path / "derived"
+    (derived / f".chasles-arm-{'0' * 16}").mkdir(parents=True)
+    (derived / "arm-1-2").mkdir()
+    with temporary_folder(derived, "arm") as in_use:
+        (derived / f".chasles-arm-{'0' * 16}").mkdir()
+        run("cache", "--clean")
+        assert list(derived.iterdir()) == [in_use]
+    run("cache", "--clean")
+    assert not derived.exists()
+
+
+def test_new_replaces_no_file(tmp_path):
+    file, link = tmp_path / "arm.toml", tmp_path / "link.toml"
+    file.write_text("former")
+    link.symlink_to(tmp_path / "missing.toml")
+    for path in (file, link):
+        done = run("new", "arm", "--to", path)
+        assert done.exit_code == 1
+        assert done.stderr == f"chasles: {path}: cannot be written (it exists already)\n"
+    assert file.read_text() == "former"
+    assert sorted(tmp_path.iterdir()) == [file, link]
+
+
 def test_doctor_names_compiler_cache_and_missing_packages(monkeypatch):
     monkeypatch.setattr("chasles.cli.environment._is_installed", lambda name: "viser" not in name)
     monkeypatch.setenv("CC", "no_such_compiler")
