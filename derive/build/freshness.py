@@ -7,7 +7,6 @@ is never committed.
 import hashlib
 import os
 import re
-import tomllib
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.metadata import version
@@ -17,6 +16,7 @@ from chasles.contract import output_file, requires
 
 from ..description.file_text import read_bytes
 from ..description.shipped_files import nominal_file
+from ..description.toml_lines import table_of
 from ..model.errors import DescriptionError
 
 ROOM = Path(__file__).parent.parent
@@ -171,8 +171,8 @@ def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
         return seen
     seen[file.resolve()] = content = read_bytes(file)
     try:
-        table = tomllib.loads(content.decode("utf-8-sig"))
-    except ValueError:
+        table = table_of(content.decode("utf-8-sig"))
+    except (ValueError, ArithmeticError, RecursionError):
         # The reader of the description reports an invalid file.
         return seen
     extended, nominal = table.get("extends"), table.get("nominal")

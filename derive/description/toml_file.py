@@ -23,7 +23,7 @@ from ..model.values import NoValue, value_at
 from .noise import radians_meant
 from .plausibility import LARGEST, statement_of
 from .suggestions import hint
-from .toml_lines import first_line, is_unreadable, table_of
+from .toml_lines import MAX_PARTS, LongKeyError, first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
 """Path to a value in the file: names of tables and fields, and list indices."""
@@ -106,8 +106,11 @@ class TomlFile:
             reason = str(error).split(" (at ")[0]
             raise file_error(self.file, line, "", None, f"valid TOML ({reason})") from error
         except (ValueError, ArithmeticError, RecursionError) as error:
-            nested = isinstance(error, RecursionError)
-            expected = "fewer brackets in brackets" if nested else "a number of fewer digits"
+            expected = "a number of fewer digits"
+            if isinstance(error, RecursionError):
+                expected = "fewer brackets in brackets"
+            elif isinstance(error, LongKeyError):
+                expected = f"keys of at most {MAX_PARTS} parts"
             line = first_line(self.text, is_unreadable)
             raise file_error(self.file, line, "", None, expected) from error
         if not table:

@@ -17,10 +17,31 @@ _TOKEN = re.compile(
     """,
     re.DOTALL | re.VERBOSE,
 )
+MAX_PARTS = 20
+"""Maximum number of parts of a dotted key.
+
+The parser copies all beginnings of a key, so a key of 200 kB needs more than 10 GB of memory.
+"""
+_LONG_KEY = re.compile(
+    rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
+)
+
+
+class LongKeyError(ValueError):
+    """A dotted key has more than `MAX_PARTS` parts."""
 
 
 def table_of(text: str) -> dict[str, object]:
-    """Parses a TOML text to a table with exact decimals."""
+    """Parses a TOML text to a table with exact decimals.
+
+    Raises:
+        TOMLDecodeError: The text is not TOML.
+        LongKeyError: A key has too many parts.
+        ValueError, ArithmeticError: A number has too many digits.
+        RecursionError: Brackets are nested too deeply.
+    """
+    if _LONG_KEY.search(text):
+        raise LongKeyError
     return tomllib.loads(text, parse_float=Decimal)
 
 
@@ -58,7 +79,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails because of a number or nested brackets, not because of syntax."""
+    """Whether parsing fails because of a number, a long key or nested brackets, not the syntax."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

@@ -2,6 +2,8 @@
 
 import random
 
+import pytest
+
 from chasles.derive import DescriptionError, read
 from chasles.derive.build.time_limit import at_most
 from tests.support.command_line import run
@@ -103,6 +105,26 @@ def test_malformed_files_raise_short_errors_quickly(tmp_path):
     # accepted.
     assert survived > 0
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("verb", [("check",), ("derive", "--to", "out")])
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("joints = " + "[" * 100_000, "fewer brackets in brackets"),
+        (".".join("a" * 1000) + " = 1", "keys of at most 20 parts"),
+        ("[" + " . ".join(["a", "-1", '"b.c"', "'d e'"] * 6) + "]", "keys of at most 20 parts"),
+        (f"parameters = {{ L = {'9' * 10_000} }}", "a number of fewer digits"),
+    ],
+    ids=["brackets", "dotted key", "header", "digits"],
+)
+def test_nested_files_are_refused_at_their_line(line, expected, verb, tmp_path):
+    path = tmp_path / "nested.toml"
+    path.write_text(f'name = "nested"\n{line}\n')
+    done = run(verb[0], path, *verb[1:])
+    assert done.exit_code == 1
+    assert f"{path}:2: expected {expected}\n" in done.output
+    assert "Traceback" not in done.output
 
 
 def test_the_command_writes_nothing_for_a_malformed_file(tmp_path):
