@@ -19,6 +19,7 @@ MODULES = (
     "chasles.study.planning",
     "chasles.calibration",
     "chasles.autodiff",
+    "chasles.cuda",
     "chasles.drawing",
     "chasles.view",
     "chasles.derive",

@@ -156,7 +156,7 @@ def load(
     return Robot(read_manifest(find_folder(robot, (*arguments, *options))))
 
 
-_IMPORTED_BY_NAME = ("autodiff", "calibration", "derive", "generated", "study", "view")
+_IMPORTED_BY_NAME = ("autodiff", "calibration", "cuda", "derive", "generated", "study", "view")
 """Subpackages that need a separate import, as `import chasles` does not import them."""
 
 

@@ -63,7 +63,7 @@ PLAN = (
 """Folders of the steps that derive a mechanism, in order."""
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward calls to apps."""
-APP_NAMES = {"autodiff", "calibration", "cli", "drawing", "study", "view"}
+APP_NAMES = {"autodiff", "calibration", "cli", "cuda", "drawing", "study", "view"}
 PUBLIC = {"arrays", "contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
 """Modules of `chasles` that apps may import; the command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}

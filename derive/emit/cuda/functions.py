@@ -13,7 +13,7 @@ from ..c.nearest import bounds, parameters, seeded, turns, wraps_of
 from ..c.windings import unwinding
 from ..c_float.functions import SINGLE, Precision, statements
 from ..c_float.single import single
-from ..cpp.header import RESERVED
+from ..cpp.header import RESERVED, safe
 
 DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
@@ -124,9 +124,11 @@ class Nearest:
 
     def _own_inputs(self, kind: str) -> list[str]:
         """Returns the lines that compute the further inputs of the inverse from the seed."""
-        prefix = f"  {self.derivation.robot.name}_"
+        name = self.derivation.robot.name
         lines = parameters(self.derivation, self.function) or []
-        return [line.replace("double ", f"{kind} ").replace(prefix, "  ") for line in lines]
+        # The namespace distinguishes a function from a variable of the same name.
+        called = (line.replace(f"  {name}_", f"  {safe(name)}::") for line in lines)
+        return [line.replace("double ", f"{kind} ") for line in called]
 
     def kernel(self) -> str:
         """Returns the kernel; limits and weights are the same for all poses."""

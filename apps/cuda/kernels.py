@@ -1,0 +1,159 @@
+"""Launches the exported kernels of a robot on arrays in the memory of a GPU."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chasles import InputValueError, Robot, ShapeError
+from chasles.contract import requires
+
+from . import arrays
+
+if TYPE_CHECKING:
+    from .compiled import Source
+
+
+class Kernels:
+    """The exported CUDA kernels of a robot. NVRTC compiles a kernel at its first call.
+
+    Arrays are C-contiguous arrays of float32 or float64 of CuPy, PyTorch or JAX, in the memory of
+    one GPU, and are not copied. Their last dimension is the batch: q (n, count), T (4, 4, count).
+    Results are new arrays of the same package. A kernel runs on the current stream of CuPy or
+    PyTorch. A call on arrays of JAX waits for the kernel and works outside `jax.jit` only.
+
+    Attributes:
+        robot: The robot.
+    """
+
+    def __init__(self, robot: Robot, folder: str | os.PathLike[str]) -> None:
+        """Read the exported source.
+
+        Args:
+            robot: The robot.
+            folder: The folder that `chasles export cuda` wrote for this robot.
+
+        Raises:
+            NotInstalledError: cuda-bindings or NVRTC is not installed.
+            InputValueError: The folder holds no CUDA source of this robot.
+        """
+        with requires("chasles[cuda]"):
+            from . import compiled  # noqa: PLC0415
+        path = Path(folder) / f"{robot.name}.cuh"
+        if not path.is_file() or _digest(path.parent) != robot.manifest.description_sha256:
+            raise InputValueError(
+                f"{path.parent} holds no CUDA source of this {robot.name}; "
+                f"run chasles export cuda {robot.name} --to {path.parent.parent}"
+            )
+        self.robot = robot
+        source = compiled.read(path)
+        self._entry: Callable[[str, str, int], Any] = cache(
+            lambda name, real, device: _entry(source, robot.name, name, real, device)
+        )
+
+    def __call__(self, name: str, *inputs: Any) -> Any:
+        """Return the results of a function; a tuple if it has several results.
+
+        Args:
+            name: The name of the function, such as "fk", "fk_jacobian_mixed" or "ik".
+            inputs: Arrays (..., count) with the shapes of the function's inputs before the batch.
+
+        Raises:
+            InputValueError: The export has no such function, or an array is unsuitable.
+            ShapeError: A shape is wrong.
+        """
+        info = self.robot.functions.get(name)
+        if info is None or len(inputs) != len(info.inputs):
+            raise InputValueError(f"{self.robot.name} has no function {name!r} of such inputs")
+        shapes = [tuple(item.shape) for item in info.inputs]
+        results = [tuple(item.shape) for item in info.outputs]
+        found = self._launch(name, inputs, shapes, results)
+        return found if len(found) > 1 else found[0]
+
+    def ik_nearest(
+        self, T: Any, q_seed: Any, *, lower: Any = None, upper: Any = None, weights: Any = None
+    ) -> tuple[Any, Any, Any, Any]:
+        """Return the solution of `ik` nearest to a seed within limits, by the rule of `ik_nearest`.
+
+        Args:
+            T: (4, 4, count) poses.
+            q_seed: (n, count) seed coordinates [rad or m].
+            lower: (n,) lower limits of all poses, None for the limits of the robot.
+            upper: (n,) upper limits.
+            weights: (n,) weights of the displacements in the distance, None for 1.
+
+        Returns:
+            q (n, count), residual and margin (count,), and slot (count,) as int32: the slot of the
+            solution, or -1 if out of reach, -2 if outside the limits, -3 for NaN.
+        """
+        n = self.robot.n
+        shapes, results = [(4, 4), (n,)], [(n,), (), ()]
+        q, residual, margin, slot = self._launch(
+            "ik_nearest", [T, q_seed], shapes, results, [lower, upper, weights]
+        )
+        return q, residual, margin, slot
+
+    def _launch(
+        self,
+        name: str,
+        inputs: Sequence[Any],
+        shapes: Sequence[tuple[int, ...]],
+        results: Sequence[tuple[int, ...]],
+        tables: Sequence[Any] = (),
+    ) -> list[Any]:
+        """Launch a kernel, and return its results.
+
+        Args:
+            name: The name of the function.
+            inputs: Arrays with a column for each pose.
+            shapes: The shapes of the inputs without the batch.
+            results: The shapes of the results without the batch.
+            tables: Arrays (n,) that all poses share, or None. With tables, the last result is the
+                slot.
+        """
+        from . import compiled  # noqa: PLC0415
+
+        views = [arrays.view(array) for array in inputs]
+        shared = [None if array is None else arrays.view(array) for array in tables]
+        count = views[0].shape[-1] if views[0].shape else 0
+        needed = [(*shape, count) for shape in shapes]
+        given = [table for table in shared if table is not None]
+        for view, shape in zip(
+            [*views, *given], needed + [(self.robot.n,)] * len(given), strict=True
+        ):
+            if view.shape != shape:
+                raise ShapeError(f"{name}: an array must have shape {shape}, got {view.shape}")
+            if not view.real or view.real != views[0].real:
+                raise InputValueError(f"{name}: arrays must all be float32 or all float64")
+        made = [arrays.empty((*shape, count), inputs[0]) for shape in results]
+        made += [arrays.empty((count,), inputs[0], is_integer=True)] if tables else []
+        if count:
+            addresses = [view.address for view in views]
+            addresses += [0 if table is None else table.address for table in shared]
+            addresses += [arrays.view(array).address for array in made]
+            device = compiled.device_of(addresses[0])
+            entry = self._entry(name, views[0].real, device)
+            compiled.launch(entry, device, count, addresses, arrays.stream(inputs[0]))
+            if arrays.is_jax(inputs[0]):
+                compiled.synchronize(device)
+        return made
+
+
+def _entry(source: Source, robot: str, name: str, real: str, device: int) -> Any:
+    """Return a compiled kernel on a device."""
+    from . import compiled  # noqa: PLC0415
+
+    image, entry = compiled.compiled(source, robot, name, real, compiled.architecture(device))
+    return compiled.loaded(image, entry, device)
+
+
+def _digest(folder: Path) -> str:
+    """Return the digest of the description in an exported manifest, or "" without a manifest."""
+    path = folder / "manifest.json"
+    if not path.is_file():
+        return ""
+    return str(json.loads(path.read_text(encoding="utf-8")).get("description_sha256", ""))
